@@ -11,6 +11,7 @@
 #include "slam/geometry/angles.h"
 #include "slam/util/error.h"
 #include "slam/util/statistics.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -32,10 +33,7 @@ class Solver {
   }
 
   void Solve(int flags) {
-    std::vector<std::vector<cv::Point2f>> pixels;
-    for (const BoardView& view : views_) {
-      pixels.push_back(view.corners);
-    }
+    const std::vector<std::vector<cv::Point2f>> pixels = ToVector(views_, &BoardView::corners);
     K_ = cv::Mat();
     distortion_ = cv::Mat();
     try {
@@ -200,12 +198,9 @@ double LargestAngle(const std::vector<CalibratedView>& views) {
 using Descriptor = Eigen::Matrix<double, 6, 1>;
 
 Descriptor Describe(const BoardView& view, const std::vector<cv::Point3f>& board, cv::Size image) {
-  std::vector<cv::Point2f> all;
-  for (const cv::Point3f& corner : board) {
-    all.emplace_back(corner.x, corner.y);
-  }
-  std::vector<cv::Point2f> flat;
-  std::ranges::transform(view.ids, std::back_inserter(flat), [&](int id) { return all[id]; });
+  const std::vector<cv::Point2f> all =
+      ToVector(board, [](const cv::Point3f& corner) { return cv::Point2f(corner.x, corner.y); });
+  const std::vector<cv::Point2f> flat = ToVector(view.ids, [&](int id) { return all[id]; });
   const cv::Rect2f around = cv::boundingRect(all);
   std::vector<cv::Point2f> outline = {
       around.tl(), {around.br().x, around.y}, around.br(), {around.x, around.br().y}};
@@ -274,10 +269,8 @@ Calibration Calibrate(const std::vector<BoardView>& views, const CalibrationBoar
                       const CalibrationOptions& options) {
   constexpr int kRounds = 6;
   constexpr double kSignificant = 3.0;  // standard deviations
-  std::vector<BoardView> chosen;
-  for (const int index : SelectViews(views, board, image, options.max_views)) {
-    chosen.push_back(views[index]);
-  }
+  const std::vector<BoardView> chosen = ToVector(SelectViews(views, board, image, options.max_views),
+                                                 [&](const int index) { return views[index]; });
   if (static_cast<int>(chosen.size()) < kMinViews) {
     throw InputError("{} different views of the board, expected at least {}: move and tilt it", chosen.size(),
                      kMinViews);

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
-#include <numeric>
 #include <unordered_map>
 #include <vector>
+
+#include "slam/util/disjoint_sets.h"
 
 namespace sqslam {
 namespace {
@@ -76,24 +76,18 @@ void CloudPieces::Add(const DepthMap& map) {
 void CloudPieces::Join(double min_pixels) {
   constexpr int kCoarser = 3;  // levels between connected cubes: one surface seen from different distances
   const std::vector<std::uint64_t> keys(cubes_.begin(), cubes_.end());
-  std::unordered_map<std::uint64_t, std::size_t> numbers(2 * keys.size());
-  for (std::size_t i = 0; i < keys.size(); ++i) {
+  const auto count = static_cast<std::int32_t>(keys.size());
+  std::unordered_map<std::uint64_t, std::int32_t> numbers(2 * keys.size());
+  for (std::int32_t i = 0; i < count; ++i) {
     numbers.emplace(keys[i], i);
   }
-  std::vector<std::size_t> parent(keys.size());  // disjoint sets
-  std::iota(parent.begin(), parent.end(), std::size_t{0});
-  const auto root = [&parent](std::size_t i) {
-    while (parent[i] != i) {
-      i = parent[i] = parent[parent[i]];
-    }
-    return i;
-  };
-  const auto join = [&](std::size_t i, const Cube& other) {
+  DisjointSets sets(keys.size());
+  const auto join = [&](std::int32_t i, const Cube& other) {
     if (const auto found = numbers.find(other.Key()); found != numbers.end()) {
-      parent[root(i)] = root(found->second);
+      sets.Join(i, found->second);
     }
   };
-  for (std::size_t i = 0; i < keys.size(); ++i) {
+  for (std::int32_t i = 0; i < count; ++i) {
     const Cube cube = Cube::FromKey(keys[i]);
     for (int step = 14; step < 27; ++step) {  // half of the neighbours: the other half join this cube
       join(i, {cube.level, cube.x + step / 9 - 1, cube.y + step / 3 % 3 - 1, cube.z + step % 3 - 1});
@@ -105,11 +99,11 @@ void CloudPieces::Join(double min_pixels) {
     }
   }
   std::vector<int> sizes(keys.size());
-  for (std::size_t i = 0; i < keys.size(); ++i) {
-    ++sizes[root(i)];
+  for (std::int32_t i = 0; i < count; ++i) {
+    ++sizes[sets.Root(i)];
   }
-  for (std::size_t i = 0; i < keys.size(); ++i) {
-    if (kPixelsPerCube * sizes[root(i)] < min_pixels) {
+  for (std::int32_t i = 0; i < count; ++i) {
+    if (kPixelsPerCube * sizes[sets.Root(i)] < min_pixels) {
       cubes_.erase(keys[i]);
     }
   }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "slam/util/to_vector.h"
+
 namespace sqslam {
 namespace {
 
@@ -39,10 +41,8 @@ DepthMap KeepConsistent(const DepthMap& map, const std::vector<DepthMap>& neighb
   DepthMap kept = map;
   kept.depth = cv::Mat(map.depth.size(), CV_32F, cv::Scalar(0));
   kept.views = cv::Mat(map.depth.size(), CV_8U, cv::Scalar(0));
-  std::vector<Rigid3d> T_neighbour_map;
-  for (const DepthMap& neighbour : neighbours) {
-    T_neighbour_map.push_back(neighbour.T_map_camera.Inverse());
-  }
+  const std::vector<Rigid3d> T_neighbour_map =
+      ToVector(neighbours, [](const DepthMap& neighbour) { return neighbour.T_map_camera.Inverse(); });
   for (int y = 0; y < map.depth.rows; ++y) {
     for (int x = 0; x < map.depth.cols; ++x) {
       const double z = map.depth.at<float>(y, x);

@@ -10,6 +10,7 @@
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/recording.h"
 #include "slam/util/error.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -17,14 +18,12 @@ namespace {
 
 Sequence OpenImages(const fs::path& result, const fs::path& images, const RecordingInfo& info,
                     const Camera& camera) {
-  SequenceRequest wanted;
-  wanted.path = images.empty() ? fs::path(info.sequence_path) : images;
-  wanted.known_camera = camera;
+  const fs::path path = images.empty() ? fs::path(info.sequence_path) : images;
   try {
-    return OpenSequence(wanted);
+    return OpenSequence({.path = path, .known_camera = camera});
   } catch (const InputError& error) {
     throw InputError("{}: the mapped images are needed, expected them at {} or with --images ({})",
-                     result.string(), wanted.path.string(), error.what());
+                     result.string(), path.string(), error.what());
   }
 }
 
@@ -60,18 +59,12 @@ void DenseInput::TakeMap(const MapSnapshot& map, double scale) {
                          std::max(1, static_cast<int>(std::lround(recorded.height * scale))));
   camera.distortion = {};
   std::vector<SnapshotKeyframe> sorted = map.keyframes;
-  std::sort(sorted.begin(), sorted.end(),
-            [](const auto& a, const auto& b) { return a.frame_index < b.frame_index; });
-  keyframes.clear();
-  ids.clear();
-  points.clear();
-  for (const SnapshotKeyframe& keyframe : sorted) {
-    keyframes.push_back({keyframe.frame_index, keyframe.T_map_camera});
-    ids.push_back(keyframe.id);
-  }
-  for (const SnapshotPoint& point : map.points) {
-    points.push_back(point.p_map.cast<double>());
-  }
+  std::ranges::sort(sorted, {}, &SnapshotKeyframe::frame_index);
+  keyframes = ToVector(sorted, [](const SnapshotKeyframe& keyframe) {
+    return PosedFrame{keyframe.frame_index, keyframe.T_map_camera};
+  });
+  ids = ToVector(sorted, &SnapshotKeyframe::id);
+  points = PositionsOf(map);
 }
 
 DenseInput ReadDenseInput(const fs::path& result, const fs::path& images, const DenseOptions& options) {

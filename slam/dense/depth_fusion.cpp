@@ -10,6 +10,7 @@
 #include "slam/dense/plane_fill.h"
 #include "slam/util/parallel.h"
 #include "slam/util/statistics.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -111,10 +112,8 @@ bool PutAll(const std::vector<Neighbourhood>& all, DepthCache& cache, int thread
     cache.Hold(needed);
     ParallelFor(end - first, threads, [&](std::size_t i) {
       const Neighbourhood& one = all[first + i];
-      std::vector<DepthMap> neighbours;
-      for (const std::int64_t neighbour : one.neighbours) {
-        neighbours.push_back(cache.Get(neighbour));
-      }
+      const std::vector<DepthMap> neighbours =
+          ToVector(one.neighbours, [&](const std::int64_t neighbour) { return cache.Get(neighbour); });
       recording.PutKept(make(cache.Get(one.keyframe), neighbours));
     });
     if (!progress(static_cast<int>(end), static_cast<int>(all.size()), state)) {

@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <utility>
-
 #include "slam/util/fingerprint.h"
 #include "slam/util/options.h"
 

@@ -28,12 +28,6 @@ std::vector<std::uint32_t> Corners(const cv::Mat& gray) {
   return corners;
 }
 
-Eigen::Matrix3d CameraMatrix(const Camera& camera) {
-  Eigen::Matrix3d K;
-  K << camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0;
-  return K;
-}
-
 // The loops below run over rows of floats and are written so that compilers can vectorise them.
 
 // Positions of a row's samples in the view. Outside, they are clamped to its border and `inside` is 0.
@@ -158,7 +152,7 @@ PatchScores::PatchScores(const StereoView& keyframe, const std::vector<StereoVie
   for (int x = 0; x < width_; ++x) {
     columns_[static_cast<std::size_t>(x)] = static_cast<float>(x);
   }
-  const Eigen::Matrix3d K = CameraMatrix(camera);
+  const Eigen::Matrix3d K = camera.K();
   for (const StereoView& other : views) {
     const Rigid3d T_view_keyframe = other.T_map_camera.Inverse() * keyframe.T_map_camera;
     View view;

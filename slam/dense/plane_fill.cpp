@@ -6,9 +6,11 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
-#include <numeric>
 #include <opencv2/imgproc.hpp>
 #include <optional>
+
+#include "slam/util/disjoint_sets.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -20,19 +22,11 @@ cv::Mat RegionsOf(const cv::Mat& bgr, double max_step) {
   cv::Mat smooth;
   cv::GaussianBlur(bgr, smooth, {3, 3}, 0.0);
   const int cols = smooth.cols;
-  std::vector<std::int32_t> parent(smooth.total());  // disjoint sets
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root = [&parent](std::int32_t i) {
-    while (parent[static_cast<std::size_t>(i)] != i) {
-      i = parent[static_cast<std::size_t>(i)] =
-          parent[static_cast<std::size_t>(parent[static_cast<std::size_t>(i)])];
-    }
-    return i;
-  };
+  DisjointSets sets(smooth.total());
   const auto join = [&](const cv::Vec3b& a, const cv::Vec3b& b, int i, int j) {
     const int step = std::max({std::abs(a[0] - b[0]), std::abs(a[1] - b[1]), std::abs(a[2] - b[2])});
     if (step <= max_step) {
-      parent[static_cast<std::size_t>(root(i))] = root(j);
+      sets.Join(i, j);
     }
   };
   for (int y = 0; y < smooth.rows; ++y) {
@@ -49,7 +43,7 @@ cv::Mat RegionsOf(const cv::Mat& bgr, double max_step) {
   }
   cv::Mat regions(smooth.size(), CV_32S);
   for (int i = 0; i < static_cast<int>(smooth.total()); ++i) {
-    regions.at<std::int32_t>(i / cols, i % cols) = root(i);
+    regions.at<std::int32_t>(i / cols, i % cols) = sets.Root(i);
   }
   return regions;
 }
@@ -354,10 +348,8 @@ DepthMap KeepConfirmedFills(const DepthMap& map, const std::vector<DepthMap>& ne
   DepthMap kept = map;
   kept.depth = map.depth.clone();
   kept.views = map.views.clone();
-  std::vector<Rigid3d> T_neighbour_map;
-  for (const DepthMap& neighbour : neighbours) {
-    T_neighbour_map.push_back(neighbour.T_map_camera.Inverse());
-  }
+  const std::vector<Rigid3d> T_neighbour_map =
+      ToVector(neighbours, [](const DepthMap& neighbour) { return neighbour.T_map_camera.Inverse(); });
   for (int y = 0; y < map.depth.rows; ++y) {
     for (int x = 0; x < map.depth.cols; ++x) {
       if (map.views.at<std::uint8_t>(y, x) != kFilledByPlane) {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "slam/detection/box_tracking.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -75,10 +76,9 @@ void BackgroundDetector::Work() {
 }
 
 std::vector<FrameBoxes> BackgroundDetector::BoxesOf(const std::vector<Frame>& batch) {
-  std::vector<FrameBoxes> boxes;
-  for (const Frame& frame : batch) {
-    boxes.push_back({frame.index, frame.timestamp, {}, false});
-  }
+  std::vector<FrameBoxes> boxes = ToVector(batch, [](const Frame& frame) {
+    return FrameBoxes{frame.index, frame.timestamp, {}, false};
+  });
   {
     const StageTimes::Scope timer(times_, "detection");
     boxes.back().detections = detector_->Detect(batch.back().bgr);

@@ -15,6 +15,7 @@
 #include "slam/util/limits.h"
 #include "slam/util/options.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -24,11 +25,9 @@ std::vector<std::string> ClassNames(const NetworkOptions& options) {
   if (options.classes.empty()) {
     return {kCocoNames.begin(), kCocoNames.end()};
   }
-  std::vector<std::string> names;
-  for (const std::string& name : options.classes) {
-    names.push_back(NormalizedLabel(ValidText(name).substr(0, kMaxLabelBytes)));
-  }
-  return names;
+  return ToVector(options.classes, [&](const std::string& name) {
+    return NormalizedLabel(ValidText(name).substr(0, kMaxLabelBytes));
+  });
 }
 
 // OpenCV's message without its file and line.

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <map>
+#include <ranges>
 #include <set>
+
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -56,10 +59,7 @@ BundleProblem ExtractBundleProblem(const Map& map, const Camera& camera, const s
 }
 
 BundleProblem ExtractBundleProblem(const Map& map, const Camera& camera) {
-  std::vector<KeyframeId> free;
-  for (const auto& [id, keyframe] : map.Keyframes()) {
-    free.push_back(id);
-  }
+  std::vector<KeyframeId> free = ToVector(map.Keyframes() | std::views::keys);
   if (free.empty()) {
     return {camera, {}, {}, {}};
   }
@@ -155,10 +155,7 @@ BundleAdjustmentReport LocalBundleAdjustment(Map& map, const Camera& camera, Key
     ranked.emplace_back(count, id);
   }
   std::ranges::sort(ranked, std::greater<>());
-  std::vector<KeyframeId> fixed;
-  for (const auto& [count, id] : ranked | std::views::take(options.max_fixed)) {
-    fixed.push_back(id);
-  }
+  std::vector<KeyframeId> fixed = ToVector(ranked | std::views::take(options.max_fixed) | std::views::values);
   // The gauge (pose and scale) needs two fixed keyframes: the two oldest while the map is small.
   std::ranges::sort(free);
   while (fixed.size() < 2 && free.size() > 1) {

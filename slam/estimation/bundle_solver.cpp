@@ -10,6 +10,7 @@
 #include "slam/estimation/bundle_objects.h"
 #include "slam/estimation/reprojection_cost.h"
 #include "slam/estimation/reprojection_error.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -174,10 +175,7 @@ class BundleSolver {
   }
 
   void MarkOutliers() {
-    std::vector<int> seen;
-    for (const BundlePoint& point : bundle_.points) {
-      seen.push_back(point.seen_elsewhere);
-    }
+    std::vector<int> seen = ToVector(bundle_.points, &BundlePoint::seen_elsewhere);
     for (BundleObservation& o : bundle_.observations) {
       const BundlePoint& point = bundle_.points[o.point];
       if (!o.inlier || !point.alive) {

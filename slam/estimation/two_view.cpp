@@ -11,6 +11,7 @@
 #include "slam/estimation/reprojection_error.h"
 #include "slam/geometry/angles.h"
 #include "slam/util/statistics.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -117,10 +118,8 @@ std::vector<Rigid3d> MotionsFromEssential(const cv::Mat& E) {
 TwoViewReport ChooseMotion(const Camera& camera, const std::vector<TwoViewMatch>& matches,
                            const std::vector<bool>& inliers, const std::vector<Rigid3d>& motions,
                            bool from_homography, const TwoViewOptions& options) {
-  std::vector<Candidate> candidates;
-  for (const Rigid3d& motion : motions) {
-    candidates.push_back(Reconstruct(camera, matches, inliers, motion));
-  }
+  std::vector<Candidate> candidates =
+      ToVector(motions, [&](const Rigid3d& motion) { return Reconstruct(camera, matches, inliers, motion); });
   std::ranges::stable_sort(candidates, std::greater{}, &Candidate::good);
   if (candidates.empty() || candidates.front().good == 0) {
     return {std::nullopt, "the motion has no translation (pure rotation or static camera)", 0.0};

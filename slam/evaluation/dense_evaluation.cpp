@@ -19,6 +19,7 @@
 #include "slam/util/error.h"
 #include "slam/util/json_file.h"
 #include "slam/util/statistics.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -92,19 +93,6 @@ std::optional<double> Flatness(std::vector<Eigen::Vector3d> points) {
     rms = std::sqrt(sum / static_cast<double>(nearest));
   }
   return rms;
-}
-
-std::optional<Rigid3d> TruePoseAt(const Trajectory& truth, double timestamp, double max_difference) {
-  const auto pairs = AssociateByTime({{timestamp, {}}}, truth, max_difference);
-  return pairs.empty() ? std::nullopt : std::optional(truth[pairs.front().second].T_map_camera);
-}
-
-std::vector<Eigen::Vector3d> InWorld(const std::vector<Eigen::Vector3d>& points, const Sim3d& S_world_map) {
-  std::vector<Eigen::Vector3d> moved;
-  for (const Eigen::Vector3d& p : points) {
-    moved.push_back(S_world_map * p);
-  }
-  return moved;
 }
 
 // Accumulates the errors of depth maps, pixel by pixel.
@@ -230,8 +218,9 @@ DenseEvaluation EvaluateDense(const fs::path& result, const fs::path& sequence,
   }
   tally.Summarize(evaluation);
   if (fs::exists(result / "dense.ply")) {
-    evaluation.top = Flatness(
-        tally.Known().OnTable(InWorld(ReadPointCloud(result / "dense.ply").points, aligned->S_world_map)));
+    evaluation.top = Flatness(tally.Known().OnTable(
+        ToVector(ReadPointCloud(result / "dense.ply").points,
+                 [&](const Eigen::Vector3d& p_map) { return aligned->S_world_map * p_map; })));
   }
   return evaluation;
 }

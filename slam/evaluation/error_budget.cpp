@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <opencv2/imgproc.hpp>
+#include <ranges>
 #include <tuple>
 #include <utility>
 
@@ -15,6 +16,7 @@
 #include "slam/objects/recorded_landmarks.h"
 #include "slam/objects/yaw.h"
 #include "slam/util/error.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -31,10 +33,15 @@ struct BudgetFrame {
 
 Rigid3d TruePose(const BudgetFrame& frame) { return frame.true_T_map_camera.value_or(frame.T_map_camera); }
 
+// Returns null if there is none.
+const BudgetFrame* FrameWith(std::int64_t index, const std::vector<BudgetFrame>& frames) {
+  const auto it = std::ranges::lower_bound(frames, index, {}, &BudgetFrame::index);
+  return it != frames.end() && it->index == index ? &*it : nullptr;
+}
+
 LineView LinesOfBox(const BudgetFrame& frame, const Box2d& box, const Camera& camera,
                     const YawOptions& options) {
-  const double share = box.Area() / (static_cast<double>(camera.width) * camera.height);
-  return {frame.T_map_camera, share > options.max_box_share
+  return {frame.T_map_camera, ShareOfImage(box, camera) > options.max_box_share
                                   ? std::vector<LineSegment>()
                                   : LinesInBox(frame.lines, UndistortBox(box, camera), options)};
 }
@@ -162,10 +169,7 @@ class Refit {
   }
 
  private:
-  const BudgetFrame* FrameOf(std::int64_t index) const {
-    const auto it = std::ranges::lower_bound(frames_, index, {}, &BudgetFrame::index);
-    return it != frames_.end() && it->index == index ? &*it : nullptr;
-  }
+  const BudgetFrame* FrameOf(std::int64_t index) const { return FrameWith(index, frames_); }
 
   void TakeTrueBoxesAndPoints() {
     constexpr double kGrown = 1.05;
@@ -189,16 +193,11 @@ class Refit {
   }
 
   void TakeTruePoses() {
-    for (BoxView& view : landmark_.views) {
-      if (const BudgetFrame* frame = FrameOf(view.frame_index)) {
-        view.T_map_camera = TruePose(*frame);
-      }
-    }
-    for (auto& [index, lines] : landmark_.lines) {
+    landmark_.ForEachPose([&](std::int64_t index, Rigid3d& T_map_camera) {
       if (const BudgetFrame* frame = FrameOf(index)) {
-        lines.T_map_camera = TruePose(*frame);
+        T_map_camera = TruePose(*frame);
       }
-    }
+    });
   }
 
   void ProjectBoxes(const PosedSuperquadric& solid) {
@@ -253,19 +252,10 @@ class Refit {
 void AddLines(const std::vector<BudgetFrame>& frames, const Camera& camera, const YawOptions& options,
               Landmark& landmark) {
   for (const BoxView& view : landmark.views) {
-    const auto frame = std::ranges::lower_bound(frames, view.frame_index, {}, &BudgetFrame::index);
-    if (frame != frames.end() && frame->index == view.frame_index) {
+    if (const BudgetFrame* frame = FrameWith(view.frame_index, frames)) {
       landmark.lines.emplace_back(view.frame_index, LinesOfBox(*frame, view.box, camera, options));
     }
   }
-}
-
-std::vector<Eigen::Vector3d> Positions(const MapSnapshot& map) {
-  std::vector<Eigen::Vector3d> points;
-  for (const SnapshotPoint& point : map.points) {
-    points.push_back(point.p_map.cast<double>());
-  }
-  return points;
 }
 
 // The recorded evidence of a run on its objects, with lines extracted from the images again.
@@ -281,7 +271,7 @@ struct RecordedEvidence {
                    const ObjectOptions& options)
       : map(recording.Last()),
         frames(ReadFrames(recording, poses, true_poses, options)),
-        supports(SupportSurfaces::Find(Positions(*map), options.gravity)),
+        supports(SupportSurfaces::Find(PositionsOf(*map), options.gravity)),
         classes(ClassPriors::Named(options.class_priors)),
         landmarks(RecordedLandmarks(recording, *map, poses, supports, options)) {
     for (auto& [id, landmark] : landmarks) {
@@ -293,10 +283,8 @@ struct RecordedEvidence {
   }
 
   EstimationContext ContextOf(int id, const ObjectOptions& options) const {
-    std::vector<const Landmark*> all;
-    for (const auto& [other, landmark] : landmarks) {
-      all.push_back(&landmark);
-    }
+    const std::vector<const Landmark*> all =
+        ToVector(landmarks | std::views::values, [](const auto& landmark) { return &landmark; });
     return {.options = &options,
             .camera = map->camera,
             .upright = true,
@@ -343,15 +331,14 @@ ErrorBudget ComputeErrorBudget(const fs::path& result, const fs::path& sequence,
   const Sim3d S_map_world = evaluation.trajectory.S_world_map.Inverse();
   const Trajectory truth = ReadTruePoses(sequence);
   const PoseAtTime true_poses = [&](double timestamp) -> std::optional<Rigid3d> {
-    const auto pair = AssociateByTime({{timestamp, {}}}, truth, evaluation_options.max_time_difference);
-    return pair.empty() ? std::nullopt : std::optional(S_map_world * truth[pair.front().second].T_map_camera);
+    const auto pose = TruePoseAt(truth, timestamp, evaluation_options.max_time_difference);
+    return pose ? std::optional(S_map_world * *pose) : std::nullopt;
   };
   const RecordedEvidence evidence(recording, PosesByTime(ReadTrajectory(result / "trajectory.txt")),
                                   true_poses, options);
-  std::vector<PosedSuperquadric> true_solids;
-  for (const GroundTruthObject& object : evaluation.truth) {
-    true_solids.push_back(S_map_world * object.solid.ToSuperquadric());
-  }
+  const std::vector<PosedSuperquadric> true_solids =
+      ToVector(evaluation.truth,
+               [&](const GroundTruthObject& object) { return S_map_world * object.solid.ToSuperquadric(); });
   const std::vector<std::vector<int>> true_boxes =
       TrueBoxes(evidence.frames, true_solids, evidence.map->camera);
   for (const ObjectMatch& match : evaluation.objects.matches) {

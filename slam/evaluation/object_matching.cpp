@@ -9,6 +9,7 @@
 
 #include "slam/io/coco.h"
 #include "slam/objects/assignment.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -156,10 +157,9 @@ ObjectMatching MatchObjects(const std::vector<SnapshotObject>& mapped,
                             const MatchingOptions& options) {
   const int rows = static_cast<int>(truth.size());
   const int columns = static_cast<int>(mapped.size());
-  std::vector<Solid> solids;
-  for (const SnapshotObject& object : mapped) {
-    solids.push_back(Transform(S_world_map, Solid::FromSuperquadric(object.superquadric)));
-  }
+  const std::vector<Solid> solids = ToVector(mapped, [&](const SnapshotObject& object) {
+    return Transform(S_world_map, Solid::FromSuperquadric(object.superquadric));
+  });
   Eigen::MatrixXd affinity = Eigen::MatrixXd::Zero(rows, columns);
   for (int i = 0; i < rows; ++i) {
     for (int j = 0; j < columns; ++j) {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "slam/util/statistics.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -20,14 +21,6 @@ std::string Fixed(double value, int decimals) {
   const std::string text = fmt::format("{:.{}f}", value, decimals);
   const bool is_zero = text.find_first_not_of("-0.") == std::string::npos;
   return is_zero && text.starts_with('-') ? text.substr(1) : text;  // no "-0.00"
-}
-
-// Calls `make` on each and returns the results.
-template <typename Items, typename Make>
-std::vector<std::string> Each(const Items& items, const Make& make) {
-  std::vector<std::string> made;
-  std::transform(items.begin(), items.end(), std::back_inserter(made), make);
-  return made;
 }
 
 // Counts the characters, not the bytes, of UTF-8.
@@ -72,9 +65,11 @@ std::string Significant(double value) { return fmt::format("{:.6g}", value); }
 
 using Escapes = std::initializer_list<std::pair<char, std::string_view>>;
 
-std::string Escaped(std::string_view text, Escapes escapes) {
+// Puts a backslash before the characters of `plain` and replaces others.
+std::string Escaped(std::string_view text, std::string_view plain, Escapes escapes) {
   std::string escaped;
   for (const char c : text) {
+    escaped += plain.find(c) != std::string_view::npos ? "\\" : "";
     const auto found =
         std::find_if(escapes.begin(), escapes.end(), [c](const auto& escape) { return escape.first == c; });
     escaped += found != escapes.end() ? found->second : std::string_view(&c, 1);
@@ -104,7 +99,7 @@ std::string ToText(const Table& table) {
   const std::vector<bool> right = RightAligned(table);
   std::vector<std::vector<std::string>> lines = {table.columns};
   for (const auto& row : table.rows) {
-    lines.push_back(Each(row, FormatCell));
+    lines.push_back(ToVector(row, FormatCell));
   }
   std::vector<std::size_t> widths(table.columns.size(), 0);
   for (const auto& line : lines) {
@@ -132,10 +127,11 @@ std::string ToMarkdown(const Table& table) {
   const auto add_row = [&text](const std::vector<std::string>& cells) {
     text += fmt::format("| {} |\n", fmt::join(cells, " | "));
   };
-  add_row(Each(table.columns, EscapeMarkdown));
-  add_row(Each(RightAligned(table), [](bool is_right) { return is_right ? "---:" : "---"; }));
+  add_row(ToVector(table.columns, EscapeMarkdown));
+  add_row(
+      ToVector(RightAligned(table), [](bool is_right) { return std::string(is_right ? "---:" : "---"); }));
   for (const auto& row : table.rows) {
-    add_row(Each(row, [](const Cell& cell) { return EscapeMarkdown(FormatCell(cell)); }));
+    add_row(ToVector(row, [](const Cell& cell) { return EscapeMarkdown(FormatCell(cell)); }));
   }
   for (const std::string& note : table.notes) {
     text += fmt::format("\n{}\n", EscapeMarkdown(note));
@@ -152,9 +148,9 @@ std::string ToLatex(const Table& table) {
       "% needs \\usepackage{{booktabs}}\n\\begin{{table}}\n  \\centering\n  \\caption{{{}}}\n  "
       "\\begin{{tabular}}{{{}}}\n    \\toprule\n",
       EscapeLatex(table.title), alignment);
-  text += fmt::format("    {} \\\\ \\midrule\n", fmt::join(Each(table.columns, EscapeLatex), " & "));
+  text += fmt::format("    {} \\\\ \\midrule\n", fmt::join(ToVector(table.columns, EscapeLatex), " & "));
   for (const auto& row : table.rows) {
-    text += fmt::format("    {} \\\\\n", fmt::join(Each(row, LatexCell), " & "));
+    text += fmt::format("    {} \\\\\n", fmt::join(ToVector(row, LatexCell), " & "));
   }
   text += "    \\bottomrule\n  \\end{tabular}\n";
   for (const std::string& note : table.notes) {
@@ -172,7 +168,7 @@ std::string ToCsv(const Table& table) {
   }
   std::string text;
   const auto add_line = [&text](const std::vector<std::string>& cells) {
-    text += fmt::format("{}\n", fmt::join(Each(cells, EscapeCsv), ","));
+    text += fmt::format("{}\n", fmt::join(ToVector(cells, EscapeCsv), ","));
   };
   std::vector<std::string> line;
   for (std::size_t i = 0; i < wide.size(); ++i) {
@@ -199,31 +195,16 @@ std::string ToCsv(const Table& table) {
   return text;
 }
 
-std::string EscapeMarkdown(std::string_view text) {
-  return Escaped(text, {{'|', "\\|"},
-                        {'*', "\\*"},
-                        {'_', "\\_"},
-                        {'`', "\\`"},
-                        {'<', "\\<"},
-                        {'[', "\\["},
-                        {'\\', "\\\\"},
-                        {'\n', " "}});
-}
+std::string EscapeMarkdown(std::string_view text) { return Escaped(text, "|*_`<[\\", {{'\n', " "}}); }
 
 std::string EscapeLatex(std::string_view text) {
-  return Escaped(text, {{'&', "\\&"},
-                        {'%', "\\%"},
-                        {'$', "\\$"},
-                        {'#', "\\#"},
-                        {'_', "\\_"},
-                        {'{', "\\{"},
-                        {'}', "\\}"},
-                        {'~', "\\textasciitilde{}"},
-                        {'^', "\\textasciicircum{}"},
-                        {'\\', "\\textbackslash{}"},
-                        {'<', "\\textless{}"},
-                        {'>', "\\textgreater{}"},
-                        {'\n', " "}});
+  return Escaped(text, "&%$#_{}",
+                 {{'~', "\\textasciitilde{}"},
+                  {'^', "\\textasciicircum{}"},
+                  {'\\', "\\textbackslash{}"},
+                  {'<', "\\textless{}"},
+                  {'>', "\\textgreater{}"},
+                  {'\n', " "}});
 }
 
 std::string EscapeCsv(std::string_view text) {
@@ -232,7 +213,7 @@ std::string EscapeCsv(std::string_view text) {
   const bool number = text.find_first_not_of("+-0123456789.,eE%() ") == std::string_view::npos;
   const std::string cell = fmt::format("{}{}", first == 0 && !number ? "'" : "", text);
   const bool plain = cell.find_first_of(",\"\r\n") == std::string::npos;
-  return plain ? cell : fmt::format("\"{}\"", Escaped(cell, {{'"', "\"\""}}));
+  return plain ? cell : fmt::format("\"{}\"", Escaped(cell, "", {{'"', "\"\""}}));
 }
 
 }  // namespace sqslam

@@ -14,6 +14,7 @@
 #include "slam/geometry/eigen_system.h"
 #include "slam/util/error.h"
 #include "slam/util/statistics.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -148,11 +149,8 @@ CanonicalCloud ToCanonicalFrame(std::span<const Vector3d> cloud, bool upright) {
   if (!(radius > 1e-12 * largest) || !std::isfinite(radius)) {
     throw InputError("the points of the cloud coincide, expected points on the surface of an object");
   }
-  std::vector<Vector3d> normalized;
-  normalized.reserve(cloud.size());
-  for (const Vector3d& p : cloud) {
-    normalized.push_back((p - mean) / radius);
-  }
+  const std::vector<Vector3d> normalized =
+      ToVector(cloud, [&](const Vector3d& p) -> Vector3d { return (p - mean) / radius; });
   const Moments moments = WeightedMoments(normalized, [](const Vector3d& p) {
     const double square_distance = p.squaredNorm();
     return 1.0 / (1.0 + square_distance * square_distance);
@@ -162,10 +160,9 @@ CanonicalCloud ToCanonicalFrame(std::span<const Vector3d> cloud, bool upright) {
   CanonicalCloud result;
   result.S_map_canonical = {radius * unit, Eigen::Quaterniond(axes).normalized(),
                             mean + radius * moments.mean};
-  std::vector<Vector3d> points;
-  for (const Vector3d& p : normalized) {
-    points.push_back(axes.transpose() * (p - moments.mean) / unit);
-  }
+  std::vector<Vector3d> points = ToVector(normalized, [&](const Vector3d& p) -> Vector3d {
+    return axes.transpose() * (p - moments.mean) / unit;
+  });
   result.source.resize(points.size());
   std::iota(result.source.begin(), result.source.end(), std::size_t{0});
   std::ranges::sort(result.source, [&](std::size_t a, std::size_t b) {
@@ -326,10 +323,8 @@ std::vector<SuperquadricFit> FitSuperquadrics(std::span<const Vector3d> cloud,
   }
   std::vector<SuperquadricFit> fits;
   for (const std::vector<std::size_t>& cluster : clusters) {
-    std::vector<Vector3d> part;
-    for (const std::size_t i : cluster) {
-      part.push_back(cloud[canonical.source[i]]);
-    }
+    const std::vector<Vector3d> part =
+        ToVector(cluster, [&](const std::size_t i) -> Vector3d { return cloud[canonical.source[i]]; });
     SuperquadricFit fit = FitSuperquadric(part, options.fit);
     std::vector<bool> inlier(cloud.size(), false);
     for (std::size_t k = 0; k < cluster.size(); ++k) {

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "slam/fitting/surface_measures.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -228,12 +229,7 @@ class Likelihood {
   std::vector<double> Distances(const PosedSuperquadric& superquadric) const {
     const SurfaceDistance distance(superquadric.shape);
     const Rigid3d T_object_map = superquadric.T_map_object.Inverse();
-    std::vector<double> distances;
-    distances.reserve(points_.size());
-    for (const Vector3d& p : points_) {
-      distances.push_back(distance(T_object_map * p));
-    }
-    return distances;
+    return ToVector(points_, [&](const Vector3d& p) { return distance(T_object_map * p); });
   }
 
   const Points& points_;

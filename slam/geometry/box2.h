@@ -24,6 +24,16 @@ struct Box2d {
   }
 };
 
+// Returns the box through the transformed midpoints of the box's edges.
+Box2d WithMovedEdges(const Box2d& box, const auto& move) {
+  const Eigen::Vector2d center = box.Center();
+  const double left = move(Eigen::Vector2d(box.x, center.y())).x();
+  const double right = move(Eigen::Vector2d(box.x + box.width, center.y())).x();
+  const double top = move(Eigen::Vector2d(center.x(), box.y)).y();
+  const double bottom = move(Eigen::Vector2d(center.x(), box.y + box.height)).y();
+  return {left, top, right - left, bottom - top};
+}
+
 // Index of an edge in arrays with one value per edge.
 enum BoxEdge : std::size_t { kLeftEdge, kTopEdge, kRightEdge, kBottomEdge };
 

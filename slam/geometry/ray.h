@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <optional>
 #include <utility>
@@ -12,6 +13,23 @@ namespace sqslam {
 struct Ray {
   Eigen::Vector3d origin;
   Eigen::Vector3d direction;  // of any length > 0
+};
+
+// Sums the squared distances of a point from rays.
+struct RaySum {
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d weighted = Eigen::Vector3d::Zero();
+
+  // `ray`: with a direction of length 1.
+  void Add(const Ray& ray, double weight = 1.0) {
+    const Eigen::Matrix3d across =
+        weight * (Eigen::Matrix3d::Identity() - ray.direction * ray.direction.transpose());
+    information += across;
+    weighted += across * ray.origin;
+  }
+
+  // Returns the point with the least sum.
+  Eigen::Vector3d Nearest() const { return information.ldlt().solve(weighted); }
 };
 
 // Returns the distances, in lengths of the direction, at which a ray enters and leaves a solid; the first is

@@ -14,6 +14,7 @@
 #include "slam/features/orb_extractor.h"
 #include "slam/util/error.h"
 #include "slam/util/statistics.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -60,10 +61,8 @@ std::vector<TwoViewMatch> MatchesOf(const FrameFeatures& a, const FrameFeatures&
 
 // Median length, px.
 double FlowOf(const std::vector<TwoViewMatch>& matches) {
-  std::vector<double> lengths;
-  for (const TwoViewMatch& match : matches) {
-    lengths.push_back((match.pixel2 - match.pixel1).norm());
-  }
+  std::vector<double> lengths =
+      ToVector(matches, [](const TwoViewMatch& match) { return (match.pixel2 - match.pixel1).norm(); });
   return UpperMedian(std::move(lengths));
 }
 

@@ -3,7 +3,6 @@
 #include <cctype>
 #include <map>
 #include <string_view>
-#include <utility>
 
 #include "slam/io/box_text.h"
 
@@ -16,54 +15,22 @@ constexpr std::array<std::string_view, 12> kMotNames = {
     "person", "person", "car",        "bicycle",  "motorcycle",         "vehicle",
     "person", "person", "distractor", "occluder", "occluder_on_ground", "occluder"};
 
-// Column names and their kinds.
-using ColumnName = std::pair<std::string_view, const char*>;
-constexpr std::array kColumnNames = std::to_array<ColumnName>({{"timestamp", "time"},
-                                                               {"time", "time"},
-                                                               {"frame", "frame"},
-                                                               {"frame_id", "frame"},
-                                                               {"frame_number", "frame"},
-                                                               {"image", "image"},
-                                                               {"filename", "image"},
-                                                               {"file_name", "image"},
-                                                               {"image_id", "image"},
-                                                               {"file", "image"},
-                                                               {"label", "label"},
-                                                               {"class", "label"},
-                                                               {"name", "label"},
-                                                               {"class_name", "label"},
-                                                               {"category", "label"},
-                                                               {"score", "score"},
-                                                               {"confidence", "score"},
-                                                               {"conf", "score"},
-                                                               {"x", "x"},
-                                                               {"left", "x"},
-                                                               {"xmin", "x"},
-                                                               {"x_min", "x"},
-                                                               {"x1", "x"},
-                                                               {"y", "y"},
-                                                               {"top", "y"},
-                                                               {"ymin", "y"},
-                                                               {"y_min", "y"},
-                                                               {"y1", "y"},
-                                                               {"cx", "cx"},
-                                                               {"x_center", "cx"},
-                                                               {"xcenter", "cx"},
-                                                               {"cy", "cy"},
-                                                               {"y_center", "cy"},
-                                                               {"ycenter", "cy"},
-                                                               {"w", "w"},
-                                                               {"width", "w"},
-                                                               {"h", "h"},
-                                                               {"height", "h"},
-                                                               {"x2", "x2"},
-                                                               {"xmax", "x2"},
-                                                               {"x_max", "x2"},
-                                                               {"right", "x2"},
-                                                               {"y2", "y2"},
-                                                               {"ymax", "y2"},
-                                                               {"y_max", "y2"},
-                                                               {"bottom", "y2"}});
+// Names of columns: in each row the kind of column, which is a name too, and its other names.
+constexpr std::array<std::array<std::string_view, 6>, 13> kColumnNames = {{
+    {"time", "timestamp"},
+    {"frame", "frame_id", "frame_number"},
+    {"image", "filename", "file_name", "image_id", "file"},
+    {"label", "class", "name", "class_name", "category"},
+    {"score", "confidence", "conf"},
+    {"x", "left", "xmin", "x_min", "x1"},
+    {"y", "top", "ymin", "y_min", "y1"},
+    {"cx", "x_center", "xcenter"},
+    {"cy", "y_center", "ycenter"},
+    {"w", "width"},
+    {"h", "height"},
+    {"x2", "xmax", "x_max", "right"},
+    {"y2", "ymax", "y_max", "bottom"},
+}};
 
 // Columns of a table by kind.
 class Columns {
@@ -72,9 +39,9 @@ class Columns {
     for (std::size_t i = 0; i < header.words.size(); ++i) {
       std::string name = header.words[i];
       std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
-      for (const auto& [other, kind] : kColumnNames) {
-        if (name == other) {
-          at_.emplace(kind, i);
+      for (const auto& names : kColumnNames) {
+        if (!name.empty() && std::ranges::find(names, name) != names.end()) {
+          at_.emplace(names.front(), i);
         }
       }
     }

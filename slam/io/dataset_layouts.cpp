@@ -141,6 +141,17 @@ std::vector<SequenceFrame> ListKitti(const fs::path& folder) {
   return frames;
 }
 
+// `what`: the origin of the timestamps.
+void CheckRising(const std::vector<SequenceFrame>& frames, const char* what) {
+  for (std::size_t i = 1; i < frames.size(); ++i) {
+    if (frames[i].timestamp <= frames[i - 1].timestamp) {
+      throw InputError("{}: its {} does not follow that of {}, expected rising {}s",
+                       frames[i].image_path.string(), what, frames[i - 1].image_path.filename().string(),
+                       what);
+    }
+  }
+}
+
 }  // namespace
 
 std::optional<Camera> CameraOfDataset(SequenceFormat format, const fs::path& folder) {
@@ -167,12 +178,7 @@ std::vector<SequenceFrame> ListTimed(SequenceFormat format, const fs::path& fold
     throw InputError("{}: no image of the {} layout in it, expected at least one", folder.string(),
                      NameOf(format));
   }
-  for (std::size_t i = 1; i < frames.size(); ++i) {
-    if (frames[i].timestamp <= frames[i - 1].timestamp) {
-      throw InputError("{}: its time does not follow that of {}, expected rising times",
-                       frames[i].image_path.string(), frames[i - 1].image_path.filename().string());
-    }
-  }
+  CheckRising(frames, "time");
   return frames;
 }
 
@@ -224,12 +230,7 @@ std::vector<SequenceFrame> ListNumbered(SequenceFormat format, const fs::path& f
     throw InputError("{}: no image of the {} layout in it, expected names like {}", folder.string(),
                      NameOf(format), layout.example);
   }
-  for (std::size_t i = 1; i < frames.size(); ++i) {
-    if (frames[i].timestamp <= frames[i - 1].timestamp) {
-      throw InputError("{}: its number does not follow that of {}, expected rising frame numbers",
-                       frames[i].image_path.string(), frames[i - 1].image_path.filename().string());
-    }
-  }
+  CheckRising(frames, "frame number");
   return frames;
 }
 

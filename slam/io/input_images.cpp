@@ -20,10 +20,7 @@ InputImages::InputImages(const RecordingReader& recording) : camera_(recording.L
     return;
   }
   try {
-    SequenceRequest request;
-    request.path = recording.Info().sequence_path;
-    request.known_camera = camera_;
-    sequence_ = OpenSequence(request);
+    sequence_ = OpenSequence({.path = recording.Info().sequence_path, .known_camera = camera_});
   } catch (const std::exception& error) {  // moved, deleted, or a live camera
     why_not_ = error.what();
   }

@@ -15,6 +15,7 @@
 #include "slam/io/video_index.h"
 #include "slam/util/error.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -295,11 +296,7 @@ Sequence OpenSequence(const SequenceRequest& request) {
 }
 
 std::vector<double> Timestamps(const Sequence& sequence) {
-  std::vector<double> timestamps;
-  for (const SequenceFrame& frame : sequence.frames) {
-    timestamps.push_back(frame.timestamp);
-  }
-  return timestamps;
+  return ToVector(sequence.frames, &SequenceFrame::timestamp);
 }
 
 std::vector<std::string> ImageNames(const Sequence& sequence) {

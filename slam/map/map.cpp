@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <limits>
+#include <ranges>
 
 #include "slam/features/matching.h"
 #include "slam/util/statistics.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -58,11 +60,7 @@ std::vector<KeyframeId> Keyframe::BestCovisible(int count) const {
     sorted.emplace_back(weight, other);
   }
   std::ranges::sort(sorted, std::greater<>());
-  std::vector<KeyframeId> best;
-  for (const auto& [weight, other] : sorted | std::views::take(count)) {
-    best.push_back(other);
-  }
-  return best;
+  return ToVector(sorted | std::views::take(count) | std::views::values);
 }
 
 Map::Map(const ScaleLevels& levels, std::shared_ptr<IdSource> ids)
@@ -170,10 +168,9 @@ void Map::UpdateAppearance(PointId id) {
     return;
   }
   MapPoint& point = Point(id);
-  std::vector<const Descriptor*> descriptors;
-  for (const Observation& o : point.observations) {
-    descriptors.push_back(&At(o.keyframe).features->descriptors[o.keypoint]);
-  }
+  const std::vector<const Descriptor*> descriptors = ToVector(point.observations, [&](const Observation& o) {
+    return &At(o.keyframe).features->descriptors[o.keypoint];
+  });
   point.descriptor = MedianDescriptor(descriptors);
   const Observation& first = point.observations.front();
   point.rgb = At(first.keyframe).features->colors[first.keypoint];

@@ -11,6 +11,7 @@
 #include "slam/features/matching.h"
 #include "slam/mapping/local_mapping.h"
 #include "slam/util/statistics.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -37,15 +38,22 @@ std::optional<CommonScale> FindCommonScale(const std::vector<Sim3Match>& matches
     return std::nullopt;
   }
   const auto ratio = [](const Sim3Match& match) { return match.p_camera1.norm() / match.p_camera2.norm(); };
-  std::vector<double> ratios;
-  std::ranges::transform(matches, std::back_inserter(ratios), ratio);
-  CommonScale common{UpperMedian(std::move(ratios)), {}};
+  CommonScale common{UpperMedian(ToVector(matches, ratio)), {}};
   std::ranges::copy_if(matches, std::back_inserter(common.matches), [&](const Sim3Match& match) {
     return std::abs(ratio(match) / common.scale - 1.0) <= kSlack;
   });
   const bool agreed =
       static_cast<int>(common.matches.size()) >= min_matches && 2 * common.matches.size() >= matches.size();
   return agreed ? std::optional(std::move(common)) : std::nullopt;
+}
+
+TrackedFrame Untracked(const LeftoverFrame& leftover) {
+  TrackedFrame frame;
+  frame.index = leftover.index;
+  frame.timestamp = leftover.timestamp;
+  frame.features = leftover.features;
+  frame.ForgetPoints();
+  return frame;
 }
 
 // Up to `count` keyframes before and as many after a frame.
@@ -85,11 +93,7 @@ std::set<KeyframeId> Completion::Candidates(const Map& map, std::int64_t frame_i
 
 std::optional<TrackedFrame> Completion::Locate(const Map& map, const TrackingView& view,
                                                const LeftoverFrame& leftover) const {
-  TrackedFrame frame;
-  frame.index = leftover.index;
-  frame.timestamp = leftover.timestamp;
-  frame.features = leftover.features;
-  frame.ForgetPoints();
+  TrackedFrame frame = Untracked(leftover);
   const bool found = tracker_.LocateAmong(view, Candidates(map, leftover.index, *leftover.features),
                                           options_.min_inliers, frame);
   return found ? std::optional(std::move(frame)) : std::nullopt;
@@ -140,11 +144,7 @@ std::optional<TrackedFrame> Completion::StepFrom(const Map& map, const Keyframe&
   }
   Rigid3d T_frame_keyframe = step->T_camera2_camera1;
   T_frame_keyframe.translation *= common->scale;
-  TrackedFrame frame;
-  frame.index = leftover.index;
-  frame.timestamp = leftover.timestamp;
-  frame.features = leftover.features;
-  frame.ForgetPoints();
+  TrackedFrame frame = Untracked(leftover);
   frame.T_camera_map = T_frame_keyframe * keyframe.T_camera_map;
   frame.anchor = {keyframe.id, T_frame_keyframe, keyframe.scale};
   int known = 0;
@@ -171,11 +171,7 @@ std::vector<KeyframeId> Completion::LikeliestToTie(const Map& current, const Map
     ranked.emplace_back(TimeDistance(known, keyframe.frame_index), id);
   }
   std::ranges::sort(ranked);
-  std::vector<KeyframeId> likeliest;
-  for (const auto& [distance, id] : ranked | std::views::take(options_.max_tie_attempts)) {
-    likeliest.push_back(id);
-  }
-  return likeliest;
+  return ToVector(ranked | std::views::take(options_.max_tie_attempts) | std::views::values);
 }
 
 std::optional<SubmapTie> Completion::Tie(const Map& current, const Map& known,

@@ -3,13 +3,13 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <ranges>
 
 #include "slam/estimation/reprojection_error.h"
 #include "slam/estimation/two_view.h"
 #include "slam/features/matching.h"
 #include "slam/geometry/lie.h"
 #include "slam/util/statistics.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -27,10 +27,9 @@ std::set<KeyframeId> Neighbourhood(const Map& map, KeyframeId id, const FusionOp
 }
 
 double MedianDepth(const Map& map, const Keyframe& keyframe) {
-  std::vector<double> depths;
-  for (const PointId point : keyframe.SeenPoints()) {
-    depths.push_back((keyframe.T_camera_map * map.Point(point).p_map).z());
-  }
+  std::vector<double> depths = ToVector(keyframe.SeenPoints(), [&](const PointId point) {
+    return (keyframe.T_camera_map * map.Point(point).p_map).z();
+  });
   return depths.empty() ? std::numeric_limits<double>::infinity() : UpperMedian(std::move(depths));
 }
 

@@ -218,6 +218,22 @@ void Mapper::KeepUpright(bool last) {
   }
 }
 
+std::vector<const Map*> Mapper::MapsActiveFirst() const {
+  std::vector<const Map*> maps{&active_->Map()};
+  for (const auto& [number, submap] : submaps_) {
+    if (&submap != active_) {
+      maps.push_back(&submap.Map());
+    }
+  }
+  return maps;
+}
+
+Submap& Mapper::SubmapWith(KeyframeId keyframe) {
+  return std::ranges::find_if(submaps_,
+                              [&](const auto& entry) { return entry.second.Map().HasKeyframe(keyframe); })
+      ->second;
+}
+
 // Closes a loop or merges two submaps if the keyframe shows a place that is already mapped. Returns true if
 // it did.
 bool Mapper::CloseLoop(KeyframeId keyframe) {
@@ -226,25 +242,18 @@ bool Mapper::CloseLoop(KeyframeId keyframe) {
     return false;
   }
   const StageTimes::Scope timer(times_, "mapping.loops");
-  std::vector<const Map*> maps{&active_->Map()};
-  for (const auto& [number, submap] : submaps_) {
-    if (&submap != active_) {
-      maps.push_back(&submap.Map());
-    }
-  }
-  const std::optional<LoopCandidate> loop = places_.Recognize(maps, keyframe);
+  const std::optional<LoopCandidate> loop = places_.Recognize(MapsActiveFirst(), keyframe);
   if (!loop) {
     return false;
   }
   adjustment_.Stop();
   last_loop_ = keyframe;
-  const auto known = std::ranges::find_if(
-      submaps_, [&](const auto& entry) { return entry.second.Map().HasKeyframe(loop->known); });
-  if (&known->second == active_) {
+  Submap& known = SubmapWith(loop->known);
+  if (&known == active_) {
     active_->Bend([&](Map& map) { CorrectLoop(map, camera_, *loop, options, loop_edges_); });
     ++counters_.loops;
   } else {
-    MergeSubmaps(*loop, known->second);
+    MergeSubmaps(*loop, known);
     ++counters_.merges;
   }
   AdjustInBackground();
@@ -303,6 +312,11 @@ void Mapper::MoveOrigins(std::int64_t submap, const Sim3d& S_new_old, std::int64
   }
 }
 
+bool Mapper::HasFrame(std::int64_t index) const {
+  return std::ranges::any_of(std::views::values(submaps_),
+                             [&](const Submap& submap) { return submap.HasFrame(index); });
+}
+
 // Tracks the frames before the map's first keyframe once the map is large enough to locate them.
 void Mapper::TrackBacklog() {
   constexpr std::size_t kSolid = 4;  // keyframes
@@ -314,8 +328,7 @@ void Mapper::TrackBacklog() {
   if (view->Knows(backlog_->next.anchor.reference)) {
     for (const TrackedFrame& frame :
          TrackBackward(pose_tracker_, *view, *backlog_, options_.tracking.min_recovery_inliers)) {
-      if (std::ranges::none_of(std::views::values(submaps_),
-                               [&](const Submap& submap) { return submap.HasFrame(frame.index); })) {
+      if (!HasFrame(frame.index)) {
         active_->RecordFrame(frame.index, frame.timestamp, frame.anchor,
                              MatchesOf(frame, pose_tracker_.Levels()));
       }

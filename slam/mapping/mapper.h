@@ -88,12 +88,15 @@ class Mapper {
   void CountReturn(KeyframeId keyframe);
   void OptimizeLocally(KeyframeId keyframe);
   void OptimizeGlobally(bool with_objects, bool with_frames = false);
+  std::vector<const Map*> MapsActiveFirst() const;
+  Submap& SubmapWith(KeyframeId keyframe);
   bool CloseLoop(KeyframeId keyframe);
   void MergeSubmaps(const LoopCandidate& loop, Submap& known);
   void AdjustInBackground();
   bool TakeAdjustment();
   void KeepUpright(bool last);
   void MoveOrigins(std::int64_t submap, const Sim3d& S_new_old, std::int64_t new_submap);
+  bool HasFrame(std::int64_t index) const;  // in any submap
   void TrackBacklog();
   void PublishView();
   MapSnapshotPtr MakeSnapshot();

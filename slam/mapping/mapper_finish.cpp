@@ -1,18 +1,13 @@
 // The end of a run: leftovers are tried once more, then every submap gets its last adjustment.
 #include <algorithm>
 #include <ranges>
-#include <set>
 
 #include "slam/mapping/local_mapping.h"
 #include "slam/mapping/mapper.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
-
-bool IsPlaced(const std::map<std::int64_t, Submap>& submaps, std::int64_t frame) {
-  return std::ranges::any_of(std::views::values(submaps),
-                             [&](const Submap& submap) { return submap.HasFrame(frame); });
-}
 
 // Returns true if the frame shows enough that its reference keyframe does not.
 bool AddsToMap(const Map& map, const TrackedFrame& frame, double keyframe_share) {
@@ -25,10 +20,8 @@ bool AddsToMap(const Map& map, const TrackedFrame& frame, double keyframe_share)
 
 // Returns all submaps, the one with the most frames first.
 std::vector<Submap*> Mapper::RankedSubmaps() {
-  std::vector<Submap*> ranked;
-  for (auto& [number, submap] : submaps_) {
-    ranked.push_back(&submap);
-  }
+  std::vector<Submap*> ranked =
+      ToVector(submaps_ | std::views::values, [](Submap& submap) { return &submap; });
   std::ranges::stable_sort(ranked,
                            [](const Submap* a, const Submap* b) { return a->NumFrames() > b->NumFrames(); });
   return ranked;
@@ -37,7 +30,7 @@ std::vector<Submap*> Mapper::RankedSubmaps() {
 void Mapper::Complete() {
   const CompletionOptions& options = options_.mapping.completion;
   for (const std::int64_t index : leftovers_.Indices()) {
-    if (IsPlaced(submaps_, index)) {
+    if (HasFrame(index)) {
       leftovers_.Remove(index);
     }
   }

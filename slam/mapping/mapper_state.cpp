@@ -132,12 +132,7 @@ Mapper::Restored Mapper::Restore(std::string_view bytes, const std::string& what
 
 bool Mapper::TieToOthers(std::int64_t submap) {
   active_ = &submaps_.at(submap);
-  std::vector<const Map*> maps{&active_->Map()};
-  for (const auto& [number, other] : submaps_) {
-    if (number != submap) {
-      maps.push_back(&other.Map());
-    }
-  }
+  const std::vector<const Map*> maps = MapsActiveFirst();
   std::vector<KeyframeId> own;
   std::optional<LoopCandidate> best;
   for (const auto& [id, keyframe] : active_->Map().Keyframes()) {
@@ -151,9 +146,7 @@ bool Mapper::TieToOthers(std::int64_t submap) {
   if (!best) {
     return false;
   }
-  const auto known = std::ranges::find_if(
-      submaps_, [&](const auto& entry) { return entry.second.Map().HasKeyframe(best->known); });
-  MergeSubmaps(*best, known->second);
+  MergeSubmaps(*best, SubmapWith(best->known));
   ++counters_.merges;
   // The two sides overlap in more than one place: the first pass fuses where they already align, and the
   // second, after an adjustment, the rest.

@@ -5,6 +5,7 @@
 
 #include "slam/features/matching.h"
 #include "slam/mapping/local_mapping.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -51,16 +52,15 @@ void PlaceRecognizer::Add(Keyframe& keyframe) {
 
 std::vector<KeyframeId> PlaceRecognizer::Alike(const Map& map, const FrameFeatures& features,
                                                int count) const {
-  std::vector<KeyframeId> alike;
-  if (vocabulary_) {
-    const BagOfWords words = vocabulary_->Transform(features.descriptors);
-    PlaceQuery query;
-    query.bow = &words;
-    query.max_candidates = count;
-    query.exclude = [&map](KeyframeId id) { return !map.HasKeyframe(id); };
-    std::ranges::transform(index_.Query(query), std::back_inserter(alike), &PlaceCandidate::id);
+  if (!vocabulary_) {
+    return {};
   }
-  return alike;
+  const BagOfWords words = vocabulary_->Transform(features.descriptors);
+  PlaceQuery query;
+  query.bow = &words;
+  query.max_candidates = count;
+  query.exclude = [&map](KeyframeId id) { return !map.HasKeyframe(id); };
+  return ToVector(index_.Query(query), &PlaceCandidate::id);
 }
 
 std::vector<PlaceCandidate> PlaceRecognizer::FindCandidates(const std::vector<const Map*>& maps,

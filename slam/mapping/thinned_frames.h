@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <iterator>
 #include <map>
 #include <ranges>
 #include <utility>
 #include <vector>
+
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 
@@ -31,11 +32,7 @@ class ThinnedFrames {
   void Remove(std::int64_t index) { frames_.erase(index); }
 
   const std::map<std::int64_t, Frame>& ByIndex() const { return frames_; }
-  std::vector<std::int64_t> Indices() const {
-    std::vector<std::int64_t> indices;
-    std::ranges::copy(std::views::keys(frames_), std::back_inserter(indices));
-    return indices;
-  }
+  std::vector<std::int64_t> Indices() const { return ToVector(frames_ | std::views::keys); }
 
  private:
   int most_;

@@ -3,9 +3,11 @@
 #include <cmath>
 #include <cstdio>
 #include <numbers>
+#include <ranges>
 #include <vector>
 
 #include "slam/util/error.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -78,10 +80,9 @@ std::optional<Rigid3d> UprightEstimator::UpdateFromMap(const Map& map,
   if (!last && known_ && newest > kEager && newest % kPeriod != 0) {
     return std::nullopt;
   }
-  std::vector<Rigid3d> poses;
-  for (const auto& [id, keyframe] : map.Keyframes()) {
-    poses.push_back(keyframe.T_camera_map.Inverse());
-  }
+  const std::vector<Rigid3d> poses = ToVector(map.Keyframes() | std::views::values, [](const auto& keyframe) {
+    return keyframe.T_camera_map.Inverse();
+  });
   const auto plane = EstimateSupportPlane(ReliablePoints(map), poses, ObjectPoints(objects), options_, seed_);
   if (!plane) {
     return std::nullopt;

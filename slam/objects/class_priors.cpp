@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "slam/util/data_path.h"
 #include "slam/util/enum_names.h"

@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
+#include <ranges>
 #include <unordered_map>
 
 #include "slam/objects/landmark_geometry.h"
 #include "slam/objects/landmark_refinement.h"
 #include "slam/util/statistics.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -151,11 +152,9 @@ std::vector<bool> OfPlanesThatGoOn(std::span<const SurfacePoint> points, const s
         grown, [&](std::size_t i) { return 2 * cells.all[i].inside <= cells.all[i].points; }));
     goes_on.push_back(grown.size() >= kFewest && outside > kOutside * count);
   }
-  std::vector<bool> result;
-  for (const std::size_t cell : cells.of_point) {
-    result.push_back(goes_on[static_cast<std::size_t>(cells.all[cell].piece)]);
-  }
-  return result;
+  return ToVector(cells.of_point, [&](const std::size_t cell) -> bool {
+    return goes_on[static_cast<std::size_t>(cells.all[cell].piece)];
+  });
 }
 
 // Keeps the largest connected component, and those with at least a third of its points.
@@ -180,16 +179,6 @@ std::vector<SurfacePoint> LargePieces(const std::vector<SurfacePoint>& points, d
     }
   }
   return result;
-}
-
-// Returns half the largest box diagonal at the object's depth, map units; at least 1.2 times the estimate's.
-double ShownRadius(const Landmark& landmark, const std::vector<BoxView>& views, const Camera& camera) {
-  double radius = 1.2 * landmark.visible.shape.half_size.norm();
-  for (const BoxView& view : views) {
-    const double depth = (view.T_map_camera.Inverse() * landmark.visible.T_map_object.translation).z();
-    radius = std::max(radius, 0.5 * std::hypot(view.box.width, view.box.height) * depth / camera.fx);
-  }
-  return radius;
 }
 
 // Removes points of the support surface, and those closer to the surface of another object.
@@ -226,10 +215,9 @@ void EraseForeign(const Landmark& landmark, const EstimationContext& context,
 // Median distance of the points from the surface, map units.
 double MedianDistance(std::span<const SurfacePoint> points, const PosedSuperquadric& solid) {
   const Rigid3d T_object_map = solid.T_map_object.Inverse();
-  std::vector<double> distances;
-  for (const SurfacePoint& point : points) {
-    distances.push_back(std::abs(solid.shape.RadialDistance(T_object_map * point.p_map)));
-  }
+  std::vector<double> distances = ToVector(points, [&](const SurfacePoint& point) {
+    return std::abs(solid.shape.RadialDistance(T_object_map * point.p_map));
+  });
   return UpperMedian(std::move(distances));
 }
 
@@ -238,13 +226,15 @@ double MedianDistance(std::span<const SurfacePoint> points, const PosedSuperquad
 std::vector<SurfacePoint> SurfaceOf(const Landmark& landmark, std::span<const SurfacePoint> cloud,
                                     const EstimationContext& context) {
   constexpr int kViews = 40;
+  constexpr double kGrown = 1.2;   // of the estimate
   constexpr double kAround = 1.6;  // how far planes are followed
   constexpr double kPatch = 0.06;  // edges of cells, of the mean size
   constexpr double kPiece = 0.12;
   const std::vector<BoxView> views = SpreadViews(landmark.views, kViews);
   const PosedSuperquadric& solid = landmark.visible;
   const Eigen::Vector3d& centre = solid.T_map_object.translation;
-  const double radius = ShownRadius(landmark, views, context.camera);
+  const double radius =
+      std::max(kGrown * solid.shape.half_size.norm(), LargestShown(views, centre, context.camera));
   const double size = 2.0 * std::cbrt(solid.shape.half_size.prod());
   std::vector<SurfacePoint> around;
   for (const SurfacePoint& point : cloud) {
@@ -276,10 +266,9 @@ bool EstimateWithSurface(Landmark& landmark, std::span<const SurfacePoint> surfa
   }
   std::vector<BoxView> views = SpreadViews(landmark.views, options.max_views);
   MarkHiddenEdges(landmark, context, views);
-  std::vector<double> depths;
-  for (const BoxView& view : views) {
-    depths.push_back((view.T_map_camera.Inverse() * landmark.visible.T_map_object.translation).z());
-  }
+  std::vector<double> depths = ToVector(views, [&](const BoxView& view) {
+    return (view.T_map_camera.Inverse() * landmark.visible.T_map_object.translation).z();
+  });
   const double sigma = options.dense_sigma_share * UpperMedian(std::move(depths));
   const StandingFit fit = RefineLandmarkWithSurface(landmark, views, surface, sigma, context);
   const double before = MedianDistance(surface, landmark.visible);
@@ -300,10 +289,7 @@ bool EstimateWithSurface(Landmark& landmark, std::span<const SurfacePoint> surfa
 std::vector<int> EstimateWithCloud(std::map<int, Landmark>& landmarks, std::span<const SurfacePoint> cloud,
                                    EstimationContext context) {
   std::vector<int> changed;
-  std::vector<int> ids;
-  for (const auto& [id, landmark] : landmarks) {
-    ids.push_back(id);
-  }
+  const std::vector<int> ids = ToVector(landmarks | std::views::keys);
   for (const int id : LargestFirst(landmarks, ids)) {
     Landmark& landmark = landmarks.at(id);
     std::vector<const Landmark*> others;

@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "slam/util/statistics.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -14,7 +15,7 @@ bool IsUsable(const Detection& detection, const Camera& camera, const DetectionF
       std::find(ignored.begin(), ignored.end(), detection.label) != ignored.end()) {
     return false;
   }
-  const double share = detection.box.Area() / (static_cast<double>(camera.width) * camera.height);
+  const double share = ShareOfImage(detection.box, camera);
   return share >= options.min_box_share && share <= options.max_box_share;
 }
 
@@ -79,10 +80,7 @@ class PointsByColumn {
 
 void GatherPoints(const PointsByColumn& points, double depth_iqr, BoxCandidate& candidate) {
   const std::vector<PointsByColumn::Entry> inside = points.In(candidate.detection.box);
-  std::vector<double> depths;
-  for (const PointsByColumn::Entry& entry : inside) {
-    depths.push_back(entry.depth);
-  }
+  const std::vector<double> depths = ToVector(inside, &PointsByColumn::Entry::depth);
   const std::vector<bool> keep = GateDepths(depths, depth_iqr);
   std::vector<double> kept_depths;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -160,6 +158,10 @@ void MarkHiddenEdges(std::vector<BoxCandidate>& candidates) {
 }
 
 }  // namespace
+
+double ShareOfImage(const Box2d& box, const Camera& camera) {
+  return box.Area() / (static_cast<double>(camera.width) * camera.height);
+}
 
 std::array<bool, 4> CutEdges(const Box2d& box, const Camera& camera, const DetectionFilterOptions& options) {
   const double x_margin = options.border_margin + options.border_share * box.width;

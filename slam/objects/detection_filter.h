@@ -32,6 +32,9 @@ struct BoxCandidate {
   bool AnyEdgeCut() const { return edge_cut[0] || edge_cut[1] || edge_cut[2] || edge_cut[3]; }
 };
 
+// Returns the box's share of the image area.
+double ShareOfImage(const Box2d& box, const Camera& camera);
+
 // Returns the edges of a box (distorted px: left, top, right, bottom) that the image border cuts off.
 // Detectors end such a box short of the border, by a share of its size.
 std::array<bool, 4> CutEdges(const Box2d& box, const Camera& camera, const DetectionFilterOptions& options);

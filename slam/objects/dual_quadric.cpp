@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "slam/geometry/eigen_system.h"
+#include "slam/geometry/ray.h"
 #include "slam/objects/detection_filter.h"
 #include "slam/objects/dual_conic.h"
 #include "slam/objects/landmark_geometry.h"
@@ -117,19 +118,16 @@ std::array<EdgeKind, 4> KindsOf(const BoxView& view, const Camera& camera,
 // Returns the point nearest to the rays through the box centres; empty if these are nearly parallel.
 std::optional<Eigen::Vector3d> PlaceOf(std::span<const BoxView> views, const Camera& camera) {
   constexpr double kLeastSpread = 1e-6;  // sin^2 of the angle between the rays
-  Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d b = Eigen::Vector3d::Zero();
+  RaySum rays;
   for (const BoxView& view : views) {
     const Eigen::Vector2d pixel = UndistortBox(view.box, camera).Center();
-    const Eigen::Vector3d ray = (view.T_map_camera.rotation * camera.Unproject(pixel)).normalized();
-    const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - ray * ray.transpose();
-    A += across;
-    b += across * view.T_map_camera.translation;
+    rays.Add(
+        {view.T_map_camera.translation, (view.T_map_camera.rotation * camera.Unproject(pixel)).normalized()});
   }
-  if (EigenSystemOf(A).values[0] < kLeastSpread * static_cast<double>(views.size())) {
+  if (EigenSystemOf(rays.information).values[0] < kLeastSpread * static_cast<double>(views.size())) {
     return std::nullopt;
   }
-  return A.ldlt().solve(b);
+  return rays.Nearest();
 }
 
 std::vector<ConditionedView> ConditionedViews(std::span<const BoxView> views, const Camera& camera,

@@ -10,9 +10,11 @@
 #include <numeric>
 
 #include "slam/geometry/angles.h"
+#include "slam/geometry/ray.h"
 #include "slam/objects/landmark_geometry.h"
 #include "slam/objects/refinement_problem.h"
 #include "slam/util/statistics.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -44,36 +46,18 @@ Eigen::Vector3d PlaceOf(const RefinementInput& input) {
     return std::accumulate(input.points.begin(), input.points.end(), Eigen::Vector3d::Zero().eval()) /
            static_cast<double>(input.points.size());
   }
-  Eigen::Matrix3d information = 1e-9 * Eigen::Matrix3d::Identity();
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  RaySum rays{.information = 1e-9 * Eigen::Matrix3d::Identity()};
   for (const SilhouetteView& view : input.views) {
-    const Eigen::Vector3d ray =
-        (view.T_map_camera.rotation * input.camera.Unproject(view.box.Center())).normalized();
-    const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - ray * ray.transpose();
-    information += across;
-    sum += across * view.T_map_camera.translation;
+    rays.Add({view.T_map_camera.translation,
+              (view.T_map_camera.rotation * input.camera.Unproject(view.box.Center())).normalized()});
   }
-  return information.ldlt().solve(sum);
-}
-
-// Returns the largest half diagonal of a box, map units at the object's depth. This bounds the half sizes:
-// the extent along the viewing rays of an object seen from one side only is not observed and would grow
-// without bound from update to update.
-double LargestShown(const RefinementInput& input, const Eigen::Vector3d& place) {
-  double largest = 0.0;
-  for (const SilhouetteView& view : input.views) {
-    const double depth = (view.T_map_camera.Inverse() * place).z();
-    largest = std::max(largest, 0.5 * std::hypot(view.box.width, view.box.height) * depth / input.camera.fx);
-  }
-  return largest;
+  return rays.Nearest();
 }
 
 // Returns the map units per pixel at the object, at its median depth.
 double UnitsPerPixel(const RefinementInput& input, const Eigen::Vector3d& place) {
-  std::vector<double> depths;
-  for (const SilhouetteView& view : input.views) {
-    depths.push_back((view.T_map_camera.Inverse() * place).z());
-  }
+  std::vector<double> depths = ToVector(
+      input.views, [&](const SilhouetteView& view) { return (view.T_map_camera.Inverse() * place).z(); });
   return depths.empty() ? 1e-6 : std::max(UpperMedian(std::move(depths)), 1e-6) / input.camera.fx;
 }
 
@@ -178,7 +162,8 @@ void AddPrior(const Superquadric& start, const YawMode* yaw, const RefinementInp
   prior.bias_factor = 1.0 / options.edge_bias_sigma;
 }
 
-// Bounds the half sizes by the extent that the boxes show. If no box shows the lower end, the object may be
+// Bounds the half sizes by the extent that the boxes show: along the viewing rays an object seen from one
+// side only would grow without bound from update to update. If no box shows the lower end, the object may be
 // as high as its support requires.
 void SetBounds(const PosedSuperquadric& start, const RefinementInput& input, double shown,
                const RefinementOptions& options, RefinementProblem& problem) {
@@ -299,7 +284,7 @@ RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementI
     AddEdges(view, input.camera, options, problem);
   }
   const Eigen::Vector3d place = PlaceOf(input);
-  const double shown = LargestShown(input, place);
+  const double shown = LargestShown(input.views, place, input.camera);
   AddPoints(input, place, shown, options, problem);
   AddSurface(input, options, problem);
   AddContact(input, shown, options, problem);

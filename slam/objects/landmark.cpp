@@ -176,15 +176,7 @@ void Landmark::DropPartsBoxedWithTheWhole() {
 }
 
 void Landmark::Transform(const Sim3d& S_new_old) {
-  for (BoxView& view : views) {
-    view.T_map_camera = S_new_old * view.T_map_camera;
-  }
-  for (auto& [frame, view] : lines) {
-    view.T_map_camera = S_new_old * view.T_map_camera;
-  }
-  if (clearest) {
-    clearest->view.T_map_camera = S_new_old * clearest->view.T_map_camera;
-  }
+  ForEachPose([&](std::int64_t, Rigid3d& T_map_camera) { T_map_camera = S_new_old * T_map_camera; });
   MoveSums(S_new_old);
   MoveSolid(S_new_old);
 }
@@ -206,19 +198,14 @@ void Landmark::MoveWith(const MotionLookup& S_new_old) {
   double log_scale = 0.0;
   Eigen::Vector4d rotation = Eigen::Vector4d::Zero();  // similar: the mean of the quaternions is good enough
   Eigen::Vector3d moved = Eigen::Vector3d::Zero();
-  for (BoxView& view : views) {
+  for (const BoxView& view : views) {
     const Sim3d S = S_new_old(view.frame_index);
     log_scale += std::log(S.scale);
     rotation += (rotation.dot(S.rotation.coeffs()) < 0.0 ? -1.0 : 1.0) * S.rotation.coeffs();
     moved += S * center;
-    view.T_map_camera = S * view.T_map_camera;
   }
-  for (auto& [frame, view] : lines) {
-    view.T_map_camera = S_new_old(frame) * view.T_map_camera;
-  }
-  if (clearest) {
-    clearest->view.T_map_camera = S_new_old(clearest->view.frame_index) * clearest->view.T_map_camera;
-  }
+  ForEachPose(
+      [&](std::int64_t frame, Rigid3d& T_map_camera) { T_map_camera = S_new_old(frame) * T_map_camera; });
   const auto count = static_cast<double>(views.size());
   const Eigen::Quaterniond mean = Eigen::Quaterniond(rotation).normalized();
   const double scale = std::exp(log_scale / count);

@@ -123,6 +123,19 @@ struct Landmark {
   // Upright objects stay upright: a small tilt is drift.
   void Transform(const Sim3d& S_new_old);
 
+  // Calls `change` with the frame index and the pose (T_map_camera) of each view.
+  void ForEachPose(const auto& change) {
+    for (BoxView& view : views) {
+      change(view.frame_index, view.T_map_camera);
+    }
+    for (auto& [frame_index, view] : lines) {
+      change(frame_index, view.T_map_camera);
+    }
+    if (clearest) {
+      change(clearest->view.frame_index, clearest->view.T_map_camera);
+    }
+  }
+
   // Moves each view with its own frame, and sums over frames with the mean motion of the frames.
   void MoveWith(const MotionLookup& S_new_old);
 

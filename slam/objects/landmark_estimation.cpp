@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <ranges>
 #include <utility>
 
 #include "slam/objects/landmark_geometry.h"
@@ -12,6 +13,7 @@
 #include "slam/objects/reliability.h"
 #include "slam/objects/size_shape.h"
 #include "slam/objects/surroundings.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -103,11 +105,7 @@ void EstimateFromBoxes(Landmark& landmark, const std::vector<BoxView>& views,
 
 std::vector<int> IdsInOrder(std::vector<std::pair<double, int>> keyed) {
   std::sort(keyed.begin(), keyed.end());
-  std::vector<int> ids;
-  for (const auto& [key, id] : keyed) {
-    ids.push_back(id);
-  }
-  return ids;
+  return ToVector(keyed | std::views::values);
 }
 
 }  // namespace
@@ -213,11 +211,7 @@ std::vector<BoxView> SpreadViews(const std::vector<BoxView>& views, int count) {
     next = static_cast<std::size_t>(std::max_element(distances.begin(), distances.end()) - distances.begin());
   }
   std::sort(chosen.begin(), chosen.end());
-  std::vector<BoxView> result;
-  for (const std::size_t i : chosen) {
-    result.push_back(views[i]);
-  }
-  return result;
+  return ToVector(chosen, [&](const std::size_t i) { return views[i]; });
 }
 
 void EstimateLandmark(Landmark& landmark, const EstimationContext& context) {

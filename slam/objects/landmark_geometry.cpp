@@ -37,17 +37,6 @@ bool AreFarApart(const PosedSuperquadric& a, const PosedSuperquadric& b) {
   return ((distance - reach_a - reach_b).array() > 0.0).any();
 }
 
-// Returns the box through the transformed midpoints of the box's edges.
-template <typename Move>
-Box2d WithMovedEdges(const Box2d& box, const Move& move) {
-  const Eigen::Vector2d c = box.Center();
-  const double left = move(Eigen::Vector2d(box.x, c.y())).x();
-  const double right = move(Eigen::Vector2d(box.x + box.width, c.y())).x();
-  const double top = move(Eigen::Vector2d(c.x(), box.y)).y();
-  const double bottom = move(Eigen::Vector2d(c.x(), box.y + box.height)).y();
-  return {left, top, right - left, bottom - top};
-}
-
 }  // namespace
 
 std::optional<Box2d> ProjectToBox(const PosedSuperquadric& superquadric, const Rigid3d& T_map_camera,

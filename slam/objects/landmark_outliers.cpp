@@ -4,9 +4,11 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <ranges>
 
 #include "slam/objects/isolation_forest.h"
 #include "slam/util/statistics.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -91,10 +93,8 @@ NamedPoints WithoutSurface(const NamedPoints& points, double height) {
     top = std::max(top, p.z());
   }
   const double tolerance = 0.06 * std::max(0.0, top - height);
-  std::vector<bool> above;
-  for (const auto& [id, p] : points) {
-    above.push_back(p.z() > height + tolerance);
-  }
+  std::vector<bool> above = ToVector(points | std::views::values,
+                                     [&](const Eigen::Vector3d& p) { return p.z() > height + tolerance; });
   const auto count = static_cast<std::size_t>(std::count(above.begin(), above.end(), true));
   return 2 * count >= points.size() && count >= 6 ? Keep(points, above) : points;
 }
@@ -136,12 +136,7 @@ std::vector<PointVerdict> Verdicts(const Landmark& landmark, const NamedPoints& 
 }  // namespace
 
 std::vector<Eigen::Vector3d> Positions(const NamedPoints& points) {
-  std::vector<Eigen::Vector3d> positions;
-  positions.reserve(points.size());
-  for (const auto& [id, p] : points) {
-    positions.push_back(p);
-  }
-  return positions;
+  return ToVector(points | std::views::values);
 }
 
 SupportHeights PossibleSupports(const NamedPoints& points, const EstimationContext& context) {
@@ -157,10 +152,8 @@ SupportHeights PossibleSupports(const NamedPoints& points, const EstimationConte
     centre += p.head<2>() / static_cast<double>(points.size());
   }
   const SupportSurfaces surfaces = context.supports->Around(centre, context.surroundings.others);
-  std::vector<double> radii;
-  for (const auto& [id, p] : points) {
-    radii.push_back((p.head<2>() - centre).norm());
-  }
+  std::vector<double> radii = ToVector(
+      points | std::views::values, [&](const Eigen::Vector3d& p) { return (p.head<2>() - centre).norm(); });
   const double low =
       NthSmallest(heights, static_cast<std::size_t>(kBelow * static_cast<double>(heights.size())));
   const double highest = low + 3.0 * surfaces.Tolerance();

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <ranges>
 #include <utility>
 
 #include "slam/objects/dense_evidence.h"
@@ -13,6 +14,7 @@
 #include "slam/objects/landmark_geometry.h"
 #include "slam/objects/landmark_outliers.h"
 #include "slam/objects/size_shape.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -24,10 +26,7 @@ std::vector<YawMode> YawsOfAllLines(const Landmark& landmark, const EstimationCo
   if (context.given.yaw) {
     return {{WrapQuarter(*context.given.yaw), kGiven, 1.0}};
   }
-  std::vector<LineView> views;
-  for (const auto& [frame, view] : landmark.lines) {
-    views.push_back(view);
-  }
+  const std::vector<LineView> views = ToVector(landmark.lines | std::views::values);
   return YawModesFromLines(views, context.camera, context.options->yaw);
 }
 
@@ -37,10 +36,7 @@ std::vector<PosedSuperquadric> RefinementStarts(const Landmark& landmark,
                                                 const std::vector<Eigen::Vector3d>& points,
                                                 const RefinementInput& input, const ObjectOptions& options) {
   constexpr double kOther = 0.1;  // radians
-  std::vector<double> yaws;
-  for (const YawMode& mode : input.yaws) {
-    yaws.push_back(mode.yaw);
-  }
+  std::vector<double> yaws = ToVector(input.yaws, &YawMode::yaw);
   const auto pca = YawFromPoints(points, options.yaw);
   if (pca && std::ranges::none_of(
                  yaws, [&](double yaw) { return std::abs(WrapQuarter(pca->yaw - yaw)) <= kOther; })) {
@@ -142,10 +138,9 @@ std::vector<Assumption> Assumptions(const SupportHeights& supports, const Refine
     const auto above = std::ranges::count_if(supports.near, [&](double other) { return other > height; });
     return past * options.floating_cost * std::max(least, static_cast<double>(above));
   };
-  std::vector<Assumption> assumptions;
-  for (const double height : supports.near) {
-    assumptions.push_back({height, {}, cost_of(height, 0.0)});
-  }
+  std::vector<Assumption> assumptions = ToVector(supports.near, [&](const double height) {
+    return Assumption{height, {}, cost_of(height, 0.0)};
+  });
   Assumption floating{{}, {}, options.floating_cost};
   if (!supports.near.empty()) {
     floating.lowest = *std::max_element(supports.near.begin(), supports.near.end());

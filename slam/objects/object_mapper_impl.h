@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 #include <memory>
+#include <ranges>
 #include <set>
 #include <utility>
 #include <vector>
@@ -18,6 +19,7 @@
 #include "slam/objects/single_view_quadric.h"
 #include "slam/snapshot/byte_archive.h"
 #include "slam/util/limits.h"
+#include "slam/util/to_vector.h"
 
 // The state of an ObjectMapper and its steps; only object_mapper.cpp includes it.
 namespace sqslam {
@@ -67,22 +69,6 @@ struct ObjectMapper::Impl {
     return id;
   }
 
-  void RenewPoses(Landmark& landmark, const PoseLookup& poses) const {
-    if (!poses) {
-      return;
-    }
-    for (BoxView& box : landmark.views) {
-      box.T_map_camera = poses(box.frame_index).value_or(box.T_map_camera);
-    }
-    for (auto& [frame, lines] : landmark.lines) {
-      lines.T_map_camera = poses(frame).value_or(lines.T_map_camera);
-    }
-    if (landmark.clearest) {
-      BoxView& clear = landmark.clearest->view;
-      clear.T_map_camera = poses(clear.frame_index).value_or(clear.T_map_camera);
-    }
-  }
-
   void Update(const PointLookup& points, const Camera& camera, const PoseLookup& poses, bool all) {
     last_camera = camera;
     EstimationContext context{.options = &options,
@@ -113,7 +99,11 @@ struct ObjectMapper::Impl {
   void Estimate(const std::vector<int>& ids, const PoseLookup& poses, EstimationContext& context) {
     for (const int id : LargestFirst(landmarks, ids)) {
       Landmark& landmark = landmarks.at(id);
-      RenewPoses(landmark, poses);
+      if (poses) {
+        landmark.ForEachPose([&](std::int64_t frame, Rigid3d& T_map_camera) {
+          T_map_camera = poses(frame).value_or(T_map_camera);
+        });
+      }
       context.surroundings = SurroundingsOf(landmark, Shown());
       context.scale = ScaleWithout(id, SizedObjects());
       EstimateLandmark(landmark, context);
@@ -126,13 +116,7 @@ struct ObjectMapper::Impl {
     }
   }
 
-  std::vector<int> Ids() const {
-    std::vector<int> ids;
-    for (const auto& [id, landmark] : landmarks) {
-      ids.push_back(id);
-    }
-    return ids;
-  }
+  std::vector<int> Ids() const { return ToVector(landmarks | std::views::keys); }
 
   std::vector<const Landmark*> Shown() const {
     std::vector<const Landmark*> shown;
@@ -259,7 +243,6 @@ struct ObjectMapper::Impl {
                                  .estimated = landmark.estimated,
                                  .shown = IsShown(landmark),
                                  .superquadric = landmark.superquadric,
-                                 .support = landmark.support,
                                  .centroids = landmark.centroids});
     }
     next->merges = merges;

@@ -126,13 +126,12 @@ struct ObjectTracker::Impl {
   bool MayStart(const ObjectFrame& frame, const BoxCandidate& box, const std::vector<BoxCandidate>& boxes,
                 const std::vector<int>& ids) const {
     const Box2d& b = box.detection.box;
-    const double share = b.Area() / (static_cast<double>(frame.camera.width) * frame.camera.height);
     if (frame.points.empty()) {
       return false;  // the frame's pose is uncertain
     }
     const bool bare = static_cast<int>(box.point_ids.size()) < options.association.min_points;
     if ((bare && (options.method == ObjectMethod::kPaper || box.AnyEdgeCut() || IsExpected(b))) ||
-        (box.AnyEdgeCut() && share < options.detections.max_cut_share)) {
+        (box.AnyEdgeCut() && ShareOfImage(b, frame.camera) < options.detections.max_cut_share)) {
       return false;
     }
     constexpr double kSameThing = 0.5;
@@ -280,9 +279,7 @@ struct ObjectTracker::Impl {
     std::vector<std::vector<LineSegment>> lines(boxes.size());
     std::vector<std::pair<std::int64_t, std::size_t>> waiting;  // since which frame, and the box
     for (std::size_t i = 0; i < boxes.size() && yaw.line_interval > 0; ++i) {
-      const double share =
-          boxes[i].detection.box.Area() / (static_cast<double>(frame.camera.width) * frame.camera.height);
-      if (ids[i] >= 0 && share <= yaw.max_box_share) {
+      if (ids[i] >= 0 && ShareOfImage(boxes[i].detection.box, frame.camera) <= yaw.max_box_share) {
         KnownLandmark& track = tracks[ids[i]];
         track.lines_frame = track.last_frame < 0 ? frame.frame_index - 1 : track.lines_frame;
         if (frame.frame_index - track.lines_frame >= yaw.line_interval) {

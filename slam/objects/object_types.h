@@ -80,7 +80,6 @@ struct ObjectLandmarkView {
   bool estimated = false;                                        // the superquadric is valid
   bool shown = false;                                            // good enough to be part of the object map
   PosedSuperquadric superquadric;
-  std::optional<double> support;  // height of the surface that it was found to stand on
   PointStatistics centroids;
 };
 

@@ -1,6 +1,5 @@
 #include "slam/objects/recorded_landmarks.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "slam/objects/detection_filter.h"

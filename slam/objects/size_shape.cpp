@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "slam/util/statistics.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -81,11 +82,7 @@ Extents EstimateExtents(std::span<const Eigen::Vector3d> p_object, const SizeSha
   const double q = options.size_method == SizeMethod::kPercentile ? options.percentile : 0.0;
   Extents extents;
   for (int axis = 0; axis < 3; ++axis) {
-    std::vector<double> values;
-    values.reserve(p_object.size());
-    for (const Eigen::Vector3d& p : p_object) {
-      values.push_back(p[axis]);
-    }
+    std::vector<double> values = ToVector(p_object, [&](const Eigen::Vector3d& p) { return p[axis]; });
     const double low = NearestQuantile(values, q);
     const double high = NearestQuantile(std::move(values), 1.0 - q);
     extents.centre[axis] = 0.5 * (low + high);
@@ -103,12 +100,9 @@ std::vector<double> ShapeWeights(std::span<const Eigen::Vector3d> p_object) {
     nearest = std::min(nearest, p.norm());
     farthest = std::max(farthest, p.norm());
   }
-  std::vector<double> weights;
-  weights.reserve(p_object.size());
-  for (const Eigen::Vector3d& p : p_object) {
-    weights.push_back(farthest > nearest ? (p.norm() - nearest) / (farthest - nearest) : 1.0);
-  }
-  return weights;
+  return ToVector(p_object, [&](const Eigen::Vector3d& p) {
+    return farthest > nearest ? (p.norm() - nearest) / (farthest - nearest) : 1.0;
+  });
 }
 
 ShapeFit FitShape(std::span<const Eigen::Vector3d> p_object, const Eigen::Vector3d& half_size,
@@ -152,11 +146,8 @@ ShapeFit FitShape(std::span<const Eigen::Vector3d> p_object, const Eigen::Vector
 PosedSuperquadric SuperquadricAtYaw(std::span<const Eigen::Vector3d> p_map, double yaw,
                                     const SizeShapeOptions& options, bool with_shape, CloudCentre centre) {
   const Eigen::Quaterniond R_map_object(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()));
-  std::vector<Eigen::Vector3d> turned;
-  turned.reserve(p_map.size());
-  for (const Eigen::Vector3d& p : p_map) {
-    turned.push_back(R_map_object.conjugate() * p);
-  }
+  std::vector<Eigen::Vector3d> turned = ToVector(
+      p_map, [&](const Eigen::Vector3d& p) -> Eigen::Vector3d { return R_map_object.conjugate() * p; });
   Extents extents = EstimateExtents(turned, options);
   if (centre == CloudCentre::kCentroid && !turned.empty()) {
     extents.centre =

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "slam/util/statistics.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -53,10 +54,8 @@ std::vector<Peak> Peaks(const std::vector<double>& heights, double layer, double
 
 // Returns the widest angle at `place` without a point, radians.
 double WidestGap(const std::vector<Eigen::Vector2d>& points, const Eigen::Vector2d& place) {
-  std::vector<double> angles;
-  for (const Eigen::Vector2d& p : points) {
-    angles.push_back(std::atan2(p.y() - place.y(), p.x() - place.x()));
-  }
+  std::vector<double> angles = ToVector(
+      points, [&](const Eigen::Vector2d& p) { return std::atan2(p.y() - place.y(), p.x() - place.x()); });
   std::sort(angles.begin(), angles.end());
   double widest = angles.front() + 2.0 * std::numbers::pi - angles.back();
   for (std::size_t i = 1; i < angles.size(); ++i) {
@@ -115,10 +114,7 @@ SupportSurfaces SupportSurfaces::Find(std::span<const Eigen::Vector3d> points,
   }
   result.tolerance_ = options.inlier_share * MiddleOf(points).radius;
   const double layer = 2.0 * result.tolerance_;
-  std::vector<double> heights;
-  for (const Eigen::Vector3d& p : points) {
-    heights.push_back(p.z());
-  }
+  std::vector<double> heights = ToVector(points, [](const Eigen::Vector3d& p) { return p.z(); });
   std::sort(heights.begin(), heights.end());
   const double min_points = std::max(12.0, kMinShare * static_cast<double>(points.size()));
   for (const Peak& peak : Peaks(heights, layer, min_points)) {

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <ranges>
 
 #include "slam/util/statistics.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -54,10 +56,8 @@ double LowestSeen(std::span<const std::pair<std::int64_t, Eigen::Vector3d>> poin
   if (points.size() < kFew) {
     return -std::numeric_limits<double>::infinity();
   }
-  std::vector<double> heights;
-  for (const auto& [id, p] : points) {
-    heights.push_back(p.z());
-  }
+  std::vector<double> heights =
+      ToVector(points | std::views::values, [](const Eigen::Vector3d& p) { return p.z(); });
   return NthSmallest(heights, heights.size() / kStray);
 }
 

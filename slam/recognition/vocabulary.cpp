@@ -14,6 +14,7 @@
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -79,11 +80,8 @@ Header CheckedHeader(const std::filesystem::path& path, std::string_view bytes) 
 
 // Returns the word of each descriptor, ascending.
 std::vector<WordId> WordsOf(const WordTree& tree, const std::vector<Descriptor>& descriptors) {
-  std::vector<WordId> words;
-  words.reserve(descriptors.size());
-  for (const Descriptor& descriptor : descriptors) {
-    words.push_back(tree.WordOf(ToBits(descriptor)));
-  }
+  std::vector<WordId> words =
+      ToVector(descriptors, [&](const Descriptor& descriptor) { return tree.WordOf(ToBits(descriptor)); });
   std::ranges::sort(words);
   return words;
 }

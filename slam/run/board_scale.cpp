@@ -2,39 +2,30 @@
 #include <cmath>
 #include <map>
 
+#include "slam/geometry/ray.h"
 #include "slam/geometry/similarity_alignment.h"
 #include "slam/run/scale_estimation.h"
 
 namespace sqslam {
 namespace {
 
-struct Sightline {
-  Eigen::Vector3d center;
-  Eigen::Vector3d direction;  // unit vector, map frame
-};
-
-// Returns the point nearest to all rays by angle, or nothing if they are nearly parallel.
-std::optional<Eigen::Vector3d> Meet(const std::vector<Sightline>& rays) {
+// Returns the point nearest by angle to all rays, which have unit directions, or nothing if they are nearly
+// parallel.
+std::optional<Eigen::Vector3d> Meet(const std::vector<Ray>& rays) {
   constexpr double kLeastAngle = 0.02;  // rad between the outermost rays
   constexpr int kRounds = 3;            // the first takes all rays as equally long
-  const bool apart = std::ranges::any_of(rays, [&](const Sightline& ray) {
-    return ray.direction.cross(rays.front().direction).norm() > kLeastAngle;
-  });
+  const bool apart = std::ranges::any_of(
+      rays, [&](const Ray& ray) { return ray.direction.cross(rays.front().direction).norm() > kLeastAngle; });
   if (rays.size() < 2 || !apart) {
     return std::nullopt;
   }
   Eigen::Vector3d place = Eigen::Vector3d::Zero();
   for (int round = 0; round < kRounds; ++round) {
-    Eigen::Matrix3d matrix = Eigen::Matrix3d::Zero();
-    Eigen::Vector3d right = Eigen::Vector3d::Zero();
-    for (const Sightline& ray : rays) {
-      const double weight = round == 0 ? 1.0 : 1.0 / (place - ray.center).squaredNorm();
-      const Eigen::Matrix3d across =
-          weight * (Eigen::Matrix3d::Identity() - ray.direction * ray.direction.transpose());
-      matrix += across;
-      right += across * ray.center;
+    RaySum sum;
+    for (const Ray& ray : rays) {
+      sum.Add(ray, round == 0 ? 1.0 : 1.0 / (place - ray.origin).squaredNorm());
     }
-    place = matrix.ldlt().solve(right);
+    place = sum.Nearest();
   }
   return place.allFinite() ? std::optional(place) : std::nullopt;
 }
@@ -48,7 +39,7 @@ struct Fit {
 // `left_out`: index of a sight to leave out.
 std::optional<Fit> FitCorners(const std::vector<BoardSight>& sights, std::size_t left_out,
                               const Camera& camera, const CalibrationBoard& board) {
-  std::map<int, std::vector<Sightline>> rays;  // by corner
+  std::map<int, std::vector<Ray>> rays;  // by corner
   for (std::size_t i = 0; i < sights.size(); ++i) {
     if (i == left_out) {
       continue;

@@ -43,11 +43,7 @@ DenseObjects RefineObjectsWithCloud(const fs::path& result, const ObjectOptions&
   if (options.dense_evidence == DenseEvidence::kOff || !map->gravity_known) {
     return outcome;
   }
-  std::vector<Eigen::Vector3d> points;
-  for (const SnapshotPoint& point : map->points) {
-    points.push_back(point.p_map.cast<double>());
-  }
-  const SupportSurfaces supports = SupportSurfaces::Find(points, options.gravity);
+  const SupportSurfaces supports = SupportSurfaces::Find(PositionsOf(*map), options.gravity);
   const ClassPriors classes = ClassPriors::Named(options.class_priors);
   EstimationContext context;
   context.options = &options;

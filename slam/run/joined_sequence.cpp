@@ -18,10 +18,7 @@ namespace {
 // Returns nothing if there are no image files to list.
 std::optional<Sequence> ListFiles(const fs::path& path, const Camera& camera) {
   try {
-    SequenceRequest request;
-    request.path = path;
-    request.known_camera = camera;
-    Sequence sequence = OpenSequence(request);
+    Sequence sequence = OpenSequence({.path = path, .known_camera = camera});
     return sequence.video_path.empty() ? std::optional(std::move(sequence)) : std::nullopt;
   } catch (const InputError&) {  // moved, deleted, or a live camera
     return std::nullopt;

@@ -2,9 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <chrono>
-#include <utility>
 
 #include "slam/io/cameras.h"
 #include "slam/io/result_files.h"

@@ -5,7 +5,6 @@
 
 #include <chrono>
 #include <cmath>
-#include <exception>
 #include <memory>
 #include <utility>
 

@@ -5,7 +5,6 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <opencv2/imgproc.hpp>
@@ -18,6 +17,7 @@
 #include "slam/util/error.h"
 #include "slam/util/options.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -68,10 +68,8 @@ std::pair<double, double> HeightOf(const SnapshotObject& object) {
 }
 
 [[noreturn]] void RefuseObject(const MapSnapshot& map, const std::string& wanted) {
-  std::vector<std::string> names;
-  for (const SnapshotObject& object : map.objects) {
-    names.push_back(NameOf(object));
-  }
+  const std::vector<std::string> names =
+      ToVector(map.objects, [](const SnapshotObject& object) { return NameOf(object); });
   throw InputError(names.empty() ? fmt::format("the map has no objects, expected {}", wanted)
                                  : fmt::format("the map has no object {}, expected one of {}", wanted,
                                                fmt::join(names, ", ")));

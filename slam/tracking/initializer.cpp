@@ -7,6 +7,7 @@
 #include "slam/estimation/bundle_adjustment.h"
 #include "slam/features/matching.h"
 #include "slam/util/statistics.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -38,8 +39,7 @@ void Initializer::Restart(const View& view) {
     return;
   }
   start_ = view;
-  expected_.clear();
-  std::ranges::transform(view.features->keypoints, std::back_inserter(expected_), &Keypoint::pixel);
+  expected_ = ToVector(view.features->keypoints, &Keypoint::pixel);
 }
 
 std::vector<std::pair<int, int>> Initializer::MatchToStart(const FrameFeatures& features) {

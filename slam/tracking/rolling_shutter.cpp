@@ -104,17 +104,11 @@ FrameFeaturesPtr RollingShutter::Correct(const FrameFeaturesPtr& features, const
 
 Box2d RollingShutter::Correct(const Box2d& box, const CameraMotion& motion, double depth) const {
   constexpr double kFarAway = 1e6;  // map units
-  const auto moved = [&](double x, double y) -> Eigen::Vector2d {
+  return WithMovedEdges(box, [&](const Eigen::Vector2d& pixel) -> Eigen::Vector2d {
     const Eigen::Vector3d p_camera =
-        (depth > 0.0 ? depth : kFarAway) * camera_.Unproject(camera_.Undistort({x, y}));
-    return Eigen::Vector2d(x, y) - Readout() * RowDelay(y) * motion.InImage(camera_, p_camera);
-  };
-  const Eigen::Vector2d middle = box.Center();
-  const double left = moved(box.x, middle.y()).x();
-  const double right = moved(box.x + box.width, middle.y()).x();
-  const double top = moved(middle.x(), box.y).y();
-  const double bottom = moved(middle.x(), box.y + box.height).y();
-  return {left, top, right - left, bottom - top};
+        (depth > 0.0 ? depth : kFarAway) * camera_.Unproject(camera_.Undistort(pixel));
+    return pixel - Readout() * RowDelay(pixel.y()) * motion.InImage(camera_, p_camera);
+  });
 }
 
 void RollingShutter::Learn(const FrameFeatures& features, const CameraMotion& motion,

@@ -274,13 +274,10 @@ void Tracker::Initialize(TrackingReport& report) {
 }
 
 void Tracker::RememberUntracked() {
-  if (options_.max_backlog == 0) {
-    return;
-  }
-  if (static_cast<int>(untracked_.size()) == options_.max_backlog) {
+  untracked_.push_back(current_);
+  if (static_cast<int>(untracked_.size()) > options_.max_backlog) {
     untracked_.erase(untracked_.begin());
   }
-  untracked_.push_back(current_);
 }
 
 void Tracker::ShareBacklog(TrackingReport& report) {
