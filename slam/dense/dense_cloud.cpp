@@ -7,11 +7,11 @@
 #include <bit>
 #include <cmath>
 #include <cstdlib>
-#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <string>
 
+#include "slam/snapshot/byte_archive.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 
@@ -217,20 +217,11 @@ DenseCloud CloudFusion::Cloud() const {
 }
 
 void WriteDenseCloud(const std::filesystem::path& path, const DenseCloud& cloud) {
-  std::string bytes = HeaderOf(cloud.size());
-  const auto append = [&bytes](const auto& value) {
-    bytes.append(reinterpret_cast<const char*>(&value), sizeof(value));
-  };
+  ByteWriter body;
   for (const DensePoint& point : cloud) {
-    for (const Eigen::Vector3f* vector : {&point.p_map, &point.normal}) {
-      for (int i = 0; i < 3; ++i) {
-        append((*vector)[i]);
-      }
-    }
-    append(point.rgb);
-    append(point.views);
+    body(point.p_map, point.normal, point.rgb, point.views);
   }
-  WriteFileAtomically(path, bytes);
+  WriteFileAtomically(path, HeaderOf(cloud.size()) + body.Take());
 }
 
 DenseCloud ReadDensePoints(const std::filesystem::path& path) {
@@ -247,16 +238,9 @@ DenseCloud ReadDensePoints(const std::filesystem::path& path) {
     throw InputError("{}: expected a dense.ply as sqslam densify writes it", path.string());
   }
   DenseCloud cloud(points);
-  const char* at = bytes.data() + header.size();
-  const auto take = [&at](void* value, std::size_t size) {
-    std::memcpy(value, at, size);
-    at += size;
-  };
+  ByteReader body(std::string_view(bytes).substr(header.size()), path.string(), ByteReader::Numbers::kAny);
   for (DensePoint& point : cloud) {
-    take(point.p_map.data(), 3 * sizeof(float));
-    take(point.normal.data(), 3 * sizeof(float));
-    take(point.rgb.data(), point.rgb.size());
-    take(&point.views, 1);
+    body(point.p_map, point.normal, point.rgb, point.views);
   }
   return cloud;
 }

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "slam/io/pose_json.h"
+#include "slam/snapshot/byte_archive.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 #include "slam/util/json_file.h"
@@ -17,10 +18,6 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little,
               "binary files are written in the machine's byte order");
-
-void Append(std::string& bytes, const auto& value) {
-  bytes.append(reinterpret_cast<const char*>(&value), sizeof(value));
-}
 
 Json ToJson(const auto& vector) { return {vector.x(), vector.y(), vector.z()}; }
 
@@ -121,19 +118,16 @@ void VisitStats(Stats& stats, Visit&& visit) {
 }  // namespace
 
 void WritePoints(const fs::path& path, const std::vector<SnapshotPoint>& points) {
-  std::string bytes = fmt::format(
+  const std::string header = fmt::format(
       "ply\nformat binary_little_endian 1.0\ncomment map frame, z up; object_id -1: no object\n"
       "element vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
       "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty int object_id\nend_header\n",
       points.size());
+  ByteWriter body;
   for (const SnapshotPoint& point : points) {
-    for (int i = 0; i < 3; ++i) {
-      Append(bytes, point.p_map[i]);
-    }
-    Append(bytes, point.rgb);
-    Append(bytes, point.object_id);
+    body(point.p_map, point.rgb, point.object_id);
   }
-  WriteFileAtomically(path, bytes);
+  WriteFileAtomically(path, header + body.Take());
 }
 
 void WriteObjects(const fs::path& path, const std::vector<SnapshotObject>& objects) {
