@@ -18,6 +18,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 
 // The viewer's state as it is after a recording of the hand-made desk was opened, without a window.
 class Editing : public testing::Test {
@@ -233,6 +234,11 @@ TEST_F(Editing, ALassoChoosesPointsThatASolidIsFittedTo) {
   FitSolid(state_.Editor());
   EXPECT_GT(IoU(SelectedSolid(state_.Editor())->solid, truth), 0.8);
   EXPECT_THAT(Errors(), IsEmpty());
+  EXPECT_THAT(state_.messages.notices.back().text, HasSubstr(" map units"));
+  map.metric = true;
+  state_.document.last = std::make_shared<const MapSnapshot>(map);
+  FitSolid(state_.Editor());
+  EXPECT_THAT(state_.messages.notices.back().text, Not(HasSubstr("map units")));
 }
 
 TEST_F(Editing, FitsWithoutPointsSayWhatIsMissing) {

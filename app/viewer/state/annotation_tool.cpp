@@ -52,7 +52,8 @@ Solid Fit(const EditContext& context, SolidKind kind, const Points& points) {
   const AnnotationTool& tool = context.editing.annotation;
   const PrimitiveFit fit =
       FitPrimitive(points, kind, {.round = tool.round, .ground = tool.standing ? tool.ground : std::nullopt});
-  context.messages.Say(fmt::format("fitted to {} points, rms {:.3g} map units", fit.points, fit.rms));
+  context.messages.Say(
+      fmt::format("fitted to {} points, rms {:.3g} {}", fit.points, fit.rms, UnitOf(*context.document.last)));
   return fit.solid;
 }
 

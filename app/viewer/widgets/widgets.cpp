@@ -299,8 +299,11 @@ std::optional<std::size_t> DrawPlot(const Palette& palette, const char* id, cons
   const bool hovered = ImGui::IsItemHovered();
   const float em = ImGui::GetFontSize();
   const auto [low, high] = RangeOf(plot);
-  const std::string top = Number(plot.format, high);
-  const std::string bottom = Number(plot.format, low);
+  // A narrow range needs more digits, or both ends would read the same.
+  const bool narrow = Number(plot.format, high) == Number(plot.format, low);
+  const char* const format = narrow ? "{:.3g}" : plot.format;
+  const std::string top = Number(format, high);
+  const std::string bottom = Number(format, low);
   const float left = corner.x + 3.4F * em;  // the same in all plots of a panel
   const float right = corner.x + width;
   const double span = std::max(plot.x.back() - plot.x.front(), 1e-9);
@@ -348,7 +351,7 @@ std::optional<std::size_t> DrawPlot(const Palette& palette, const char* id, cons
   ImGui::Text("%s %.0f", plot.x_name.c_str(), plot.x[index]);
   for (const PlotLine& line : plot.lines) {
     list->AddCircleFilled(ImVec2(x, y_of(line.values[index])), 3.0F, line.color);
-    ImGui::TextDisabled("%s  %s", line.name.c_str(), Number(plot.format, line.values[index]).c_str());
+    ImGui::TextDisabled("%s  %s", line.name.c_str(), Number(format, line.values[index]).c_str());
   }
   ImGui::EndTooltip();
   return clicked ? std::optional(index) : std::nullopt;
