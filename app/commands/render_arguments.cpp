@@ -50,6 +50,9 @@ void AddCameraOptions(Command& command, RenderArguments& a) {
       .AtLeast(0);
   command.Flag("--overlay", a.overlay,
                "With --camera-frame: outlines and names of the objects over the undistorted image");
+  command.Flag(
+      "--photo", a.photo,
+      "With --camera-frame: the map itself over the undistorted image, without cameras and dense cloud");
   command.Option("--camera-path PATH", a.path,
                  "For videos: still, orbit or turntable (default; with --growth a slow swing), follow, "
                  "first-person, or FILE.yaml with key frames (see configs/camera_paths/tour.yaml)");
@@ -185,14 +188,18 @@ void CheckRenderArguments(const RenderArguments& a) {
     throw UsageError(
         "--camera-frame: the view of a real camera, expected no --view and no other --camera option");
   }
-  if (a.at_frame && (frames || a.camera_frame)) {
-    throw UsageError("--at-frame: makes one picture, expected --output FILE.png and no --camera-frame");
+  if (a.at_frame && frames) {
+    throw UsageError("--at-frame: makes one picture, expected --output FILE.png");
   }
-  if (a.overlay && !a.camera_frame) {
-    throw UsageError("--overlay: expected --camera-frame N, the frame to draw over");
+  const char* over = a.overlay ? "--overlay" : "--photo";
+  if ((a.overlay || a.photo) && !a.camera_frame) {
+    throw UsageError(fmt::format("{}: expected --camera-frame N, the frame to draw over", over));
   }
-  if (a.overlay && a.picture.transparent) {
-    throw UsageError("--overlay: the photograph is the background, expected no --no-background");
+  if ((a.overlay || a.photo) && a.picture.transparent) {
+    throw UsageError(fmt::format("{}: the photograph is the background, expected no --no-background", over));
+  }
+  if (a.overlay && a.photo) {
+    throw UsageError("--overlay and --photo: expected outlines or the map itself, not both");
   }
 }
 

@@ -50,6 +50,7 @@ struct RenderArguments {
   std::optional<std::int64_t> camera_frame;
   std::optional<std::int64_t> at_frame;
   bool overlay = false;
+  bool photo = false;
   std::string path;
   bool growth = false;
   std::string frames;

@@ -13,6 +13,7 @@
 #include "app/result/map_input.h"
 #include "app/terminal/terminal.h"
 #include "render/picture/outlines.h"
+#include "render/picture/photo.h"
 #include "render/video/input_frames.h"
 #include "render/video/video_alignment.h"
 #include "slam/io/image_files.h"
@@ -64,35 +65,12 @@ int CompareWithReference(const RenderArguments& a, const cv::Mat& image) {
   return 5;
 }
 
-// Renders the map as the input camera saw it in one frame; with --overlay over its image.
-cv::Mat RenderCameraFrame(const RenderArguments& a, PictureOptions options, const RecordingReader& reader) {
-  InputFrames frames(reader, MapFile(a.map));
-  const MapSnapshotPtr map = reader.Last();
-  Rigid3d pose;
-  try {
-    pose = frames.PoseOf(*a.camera_frame);
-  } catch (const UsageError& error) {
-    throw UsageError(fmt::format("--camera-frame: {}", error.what()));
-  }
-  if (a.overlay) {
-    return RenderOverPhoto(*map, frames.ImageOf(*a.camera_frame), pose, options);
-  }
-  const bool cameras_wanted = std::ranges::any_of(
-      a.style.settings, [](const std::string& setting) { return setting.starts_with("cameras."); });
-  if (!cameras_wanted) {  // frusta around the eye would cover everything
-    options.style.cameras.trajectory = options.style.cameras.keyframes = options.style.cameras.current =
-        false;
-  }
-  PictureRenderer renderer(options);
-  renderer.SetMap(*map);
-  const ImagePlacement place = PlaceImage(map->camera, {0, 0, options.width, options.height});
-  return renderer.Render(ThroughCamera(pose, place.camera));
-}
-
-// Renders the map as of --at-frame, in the frame of the finished one and with its framing and colours.
-cv::Mat RenderAtFrame(const RenderArguments& a, const PictureOptions& options,
-                      const RecordingReader& reader) {
+// Returns the map as of --at-frame in the frame of the finished one, or the finished one.
+MapSnapshot MapShown(const RenderArguments& a, const RecordingReader& reader) {
   const MapSnapshotPtr last = reader.Last();
+  if (!a.at_frame) {
+    return *last;
+  }
   int snapshot = -1;
   while (snapshot + 1 < reader.Size() && reader.FrameIndex(snapshot + 1) <= *a.at_frame) {
     ++snapshot;
@@ -110,9 +88,45 @@ cv::Mat RenderAtFrame(const RenderArguments& a, const PictureOptions& options,
       map.T_map_camera.reset();
     }
   }
+  return map;
+}
+
+// Renders the map as the input camera saw it in one frame; with --overlay or --photo over its image.
+cv::Mat RenderCameraFrame(const RenderArguments& a, PictureOptions options, const RecordingReader& reader) {
+  InputFrames frames(reader, MapFile(a.map));
+  const MapSnapshot map = MapShown(a, reader);
+  Rigid3d pose;
+  try {
+    pose =
+        a.at_frame == a.camera_frame && map.T_map_camera ? *map.T_map_camera : frames.PoseOf(*a.camera_frame);
+  } catch (const UsageError& error) {
+    throw UsageError(fmt::format("--camera-frame: {}", error.what()));
+  }
+  if (a.overlay) {
+    return RenderOverPhoto(map, frames.ImageOf(*a.camera_frame), pose, options);
+  }
+  if (a.photo) {
+    return RenderOnPhoto(*reader.Last(), map, frames.ImageOf(*a.camera_frame), pose, options);
+  }
+  const bool cameras_wanted = std::ranges::any_of(
+      a.style.settings, [](const std::string& setting) { return setting.starts_with("cameras."); });
+  if (!cameras_wanted) {  // frusta around the eye would cover everything
+    options.style.cameras.trajectory = options.style.cameras.keyframes = options.style.cameras.current =
+        false;
+  }
   PictureRenderer renderer(options);
-  renderer.SetMap(*last);
+  renderer.SetMap(*reader.Last());
   renderer.SetMapKeepingFrame(map);
+  const ImagePlacement place = PlaceImage(map.camera, {0, 0, options.width, options.height});
+  return renderer.Render(ThroughCamera(pose, place.camera));
+}
+
+// Renders the map as of --at-frame with the framing and colours of the finished one.
+cv::Mat RenderAtFrame(const RenderArguments& a, const PictureOptions& options,
+                      const RecordingReader& reader) {
+  PictureRenderer renderer(options);
+  renderer.SetMap(*reader.Last());
+  renderer.SetMapKeepingFrame(MapShown(a, reader));
   return renderer.Render();
 }
 

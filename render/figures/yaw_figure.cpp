@@ -6,7 +6,7 @@
 #include <tuple>
 
 #include "render/figures/figure_input.h"
-#include "render/picture/outlines.h"
+#include "render/picture/photo.h"
 #include "render/picture/picture_text.h"
 #include "slam/geometry/angles.h"
 #include "slam/objects/box_lines.h"

@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
+#include "render/picture/photo.h"
 #include "render/picture/picture_overlay.h"
 #include "render/solids/scene_order.h"
 #include "slam/geometry/silhouette.h"
@@ -190,22 +191,6 @@ void DrawTag(cv::Mat& image, const std::string& label, cv::Point top_left, const
             Eigen::Vector3d::Constant(light ? 0.05 : 1.0), TextPainter::Align::kCenter);
 }
 
-cv::Mat Undistorted(const cv::Mat& image, const Camera& camera) {
-  if (!camera.HasDistortion()) {
-    return image;
-  }
-  cv::Mat from(image.size(), CV_32FC2);
-  for (int y = 0; y < image.rows; ++y) {
-    for (int x = 0; x < image.cols; ++x) {
-      const Eigen::Vector2d pixel = camera.ProjectDistorted(camera.Unproject(Eigen::Vector2d(x, y)));
-      from.at<cv::Vec2f>(y, x) = {static_cast<float>(pixel.x()), static_cast<float>(pixel.y())};
-    }
-  }
-  cv::Mat straight;
-  cv::remap(image, straight, from, cv::noArray(), cv::INTER_LINEAR);
-  return straight;
-}
-
 namespace {
 
 // Draws a coloured tag with the name at the top of each outline, moved to avoid overlap. Call after
@@ -252,22 +237,14 @@ void DrawOutlineLabels(cv::Mat& image, const std::vector<ObjectOutline>& outline
 cv::Mat RenderOverPhoto(const MapSnapshot& map, const cv::Mat& photo, const Rigid3d& T_map_camera,
                         const PictureOptions& options) {
   CheckStyle(options.style);
-  if (photo.cols != map.camera.width || photo.rows != map.camera.height) {
-    throw InputError(fmt::format("the image has {}x{} pixels, expected {}x{} as the map's camera", photo.cols,
-                                 photo.rows, map.camera.width, map.camera.height));
-  }
   const SceneStyle& style = options.style;
-  cv::Mat picture(options.height, options.width, CV_8UC3, ToBgr(ParseColor(style.background)));
-  Camera camera = map.camera;
-  camera.distortion = {};
-  const ImagePlacement place = PlaceImage(camera, {0, 0, options.width, options.height});
-  const cv::Rect area(cv::Point(cvRound(place.area.x), cvRound(place.area.y)),
-                      cv::Size(cvRound(place.area.width), cvRound(place.area.height)));
-  cv::Mat part = picture(area & cv::Rect(cv::Point(), picture.size()));
-  cv::resize(Undistorted(photo, map.camera), part, part.size(), 0.0, 0.0,
-             part.cols < photo.cols ? cv::INTER_AREA : cv::INTER_CUBIC);
+  const auto [picture, area] =
+      PlacePhoto(photo, map.camera, {options.width, options.height}, ParseColor(style.background));
+  cv::Mat part = picture(area);
 
   // Outlines are cut off at the edges of the photograph.
+  Camera camera = map.camera;
+  camera.distortion = {};
   const Camera seen = PlaceImage(camera, {cv::Point(), part.size()}).camera;
   const LabelColors colors = LabelColors::Of(map.objects);
   const double scale = PictureScale({options.width, options.height});

@@ -44,9 +44,6 @@ cv::Size TagSize(const std::string& label, const TextPainter& text, double size)
 void DrawTag(cv::Mat& image, const std::string& label, cv::Point top_left, const Eigen::Vector3d& color,
              const TextPainter& text, double size);
 
-// Removes the lens distortion, keeping the calibration; pixels that the lens did not show are black.
-cv::Mat Undistorted(const cv::Mat& image, const Camera& camera);
-
 // Draws the map over a photograph: exact outlines of the objects and, if the style asks for them, names and
 // map points. `photo` (8UC3) is an image of map.camera at T_map_camera with lens distortion, which is removed
 // first. It is centred in a picture of the options' size. Throws InputError if `photo` does not have the

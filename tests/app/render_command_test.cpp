@@ -153,7 +153,18 @@ TEST_F(RenderCommandTest, CameraFrameHasTheSizeOfTheImageAndDrawsOverIt) {
   EXPECT_EQ(cv::imread(Out("p.png")).size(), cv::Size(320, 240));
   const ProgramRun overlay = run("--camera-frame 60 --overlay");
   EXPECT_EQ(overlay.exit_code, 0) << overlay.err;
-  EXPECT_EQ(cv::imread(Out("p.png")).at<cv::Vec3b>(0, 0), cv::Vec3b(200, 120, 60));
+  const cv::Vec3b corner_of_photo(200, 120, 60);
+  EXPECT_EQ(cv::imread(Out("p.png")).at<cv::Vec3b>(0, 0), corner_of_photo);
+  const ProgramRun photo = run("--camera-frame 60 --photo --at-frame 60 --set text.legend=false");
+  EXPECT_EQ(photo.exit_code, 0) << photo.err;
+  const cv::Mat over_photo = cv::imread(Out("p.png"));
+  EXPECT_EQ(over_photo.at<cv::Vec3b>(0, 0), corner_of_photo);
+  cv::Mat drawn;
+  cv::inRange(over_photo, corner_of_photo, corner_of_photo, drawn);
+  EXPECT_LT(cv::countNonZero(drawn), 0.98 * static_cast<double>(drawn.total())) << "the map lies over it";
+  EXPECT_EQ(run("--camera-frame 60 --photo --resolution 500,240 --style dark").exit_code, 0);
+  EXPECT_EQ(cv::imread(Out("p.png")).at<cv::Vec3b>(2, 92), corner_of_photo) << "in the middle";
+  EXPECT_NE(cv::imread(Out("p.png")).at<cv::Vec3b>(2, 86), corner_of_photo);
   const ProgramRun unknown = run("--camera-frame 31");
   EXPECT_EQ(unknown.exit_code, 2);
   EXPECT_THAT(unknown.err,
@@ -168,6 +179,7 @@ TEST_F(RenderCommandTest, CombinationsThatMakeNoSenseAreWrongUsage) {
   for (const std::string arguments :
        {"--output a.mp4 --camera-path spiral", "--output a.mp4 --camera-path none.yaml",
         "--output a.mp4 --shard 3/2", "--output a.mp4 --camera-frame 30", "--output a.png --overlay",
+        "--output a.png --photo", "--output a.png --camera-frame 30 --photo --overlay",
         "--output a.png --shard 1/2", "--output a.png --camera-frame 30 --view top",
         "--output a.png --view under", "--join b.part-1-of-1.mp4 --output c.mp4"}) {
     const ProgramRun run = Render(arguments);

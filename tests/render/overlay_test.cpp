@@ -7,6 +7,7 @@
 #include "baseline.h"
 #include "hand_made_map.h"
 #include "render/picture/outlines.h"
+#include "render/picture/photo.h"
 #include "render/picture/picture.h"
 #include "render/picture/picture_overlay.h"
 #include "slam/util/error.h"

@@ -1,78 +1,22 @@
 // The program itself under Xvfb, moved by scripts of events.
-#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 
-#include <Eigen/Geometry>
-#include <chrono>
-#include <cmath>
-#include <thread>
+#include <algorithm>
 
-#include "app/viewer/state/layers.h"
-#include "slam/snapshot/depth_recording.h"
-#include "slam/snapshot/recording.h"
-#include "tests/app/run_program.h"
 #include "tests/app/written_sequence.h"
-#include "tests/render/baseline.h"
 #include "tests/viewer/ui_stage.h"
+#include "tests/viewer/viewer_program.h"
 
 namespace sqslam::viewer {
 namespace {
 namespace fs = std::filesystem;
 
 using ::sqslam::testing::ProgramRun;
-using ::sqslam::testing::RunProgram;
 using ::sqslam::testing::Slurp;
 using ::testing::HasSubstr;
 using ::testing::Not;
-
-// Runs the viewer in a folder, on a display of its own unless `display` is false.
-ProgramRun RunViewer(const TemporaryFolder& folder, const std::string& arguments, bool display = true) {
-  const std::string out = (folder.Path() / "out").string();
-  const std::string err = (folder.Path() / "err").string();
-  // Its own exit code: that of xvfb-run is another one where its cleaning up fails.
-  const std::string inner =
-      std::string("'") + SQSLAM_VIEWER + " " + arguments + " >" + out + " 2>" + err + "; echo $? >code'";
-  const std::string prefix = display ? "xvfb-run -a -s '-screen 0 1280x1024x24' " : "env -u DISPLAY ";
-  const std::string command =
-      "cd " + folder.Path().string() + " && " + prefix + "sh -c " + inner + " >/dev/null 2>&1";
-  if (std::system(command.c_str()) == -1) {
-    return {};
-  }
-  const std::string code = Slurp(folder.Path() / "code");
-  return {code.empty() ? -1 : std::stoi(code), Slurp(out), Slurp(err)};
-}
-
-class ViewerScript : public ::testing::Test {
- protected:
-  ProgramRun Play(const std::string& script, const std::string& arguments) {
-    folder_.Write("script.txt", script);
-    return RunViewer(folder_, arguments + " --resolution 960,600 --play-events script.txt");
-  }
-  // Compares what a copied command draws with the picture that F12 left in the folder.
-  void ExpectSamePicture(std::string command) {
-    ASSERT_TRUE(command.starts_with("sqslam "));
-    const std::string output = (folder_.Path() / "headless.png").string();
-    command = command.substr(7, command.find('\n') - 7);
-    const std::size_t name = command.find("--output=map.png");
-    ASSERT_NE(name, std::string::npos);
-    command.replace(name, 16, "--output=" + output);
-    const ProgramRun headless = RunProgram(command);
-    ASSERT_EQ(headless.exit_code, 0) << headless.err;
-    cv::Mat shot;
-    for (const auto& entry : std::filesystem::directory_iterator(folder_.Path())) {
-      if (entry.path().filename().string().ends_with("-1.png")) {
-        shot = cv::imread(entry.path().string());
-      }
-    }
-    const cv::Mat drawn = cv::imread(output);
-    ASSERT_EQ(shot.size(), drawn.size());
-    EXPECT_LT(PictureDifference(shot, drawn), 0.01);
-  }
-
-  TemporaryFolder folder_;
-};
 
 TEST_F(ViewerScript, OpensScrubsPicksResizesAndCloses) {
   WriteGrowingMap(folder_.Path());
@@ -139,180 +83,6 @@ TEST_F(ViewerScript, WhatIsNotAsExpectedEndsItWithTheLine) {
   EXPECT_THAT(run.err, HasSubstr("script.txt:2: objects is 3, expected 4"));
 }
 
-// The command that the viewer offers draws what the viewer's own picture shows.
-TEST_F(ViewerScript, TheCopiedCommandDrawsTheSamePicture) {
-  WriteGrowingMap(folder_.Path());
-  const ProgramRun run = Play(
-      "wait idle\nmove 300 250\npress left\nmove 380 230\nrelease left\n"
-      "key Left\nkey Left\nwait idle\n"
-      "key F12\nframes 2\ncommand command.txt\nclose\n",
-      "desk");
-  ASSERT_EQ(run.exit_code, 0) << run.err;
-  const std::string command = Slurp(folder_.Path() / "command.txt");
-  EXPECT_THAT(command, HasSubstr("--at-frame="));
-  ExpectSamePicture(command);
-}
-
-// A sequence whose true camera path is that of the hand-made map, in a world of other scale and frame.
-void WriteTruth(const TemporaryFolder& folder) {
-  const Sim3d S_world_map{
-      2.0, Eigen::Quaterniond(Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitX())), {3.0, 2.0, 1.0}};
-  std::string images;
-  std::string poses;
-  for (const SnapshotKeyframe& keyframe : HandMadeMap().keyframes) {
-    const Eigen::Vector3d p = S_world_map * keyframe.T_map_camera.translation;
-    images += fmt::format("{:.6f} {}.png\n", keyframe.timestamp, keyframe.id);
-    poses += fmt::format("{:.6f} {:.9f} {:.9f} {:.9f} 0 0 0 1\n", keyframe.timestamp, p.x(), p.y(), p.z());
-  }
-  std::filesystem::create_directories(folder.Path() / "sequence");
-  folder.Write("sequence/rgb.txt", images);
-  folder.Write("sequence/groundtruth.txt", poses);
-  folder.Write("sequence/camera.yaml",
-               "width: 320\nheight: 240\nfx: 300\nfy: 300\ncx: 159.5\ncy: 119.5\nfps: 3\n"
-               "distortion: [0, 0, 0, 0, 0]\n");
-}
-
-// Layers of all kinds and a section: on by keys, options and a drop, in the window and in the copied command.
-TEST_F(ViewerScript, LayersAreSwitchedOnAndTheCopiedCommandDrawsThemToo) {
-  WriteTruth(folder_);
-  WriteGrowingMap(folder_.Path(), (folder_.Path() / "sequence").string());
-  std::string cloud =
-      "ply\nformat ascii 1.0\nelement vertex 400\nproperty float x\nproperty float y\nproperty float z\n"
-      "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n";
-  for (int i = 0; i < 400; ++i) {
-    cloud += fmt::format("{:.3f} 0.8 {:.3f} 200 60 {}\n", -0.6 + 0.06 * (i % 20), 0.04 * (i / 20), i % 250);
-  }
-  folder_.Write("room.ply", cloud);
-  const ProgramRun run = Play(
-      "wait idle\nexpect true_path no\nexpect cloud 0\n"
-      "key P\nwait idle\nexpect true_path yes\n"
-      "drop " +
-          (folder_.Path() / "room.ply").string() +
-          "\nframes 2\nwait idle\nexpect cloud 400\n"
-          "key G\nkey X\nwait idle\nexpect covisibility yes\nexpect cut view\n"
-          "key T\nwait idle\nexpect cut view\n"
-          "expect error none\npicture window.png\n"
-          "key F12\nframes 2\ncommand command.txt\nclose\n",
-      "desk");
-  ASSERT_EQ(run.exit_code, 0) << run.err;
-  const std::string command = Slurp(folder_.Path() / "command.txt");
-  EXPECT_THAT(command, HasSubstr("--ground-truth=auto"));
-  EXPECT_THAT(command, HasSubstr("--dense-cloud="));
-  ExpectSamePicture(command);
-}
-
-// A green wall behind the desk, as densifying a map leaves it in the recording.
-void AddWall(const fs::path& recording) {
-  DepthMap wall;
-  wall.camera = {64, 48, 60.0, 60.0, 31.5, 23.5, {}, 30.0};
-  wall.T_map_camera = {Eigen::Quaterniond(Eigen::AngleAxisd(-0.5 * M_PI, Eigen::Vector3d::UnitX())),
-                       {0.0, -1.5, 0.3}};
-  wall.depth = cv::Mat(48, 64, CV_32F, cv::Scalar(2.3));
-  wall.views = cv::Mat(48, 64, CV_8U, cv::Scalar(3));
-  wall.bgr = cv::Mat(48, 64, CV_8UC3, cv::Scalar(0, 255, 0));
-  DepthRecording depths(recording, DepthRecording::Access::kWrite);
-  depths.PutEstimate(wall, "settings");
-  depths.PutKept(wall);
-}
-
-int GreenPixels(const fs::path& picture) {
-  cv::Mat green;
-  cv::inRange(cv::imread(picture.string()), cv::Scalar(0, 120, 0), cv::Scalar(60, 255, 60), green);
-  return cv::countNonZero(green);
-}
-
-TEST_F(ViewerScript, ADensifiedMapIsAMeshWhereTheStyleSaysSo) {
-  Document document;
-  document.file = WriteGrowingMap(folder_.Path());
-  AddWall(document.file);
-  document.last = RecordingReader(document.file).Last();
-  Layers layers;
-  layers.mesh = true;
-  LayerSession session;
-  Messages messages;
-  const auto update = [&] {
-    do {
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
-      session.Update(layers, document, messages);
-    } while (session.Busy());
-    session.Update(layers, document, messages);
-  };
-  update();
-  ASSERT_NE(layers.drawn.dense_mesh, nullptr);
-  EXPECT_GT(layers.drawn.dense_mesh->triangles.size(), 500U);
-  auto early = std::make_shared<ShownFrame>();
-  early->frame_index = document.last->frame_index - 1;
-  document.shown = early;
-  update();
-  ASSERT_NE(layers.drawn.dense_mesh, nullptr);
-  EXPECT_EQ(layers.drawn.dense_mesh->frames.size(), layers.drawn.dense_mesh->vertices.size())
-      << "a map on its way has what was seen until then";
-  EXPECT_NE(layers.drawn.dense_cloud, nullptr);
-}
-
-TEST(ViewerFraming, HoldsTheDenseCloudAsPicturesDo) {
-  const TemporaryFolder folder;
-  const fs::path bare = WriteGrowingMap(folder.Path() / "bare");
-  const fs::path dense = WriteGrowingMap(folder.Path() / "dense");
-  AddWall(dense);
-  UiStage stage;
-  const auto open = [&](const fs::path& map) -> const SceneView& {
-    stage.viewer->Open(map);
-    stage.Settle();
-    return stage.State().view;
-  };
-  const auto of_wall = [](const SceneView& view) {
-    return std::ranges::count_if(view.focus.outline,
-                                 [](const Eigen::Vector3d& p) { return std::abs(p.y() - 0.8) < 0.01; });
-  };
-  EXPECT_EQ(of_wall(open(bare)), 0);
-  const SceneView& view = open(dense);
-  EXPECT_GT(of_wall(view), 20);
-  const Camera pinhole = PinholeOf(view.camera, view.size);
-  for (const Eigen::Vector3d& p : view.focus.outline) {
-    const Eigen::Vector2d pixel = pinhole.Project(PoseOf(view.camera).Inverse() * p);
-    EXPECT_TRUE(pixel.minCoeff() > 0.0 && pixel.x() < view.size.width && pixel.y() < view.size.height)
-        << pixel.transpose();
-  }
-}
-
-TEST_F(ViewerScript, ADensifiedMapShowsItsCloudAndTheCopiedCommandDrawsItToo) {
-  const fs::path map = WriteGrowingMap(folder_.Path());
-  AddWall(map);
-  const ProgramRun run = Play(
-      "wait idle\nexpect cloud not 0\nexpect error none\npicture window.png\n"
-      "key F12\nframes 2\ncommand command.txt\nclose\n",
-      "desk");
-  ASSERT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_GT(GreenPixels(folder_.Path() / "window.png"), 2000);
-  const std::string command = Slurp(folder_.Path() / "command.txt");
-  EXPECT_THAT(command, Not(HasSubstr("dense")));
-  ExpectSamePicture(command);
-
-  sqlite3* db = nullptr;
-  ASSERT_EQ(sqlite3_open(map.c_str(), &db), SQLITE_OK);
-  sqlite3_exec(db, "UPDATE depth_maps SET kept = x'00'", nullptr, nullptr, nullptr);
-  sqlite3_close(db);
-  const ProgramRun broken =
-      Play("wait idle\nexpect cloud 0\nexpect error not none\nexpect objects 3\nclose\n", "desk");
-  EXPECT_EQ(broken.exit_code, 0) << broken.err;
-}
-
-TEST_F(ViewerScript, LayersCanBeAskedForOnTheCommandLine) {
-  WriteTruth(folder_);
-  WriteGrowingMap(folder_.Path());
-  folder_.Write("room.ply",
-                "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
-                "property float z\nend_header\n3 2 1\n");
-  const ProgramRun run =
-      Play("wait idle\nexpect true_path yes\nexpect cloud 1\nexpect error none\nclose\n",
-           "desk --ground-truth sequence --dense-cloud room.ply --dense-cloud-frame world");
-  EXPECT_EQ(run.exit_code, 0) << run.err;
-  const ProgramRun none =
-      Play("wait idle\nexpect true_path no\nexpect error not none\nclose\n", "desk --ground-truth auto");
-  EXPECT_EQ(none.exit_code, 0) << none.err << ": a map that does not say what was mapped";
-}
-
 TEST_F(ViewerScript, WhatWasRecordedPlaysAgain) {
   WriteGrowingMap(folder_.Path());
   const ProgramRun first = Play("wait idle\nkey 3\nframes 4\nclose\n", "desk --record-events log.txt");
@@ -351,7 +121,8 @@ TEST_F(ViewerScript, ARunThatEndsIsShownAsARecording) {
   const sqslam::testing::WrittenSequence sequence(Sideways(40));
   const ProgramRun run = Play(
       "wait map\nwait end\nwait idle\nexpect running no\nexpect image yes\nexpect error none\n"
-      "picture outside.png\nkey C\nframes 5\nwait idle\npicture through.png\nclose\n",
+      "picture outside.png\nkey C\nframes 5\nwait idle\npicture through.png\n"
+      "key F12\nframes 2\ncommand command.txt\nclose\n",
       "run " + sequence.Path().string() + " --output result");
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(Slurp(folder_.Path() / "result" / "stats.json"), HasSubstr("\"interrupted\": false"));
@@ -360,6 +131,8 @@ TEST_F(ViewerScript, ARunThatEndsIsShownAsARecording) {
     return cv::mean(cv::imread((folder_.Path() / picture).string())(cv::Rect(120, 120, 300, 220)))[1];
   };
   EXPECT_GT(brightness("through.png"), 2.0 * brightness("outside.png"));
+  ExpectSamePicture(Slurp(folder_.Path() / "command.txt"));
+  EXPECT_GT(brightness("headless.png"), 2.0 * brightness("outside.png"));
 }
 
 TEST_F(ViewerScript, AFailureAtTheStartOfARunStaysInTheWindowAndGoesToTheTerminal) {

@@ -9,10 +9,11 @@
 #include <vector>
 
 #include "app/viewer/panels/panels.h"
+#include "app/viewer/state/pictures.h"
 #include "app/viewer/state/scene_view.h"
 #include "app/viewer/widgets/widgets.h"
 #include "render/picture/interactive_scene.h"
-#include "render/picture/outlines.h"
+#include "render/picture/photo.h"
 
 namespace sqslam::viewer {
 namespace {
@@ -74,15 +75,13 @@ class ScenePanel : public Panel {
   // Updates the scene to the state.
   void Synchronize() {
     const bool live = document_.run.active;
-    if (Renew(photo_of_, Photo()) && photo_of_) {
+    if (Renew(photo_of_, PhotoBeneath(view_, document_)) && photo_of_) {
       photo_.Upload(Undistorted(photo_of_->image, photo_of_->map->camera));
     }
     SceneStyle style = view_.style;
     style.cameras.current = style.cameras.current && !live;  // DrawSceneMarks() draws it then
-    if (photo_of_) {                                         // hides or makes transparent what would cover it
-      style.dense_cloud.show = style.cameras.trajectory = style.cameras.keyframes = style.cameras.current =
-          false;
-      style.objects.look = style.objects.look == ObjectLook::kAuto ? ObjectLook::kGlass : style.objects.look;
+    if (photo_of_) {
+      style = StyleOverPhoto(std::move(style));
     }
     scene_.SetTransparent(photo_of_ != nullptr);
     const bool restyled = Renew(style_, style);
@@ -215,16 +214,6 @@ class ScenePanel : public Panel {
       TakeTexts(document_.Map() != nullptr ? scene_.Texts(camera, size_) : cv::Mat());
     }
     DrawTexts();
-  }
-
-  // Returns the frame whose image is drawn beneath the scene while it is seen through the input camera, or
-  // null.
-  ShownFramePtr Photo() const {
-    const ShownFramePtr& shown = document_.shown;
-    const bool has = view_.mode == CameraMode::kFirstPerson && shown && shown->map &&
-                     shown->map->T_map_camera &&
-                     shown->image.size() == cv::Size(shown->map->camera.width, shown->map->camera.height);
-    return has ? shown : nullptr;
   }
 
   void DrawPhoto() {

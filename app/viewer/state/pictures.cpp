@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
+#include "render/picture/photo.h"
 #include "render/picture/picture.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"
@@ -46,6 +47,13 @@ std::vector<std::string> StyleChanges(const SceneStyle& style, const SceneStyle&
   return changes;
 }
 
+ShownFramePtr PhotoBeneath(const SceneView& view, const Document& document) {
+  const ShownFramePtr& shown = document.shown;
+  const bool has = view.mode == CameraMode::kFirstPerson && shown && shown->map && shown->map->T_map_camera &&
+                   shown->image.size() == cv::Size(shown->map->camera.width, shown->map->camera.height);
+  return has ? shown : nullptr;
+}
+
 std::string RenderCommandLine(const ViewerState& state, cv::Size size, bool transparent,
                               const std::string& output) {
   const SceneView& view = state.view;
@@ -59,7 +67,12 @@ std::string RenderCommandLine(const ViewerState& state, cv::Size size, bool tran
   if (transparent) {
     words.emplace_back("--no-background");
   }
-  if (document.shown && document.last && document.shown->frame_index != document.last->frame_index) {
+  const ShownFramePtr photo = transparent ? nullptr : PhotoBeneath(view, document);
+  if (photo) {
+    words.emplace_back("--photo");
+    add("--camera-frame", std::to_string(photo->frame_index));
+    add("--at-frame", std::to_string(photo->frame_index));
+  } else if (document.shown && document.last && document.shown->frame_index != document.last->frame_index) {
     add("--at-frame", std::to_string(document.shown->frame_index));
   }
   if (!state.editing.Edits().Empty()) {
@@ -85,6 +98,9 @@ std::string RenderCommandLine(const ViewerState& state, cv::Size size, bool tran
   if (!layers.dense_cloud) {
     add("--set", "dense_cloud.show=false");
   }
+  if (photo) {
+    return ShellLine(words);
+  }
   add("--camera-position", VectorText(view.camera.position));
   add("--camera-focal-point", VectorText(view.camera.focal_point));
   add("--camera-view-up", VectorText(view.camera.view_up));
@@ -103,6 +119,11 @@ void WriteScreenshot(const ViewerState& state, cv::Size size, bool transparent, 
   options.backend = RenderBackend::kCurrent;
   options.style = state.view.StyleWithClip();
   options.layers = state.layers.drawn;
+  if (const ShownFramePtr photo = transparent ? nullptr : PhotoBeneath(state.view, state.document)) {
+    const MapSnapshot& map = *photo->map;
+    WritePicture(file, RenderOnPhoto(*state.document.frame, map, photo->image, *map.T_map_camera, options));
+    return;
+  }
   PictureRenderer renderer(options);
   renderer.SetMap(*state.document.frame);
   renderer.SetMapKeepingFrame(*state.document.Map());

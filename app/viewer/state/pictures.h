@@ -5,11 +5,16 @@
 #include <string>
 #include <vector>
 
+#include "app/viewer/frames/timeline.h"
+#include "app/viewer/state/document.h"
 #include "app/viewer/state/viewer_state.h"
 #include "render/video/video_encoder.h"
 
 // Pictures and videos of the screen, and the commands that draw the same without a window.
 namespace sqslam::viewer {
+
+// Returns the frame whose image lies beneath the scene while it is seen through the input camera, or null.
+ShownFramePtr PhotoBeneath(const SceneView& view, const Document& document);
 
 // Returns the command that draws the present view without a window: `sqslam render ... --output FILE`, quoted
 // for a shell. Selection marks are not part of the picture. `size`: of the picture, pixels.
