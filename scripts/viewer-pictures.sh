@@ -16,11 +16,15 @@ if [ -z "$demo" ]; then
 fi
 mkdir -p "$pictures"
 
-click() {  # X Y, pixels of the window
-  printf 'move %s %s\nframes 2\npress left\nrelease left\nframes 3\n' "$1" "$2"
+# Densified as a copy: replay and annotation show the room.
+cp -r "$demo/result" "$work/dense"
+"$bin/sqslam" densify "$work/dense" --quiet
+
+click() {  # TEXT..., each in the window: tabs, buttons, rows of a table
+  printf 'click %s\n' "$@"
 }
-drag() {  # X Y to X Y
-  printf 'move %s %s\nframes 2\npress left\nframes 1\nmove %s %s\nframes 2\nrelease left\nframes 3\n' "$@"
+zoom() {  # NOTCHES X Y: to a place in the scene
+  printf 'move %s %s\nwheel 0 %s\nframes 2\n' "$2" "$3" "$1"
 }
 # Plays the script from standard input and saves the window as a picture with a palette.
 play() {  # NAME ARGUMENTS...
@@ -28,60 +32,58 @@ play() {  # NAME ARGUMENTS...
   shift
   { cat; printf 'picture %s.png\nclose\n' "$work/$name"; } >"$work/$name.txt"
   xvfb-run -a -s "-screen 0 1600x1000x24" \
-    "$bin/sqslam-viewer" "$@" --resolution 1440,900 --play-events "$work/$name.txt"
+    "$bin/sqslam-viewer" "$@" --resolution 1280,900 --play-events "$work/$name.txt"
   pngquant --force --speed 1 --nofs --output "$pictures/viewer-$name.png" 256 "$work/$name.png"
 }
-finish='move 640 720
+# A click on the time axis, a little after the middle of the run.
+later='wait idle
+point 700 0 tracked points
+press left
+release left
+wait idle'
+# The mouse goes where it points at nothing, until messages are gone.
+finish='point 500 -32 tracked points
 frames 360
-wait idle'  # until messages are gone
+wait idle'
 
-# Paused half way, so that the view is rendered in full quality.
+# Slowly, so that a busy computer does not miss the middle; paused, so that the view is rendered in full quality.
 play live run "$demo/desk" --output "$work/live" <<EOF
+wait frame 1
+key Space
+$(click 'full speed' '5 frames/s')
+key Space
 wait frame 90
 key Space
-move 60 420
-wheel 0 -1
-frames 2
-move 640 720
-frames 20
+point 500 -32 tracked points
+frames 40
 EOF
 
-play replay "$demo/result" <<EOF
-wait idle
-$(click 800 830)
-wait idle
+play replay "$work/dense" <<EOF
+$later
+$(click View)
+key I
 key P
 key G
-$(drag 1200 299 1200 200)
-$(click 1205 225)
+$(zoom 2 340 520)
 $finish
 EOF
 
 play inspector "$demo/result" <<EOF
 wait idle
+$(click Objects 'microwave*' Inspector)
 key I
-$(click 534 508)
-$(click 1137 47)
+$(zoom 3 350 420)
 $finish
 EOF
 
-# Solids in place of four objects, then without these.
-play annotation "$demo/result" <<EOF
-wait idle
-$(drag 1017 500 897 500)
-$(drag 1200 299 1200 379)
-wait idle
-$(click 1152 404)
-$(click 278 345)
-$(click 1160 565)
-$(click 327 462)
-$(click 1160 565)
-$(click 472 505)
-$(click 1160 565)
-$(click 589 544)
-$(click 1160 565)
-$(click 924 596)
-$(drag 1200 379 1200 335)
+# Solids in place of six objects, then without these.
+play annotation "$work/dense" <<EOF
+$later
+$(for object in tv cereal keyboard book bowl toaster; do
+  click Objects "$object*" Annotate "From $object*"
+done)
+$(click 'objects of the map' View 'camera path' keyframes 'present camera' legend Annotate)
+$(zoom 4 400 420)
 $finish
 EOF
 ls -l "$pictures"/viewer-*.png

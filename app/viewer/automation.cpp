@@ -3,15 +3,26 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <utility>
 
+#include "app/viewer/input/window_text.h"
 #include "app/viewer/state/pictures.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 #include "slam/util/statistics.h"
 
 namespace sqslam::viewer {
+namespace {
+
+// Returns the move of the mouse to a text that the window shows.
+InputEvent MoveTo(const ScriptLine& line) {
+  const WindowText text = FindText(line.text).value();
+  return {.x = std::floor(text.x + line.event.x), .y = std::floor(text.y + line.event.y)};
+}
+
+}  // namespace
 
 std::string StateValue(const ViewerState& state, const std::string& key) {
   const Document& document = state.document;
@@ -64,7 +75,6 @@ ScriptPlayer::ScriptPlayer(std::vector<ScriptLine> script, std::string source,
     : script_(std::move(script)), source_(std::move(source)), picture_(std::move(picture)) {}
 
 std::vector<InputEvent> ScriptPlayer::Next(const Viewer& viewer, double seconds) {
-  constexpr double kPatience = 60.0;  // seconds
   std::vector<InputEvent> events;
   if (frames_left_ > 0) {
     --frames_left_;
@@ -87,14 +97,16 @@ std::vector<InputEvent> ScriptPlayer::Next(const Viewer& viewer, double seconds)
         ++at_;
         return events;
       case ScriptLine::Kind::kWait:
+      case ScriptLine::Kind::kPoint:
         if (!events.empty() || Waits(line, viewer)) {
-          waited_ += seconds;
-          if (waited_ > kPatience) {
-            throw InputError(fmt::format("{}:{}: timed out: {}", source_, line.line, line.text));
-          }
+          BePatient(line, seconds);
           return events;
         }
         waited_ = 0.0;
+        if (line.kind == ScriptLine::Kind::kPoint) {
+          ++at_;
+          return {MoveTo(line)};
+        }
         break;
       case ScriptLine::Kind::kRepeat:
         if (std::chrono::steady_clock::now() - start_ < std::chrono::seconds(line.count)) {
@@ -122,7 +134,18 @@ std::vector<InputEvent> ScriptPlayer::Next(const Viewer& viewer, double seconds)
   return events;
 }
 
+void ScriptPlayer::BePatient(const ScriptLine& line, double seconds) {
+  constexpr double kPatience = 60.0;  // seconds
+  waited_ += seconds;
+  if (waited_ > kPatience) {
+    throw InputError(fmt::format("{}:{}: timed out: {}", source_, line.line, line.text));
+  }
+}
+
 bool ScriptPlayer::Waits(const ScriptLine& line, const Viewer& viewer) const {
+  if (line.kind == ScriptLine::Kind::kPoint) {
+    return !FindText(line.text);
+  }
   const Document& document = viewer.State().document;
   if (line.text == "map") {
     return document.Map() == nullptr;

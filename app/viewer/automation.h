@@ -26,6 +26,7 @@ class ScriptPlayer {
   bool Done() const { return at_ >= script_.size() && frames_left_ == 0; }
 
  private:
+  void BePatient(const ScriptLine& line, double seconds);
   bool Waits(const ScriptLine& line, const Viewer& viewer) const;
   void Expect(const ScriptLine& line, const Viewer& viewer) const;
 

@@ -292,6 +292,17 @@ TEST(InputEventsTest, ABrokenLineIsNamed) {
   EXPECT_THAT(message("wait long"), HasSubstr("expected idle, map or end"));
 }
 
+TEST(InputEventsTest, AClickGoesToATextAndThenPresses) {
+  const std::vector<ScriptLine> script = ParseScript("click Save path\npoint -5 20 keyframes", "test");
+  ASSERT_EQ(script.size(), 6U);
+  EXPECT_EQ(script[0].kind, ScriptLine::Kind::kPoint);
+  EXPECT_EQ(script[0].text, "Save path");
+  EXPECT_EQ(script[2].event, (InputEvent{.kind = InputEvent::Kind::kPress}));
+  EXPECT_EQ(script[3].event, (InputEvent{.kind = InputEvent::Kind::kRelease}));
+  EXPECT_EQ(script[5].text, "keyframes");
+  EXPECT_EQ(script[5].event, (InputEvent{.x = -5.0, .y = 20.0}));
+}
+
 TEST(InputEventsTest, ARoundIsRepeatedForSomeSeconds) {
   const std::vector<ScriptLine> script = ParseScript("key H\nrepeat 90", "test");
   EXPECT_EQ(script.back().kind, ScriptLine::Kind::kRepeat);

@@ -41,6 +41,19 @@ TEST_F(ViewerScript, OpensScrubsPicksResizesAndCloses) {
   EXPECT_EQ(cv::imread((folder_.Path() / "window.png").string()).size(), cv::Size(900, 560));
 }
 
+TEST_F(ViewerScript, ClicksOnWhatThePanelsSay) {
+  WriteGrowingMap(folder_.Path());
+  const ProgramRun run = Play(
+      "wait idle\nexpect covisibility no\n"
+      "click Window\nclick Image\nclick View\nclick covisibility\nexpect covisibility yes\n"
+      "click top\nexpect preset top\n"
+      "click Objects\nclick book*\nexpect selected 0\n"
+      "click File\nclick Open ...\nclick Close\n"
+      "point 300 -20 keyframes\npress left\nrelease left\nwait idle\nexpect frame not 70\nclose\n",
+      "desk");
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+}
+
 TEST_F(ViewerScript, RoundsAreRepeatedUntilTheirTimeIsOver) {
   WriteGrowingMap(folder_.Path());
   // The first round switches the help on, the second off again: an end after one round is seen here.

@@ -89,7 +89,7 @@ class Words {
 };
 
 // The kinds of operand of the first word of a line.
-enum class Operand { kNone, kPoint, kButton, kKey, kNumber, kText, kState };
+enum class Operand { kNone, kPoint, kButton, kKey, kNumber, kText, kState, kPointAndText };
 
 // A word that begins a line.
 struct LineWord {
@@ -104,7 +104,7 @@ std::span<const LineWord> LineWords() {
   using enum Operand;
   using Line = ScriptLine::Kind;
   using Event = InputEvent::Kind;
-  static constexpr std::array<LineWord, 17> kWords = {
+  static constexpr std::array<LineWord, 18> kWords = {
       {{"move", kPoint, Line::kEvent, Event::kMove},
        {"press", kButton, Line::kEvent, Event::kPress},
        {"release", kButton, Line::kEvent, Event::kRelease},
@@ -121,7 +121,8 @@ std::span<const LineWord> LineWords() {
        {"wait", kState, Line::kWait},
        {"picture", kText, Line::kPicture},
        {"command", kText, Line::kCommand},
-       {"expect", kText, Line::kExpect}}};
+       {"expect", kText, Line::kExpect},
+       {"point", kPointAndText, Line::kPoint}}};
   return kWords;
 }
 
@@ -155,6 +156,11 @@ ScriptLine ReadLine(const LineWord& type, Words& words, int number) {
     case Operand::kText:
       event.text = line.text = words.Rest();
       break;
+    case Operand::kPointAndText:
+      event.x = words.Number("two numbers and a text");
+      event.y = words.Number("two numbers and a text");
+      line.text = words.Rest();
+      break;
     case Operand::kState:
       line.text = words.Next();
       if (line.text == "frame") {
@@ -174,6 +180,14 @@ void AppendLine(const std::string& text, const std::string& source, int line,
   if (word.empty() || word[0] == '#') {
     return;
   }
+  if (word == "click") {  // the text is under the mouse for a frame before the button goes down
+    for (const std::string& part :
+         {"point 0 0 " + words.Rest(), std::string("frames 1"), std::string("press left"),
+          std::string("release left"), std::string("frames 2")}) {
+      AppendLine(part, source, line, script);
+    }
+    return;
+  }
   const bool key = word == "key";  // down, seen by one frame, and up
   std::string known;
   for (const LineWord& type : LineWords()) {
@@ -189,7 +203,7 @@ void AppendLine(const std::string& text, const std::string& source, int line,
       return;
     }
   }
-  words.Fail(known + "or key");
+  words.Fail(known + "click or key");
 }
 
 }  // namespace
@@ -240,6 +254,7 @@ std::string FormatEvent(const InputEvent& event) {
   switch (type.operand) {
     case Operand::kNone:
     case Operand::kState:
+    case Operand::kPointAndText:
       break;
     case Operand::kPoint:
       return fmt::format("{} {} {}", type.word, event.x, event.y);

@@ -56,6 +56,8 @@ struct ScriptLine {
     kCommand,  // write the command of the picture on the screen to the file `text`
     kExpect,   // `text`: "KEY VALUE" that must be true now, or the program fails
     kRepeat,   // repeat the script until `count` seconds after it began
+    kPoint,    // move the mouse to event.x, event.y from the middle of the text `text`, once the window shows
+               // it
   };
   Kind kind = Kind::kEvent;
   InputEvent event = {};
@@ -68,6 +70,7 @@ struct ScriptLine {
 //
 //   resize 1280 720
 //   wait idle
+//   click View
 //   move 400 300
 //   press left
 //   release left
@@ -76,7 +79,9 @@ struct ScriptLine {
 //   picture /tmp/window.png
 //   close
 //
-// "key NAME" is down and up. Throw UsageError with file, line and what was expected.
+// "key NAME" is down and up. "point DX DY TEXT" moves the mouse to that many pixels from the middle of a text
+// in the window, and "click TEXT" clicks on it: a tab, a button or a checkbox by its name, a row by any of
+// its words; "cup*" is a text that begins so. Throw UsageError with file, line and what was expected.
 std::vector<ScriptLine> ReadScript(const std::string& path);
 std::vector<ScriptLine> ParseScript(const std::string& text, const std::string& source);
 
