@@ -46,7 +46,7 @@ class TextJoiner {
     const bool spaced = std::abs(gap - blank) < 0.5;
     const bool same_line = font_ == letter.font && std::abs(line - line_) < 0.5;
     if (texts_.empty() || !same_line || (std::abs(gap) > 0.5 && !spaced)) {
-      texts_.push_back({.left = pen});
+      texts_.emplace_back().left = pen;
       visible_.push_back(visible);
       font_ = letter.font;
       line_ = line;
