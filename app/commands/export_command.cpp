@@ -35,6 +35,7 @@ struct ExportArguments {
   std::string ground_truth;
   std::optional<ModelFormat> format;
   std::string images;
+  bool quiet = false;
 };
 
 void CheckArguments(const ExportArguments& a, const std::string& extension) {
@@ -55,7 +56,7 @@ void CheckArguments(const ExportArguments& a, const std::string& extension) {
 
 // Returns the mesh of a densified result; empty if none is wanted.
 SurfaceMesh WantedSurface(const ExportArguments& a, const fs::path& map_path) {
-  Progress progress(false, "depth map");
+  Progress progress(a.quiet, "depth map");
   return a.surface ? SurfaceOf(map_path, 0,
                                [&](int done, int total, const std::string& state) {
                                  progress.Update(done, total, state);
@@ -88,11 +89,13 @@ void ExportForPrograms(const ExportArguments& a) {
                     "nor --reliable-only",
                     NameOf(*a.format)));
   }
-  Progress progress(false, "image");
+  Progress progress(a.quiet, "image");
   const ModelSummary summary = ExportModel(a.map, a.images, a.output, *a.format,
                                            [&](int done, int total) { progress.Update(done, total); });
-  fmt::print("{} images, {} points, mean reprojection error {:.3f} px\nwritten: {}\n", summary.images,
-             summary.points, summary.error, a.output);
+  if (!a.quiet) {
+    fmt::print("{} images, {} points, mean reprojection error {:.3f} px\nwritten: {}\n", summary.images,
+               summary.points, summary.error, a.output);
+  }
   if (summary.without_image > 0) {
     spdlog::warn("{} keyframes of another sequence are left out (--images)", summary.without_image);
   }
@@ -184,6 +187,7 @@ void AddExportCommand(Command& program) {
   command.Option("--ground-truth SEQUENCE", a->ground_truth,
                  "In a .html: also the true camera path of this sequence folder; auto: of the sequence that "
                  "was mapped");
+  command.Flag("--quiet,-q", a->quiet, "No progress and no summary");
   command.Notes(kExportNotes);
   command.OnRun([a] { Export(*a); });
 }

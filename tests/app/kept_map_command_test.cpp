@@ -287,8 +287,9 @@ TEST_F(KeptMapCommands, ColmapItselfGoesOnWithTheModel) {
 }
 
 TEST_F(KeptMapCommands, NerfstudiosCamerasLookAlongMinusZ) {
-  const ProgramRun run = RunProgram("export " + Map() + " --format nerfstudio -o " + Out("nerf").string());
+  const ProgramRun run = RunProgram("export " + Map() + " --format nerfstudio -q -o " + Out("nerf").string());
   ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(run.out, "");
   const auto json = nlohmann::json::parse(Slurp(Out("nerf") / "transforms.json"));
   EXPECT_EQ(json.at("w"), 320);
   EXPECT_TRUE(fs::exists(Out("nerf") / json.at("ply_file_path").get<std::string>()));
