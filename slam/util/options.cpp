@@ -217,7 +217,7 @@ std::string NearestWord(std::string_view word, const std::vector<std::string>& c
   std::string nearest;
   std::size_t best = std::max<std::size_t>(2, word.size() / 2) + 1;  // anything farther is no misspelling
   for (const std::string& candidate : candidates) {
-    const auto [shorter, longer] = std::minmax(word.size(), candidate.size());
+    const auto [shorter, longer] = std::minmax({word.size(), candidate.size()});
     if (longer - shorter >= best) {
       continue;  // spares the comparison with words of thousands of letters
     }
