@@ -12,7 +12,7 @@
 
 namespace sqslam {
 
-// What a similarity is fitted to: camera positions, or positions and orientations (see AlignPoses).
+// The parts of the cameras that a similarity is fitted to: positions, or orientations too (see AlignPoses).
 enum class Alignment { kPositions, kPoses };
 constexpr auto EnumNames(Alignment) { return std::array{"positions", "poses"}; }
 
