@@ -26,6 +26,9 @@ TextureDescription ReadTexture(const YAML::Node& node) {
   texture.seed = node["seed"].as<std::uint64_t>(0);
   for (const YAML::Node& color : node["colors"]) {
     const Eigen::Vector3d rgb = ReadVector(color, "colors");
+    if (!(rgb.minCoeff() >= 0.0 && rgb.maxCoeff() <= 255.0)) {
+      throw InputError("'colors': expected red, green and blue from 0 to 255");
+    }
     texture.colors.push_back({static_cast<std::uint8_t>(rgb.x()), static_cast<std::uint8_t>(rgb.y()),
                               static_cast<std::uint8_t>(rgb.z())});
   }

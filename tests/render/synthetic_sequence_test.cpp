@@ -164,5 +164,23 @@ TEST(ReadSceneTest, SaysWhichFileCannotBeRead) {
   }
 }
 
+TEST_F(SyntheticSequenceTest, AColorOfASceneBeyondAByteIsRefusedByName) {
+  std::ifstream desk(std::string(SQSLAM_SOURCE_DIR) + "/assets/scenes/desk.yaml");
+  std::string scene(std::istreambuf_iterator<char>(desk), {});
+  const std::size_t color = scene.find("colors: [[") + 10;
+  ASSERT_LT(color, scene.size());
+  scene.replace(color, scene.find(',', color) - color, "832");
+  fs::create_directories(folder_);
+  std::ofstream(folder_ / "scene.yaml") << scene;
+  try {
+    ReadScene(folder_ / "scene.yaml");
+    FAIL() << "no exception";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("'colors': expected red, green and blue from 0 to 255"),
+              std::string::npos)
+        << error.what();
+  }
+}
+
 }  // namespace
 }  // namespace sqslam
