@@ -64,9 +64,13 @@ double RoundLength(double length);
 // Returns the cell size of the ground grid, map units.
 inline double GridCell(const SceneFocus& focus) { return RoundLength(0.4 * focus.radius); }
 
-// Returns the height of the current camera's frustum, map units. `size`: that of the style's cameras.
+// Return the heights of the frusta of keyframes and of the current camera, which is drawn larger; map units.
+// `size`: that of the style's cameras.
+inline double KeyframeFrustumHeight(const SceneFocus& focus, double size) {
+  return 2.0 * size * std::min(focus.radius, focus.view_depth);
+}
 inline double CurrentFrustumHeight(const SceneFocus& focus, double size) {
-  return 3.2 * size * std::min(focus.radius, focus.view_depth);
+  return 1.6 * KeyframeFrustumHeight(focus, size);
 }
 
 // Returns the names of the presets, each framed like the automatic view: front, right, back, left, top,

@@ -196,10 +196,11 @@ void Scene::Show(const MapSnapshot& map, const SceneFocus& focus, const LabelCol
   points_.SetVertices(MapPoints(map, style, Scale()));
   frame_ = map.frame_index;
   GrowMesh();
-  const double frustum = CurrentFrustumHeight(focus, style.cameras.size);
+  const double keyframe = KeyframeFrustumHeight(focus, style.cameras.size);
+  const double current = CurrentFrustumHeight(focus, style.cameras.size);
   SetGeometry(trajectory_, TrajectoryLine(map, style), style.cameras.trajectory);
-  SetGeometry(frusta_, KeyframeFrusta(map, frustum / 1.6, style), style.cameras.keyframes);
-  SetGeometry(current_, CurrentFrustum(map, frustum, style), style.cameras.current);
+  SetGeometry(frusta_, KeyframeFrusta(map, keyframe, style), style.cameras.keyframes);
+  SetGeometry(current_, CurrentFrustum(map, current, style), style.cameras.current);
   SetGeometry(covisibility_, CovisibilityLines(map, style), style.covisibility.show);
   studio_ = {focus.up, focus.front};
   solid_objects_.clear();
