@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <condition_variable>
 #include <deque>
 #include <exception>
@@ -62,10 +61,10 @@ class ReportQueue {
     return task;
   }
 
-  // Waits until no keyframe is pending, at most until `deadline`.
-  void WaitForKeyframes(std::chrono::steady_clock::time_point deadline) {
+  // Waits until no keyframe is pending, or the queue is closed.
+  void WaitForKeyframes() {
     std::unique_lock lock(mutex_);
-    idle_.wait_until(lock, deadline, [&] { return keyframes_ == 0 && !keyframe_in_work_; });
+    idle_.wait(lock, [&] { return closed_ || (keyframes_ == 0 && !keyframe_in_work_); });
   }
 
   void Close() {
@@ -74,6 +73,7 @@ class ReportQueue {
       closed_ = true;
     }
     changed_.notify_one();
+    idle_.notify_all();
   }
 
   // Returns the number of keyframes that were pushed and not popped yet.
@@ -176,6 +176,7 @@ struct System::Impl {
       const std::lock_guard lock(failure_mutex);
       failure = std::current_exception();
     }
+    queue.Close();  // nobody takes a task any more
   }
 
   void Map(MappingTask task) {
@@ -197,8 +198,6 @@ struct System::Impl {
   }
 
   SystemOptions options;
-  double frame_interval = 1.0;  // s, shortest so far between two frames, at most 1
-  std::optional<double> last_timestamp;
   StageTimes times;
   std::shared_ptr<const Vocabulary> vocabulary;  // null: no place recognition
   std::shared_ptr<IdSource> ids = std::make_shared<IdSource>();
@@ -212,6 +211,7 @@ struct System::Impl {
   std::optional<double> first_frame;  // its timestamp
   std::optional<std::int64_t> first_index;
   int frames = 0;
+  bool keyframe_due = false;  // the newest frame would have become one, had mapping been free
   std::mutex failure_mutex;
   std::exception_ptr failure;
   std::thread mapping_thread;
@@ -239,29 +239,25 @@ TrackingState System::Process(const Frame& new_frame) {
   s.RethrowMappingFailure();
   ++s.frames;
   const Frame frame = s.Renumbered(new_frame);
-  if (s.last_timestamp && frame.timestamp > *s.last_timestamp) {
-    s.frame_interval = std::min(s.frame_interval, frame.timestamp - *s.last_timestamp);
-  }
-  s.last_timestamp = frame.timestamp;
   const auto started = std::chrono::steady_clock::now();
   TrackingReport report = s.tracker.Track(frame, s.view.Get(), s.queue.PendingKeyframes());
   if (s.options.deterministic) {  // the recording must not depend on the clock
     s.Map(std::move(report));
   } else {
-    const bool postponed = report.keyframe_postponed;
+    s.keyframe_due = report.keyframe_postponed;
     report.tracking_ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - started).count();
     s.queue.Push(std::move(report));
-    if (postponed) {
-      // Files can be read much faster than a camera delivers. If that would starve the map of keyframes,
-      // frames are taken at the camera's rate; frames that come at that rate never wait longer than for the
-      // next one.
-      s.queue.WaitForKeyframes(started + std::chrono::microseconds(std::llround(1e6 * s.frame_interval)));
-    }
   }
   return !s.tracker.Initialized() ? TrackingState::kNotInitialized
          : s.tracker.Lost()       ? TrackingState::kLost
                                   : TrackingState::kTracking;
+}
+
+void System::WaitForMapping() {
+  if (impl_->keyframe_due) {
+    impl_->queue.WaitForKeyframes();
+  }
 }
 
 void System::AddDetections(std::int64_t frame_index, const std::vector<Detection>& detections) {

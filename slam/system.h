@@ -41,7 +41,10 @@ struct RunResult {
 // The public interface of the SLAM core.
 //
 //   System system(camera, options, [&](MapSnapshotPtr snapshot) { recorder.Add(*snapshot); });
-//   while (auto frame = source.Next()) system.Process(*frame);
+//   while (auto frame = source.Next()) {
+//     system.Process(*frame);
+//     system.WaitForMapping();  // recordings only
+//   }
 //   RunResult result = system.Finish();
 //
 // Process() tracks on the caller's thread; mapping runs on its own thread, or alternates with tracking if
@@ -65,6 +68,11 @@ class System {
   System& operator=(const System&) = delete;
 
   TrackingState Process(const Frame& frame);
+
+  // Waits until mapping has room if the newest frame should have become a keyframe and could not. Files are
+  // read faster than a camera delivers: without this, how many keyframes a recording gets depends on the
+  // machine's load. Call it after Process() for recordings, not for cameras.
+  void WaitForMapping();
 
   // Takes the boxes of a frame that was processed with detections_follow; call from the thread that calls
   // Process(), in the order of frames. Frames may be left out.

@@ -85,6 +85,9 @@ int Play(const RunRequest& request, const RunInput& input, const Recorder& recor
     }
     const TrackingState state = feed.Process(*frame, system);
     host.Tracked(*frame, state, system);
+    if (!request.HasRealClock()) {
+      system.WaitForMapping();
+    }
     if (live != nullptr && state == TrackingState::kTracking) {
       const FrameView view = system.Newest();
       if (view.T_map_camera) {

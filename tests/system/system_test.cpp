@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <chrono>
 #include <opencv2/imgproc.hpp>
 #include <set>
+#include <thread>
 
 #include "tests/support/textured_world.h"
 
@@ -82,6 +84,24 @@ TEST(System, MapsOnAThreadOfItsOwn) {
     EXPECT_LT(run.snapshots[i]->frame_index, kFrames);
   }
   EXPECT_EQ(run.snapshots.back(), run.result.map.snapshot);
+}
+
+// However slow mapping is, a recording gets the keyframes that it needs.
+TEST(System, ARecordingWaitsForMapping) {
+  const TexturedWorld world;
+  const std::vector<Rigid3d> path = HandHeldPath(120);
+  const auto keyframes = [&](std::chrono::milliseconds delay) {
+    System system(world.GetCamera(), TestOptions(false),
+                  [delay](const MapSnapshotPtr&) { std::this_thread::sleep_for(delay); });
+    for (std::size_t i = 0; i < path.size(); ++i) {
+      system.Process(world.Render(static_cast<std::int64_t>(i), path[i]));
+      system.WaitForMapping();
+    }
+    return system.Finish().map.keyframes.size();
+  };
+  const std::size_t fast = keyframes(std::chrono::milliseconds(0));
+  EXPECT_GE(fast, 4U);
+  EXPECT_GE(keyframes(std::chrono::milliseconds(300)) + 1, fast);
 }
 
 TEST(System, MapsATexturedWorld) {
