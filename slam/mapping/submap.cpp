@@ -10,6 +10,7 @@
 #include "slam/map/map_codec.h"
 #include "slam/map/renumber.h"
 #include "slam/objects/size_shape.h"
+#include "slam/snapshot/snapshot_codec.h"
 
 namespace sqslam {
 
@@ -250,7 +251,7 @@ void Submap::FillSnapshot(MapSnapshot& snapshot) const {
     // Rounded to 1/256: finer steps carry no information and compress badly.
     const auto anomaly = static_cast<float>(std::round(256.0 * known.anomaly) / 256.0);
     snapshot.points.push_back(
-        {point.p_map.cast<float>(), point.rgb, known.object_id, anomaly, known.rejected_by});
+        {RecordedPosition(point.p_map), point.rgb, known.object_id, anomaly, known.rejected_by});
   }
   snapshot.objects = objects_.Objects();
   snapshot.gravity_known = upright_.Known();

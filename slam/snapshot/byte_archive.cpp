@@ -1,8 +1,22 @@
 #include "slam/snapshot/byte_archive.h"
 
 #include <zlib.h>
+#include <zstd.h>
+
+#include <algorithm>
+#include <bit>
+#include <memory>
+#include <stdexcept>
 
 namespace sqslam {
+namespace {
+
+struct FreeContext {
+  void operator()(ZSTD_CCtx* context) const { ZSTD_freeCCtx(context); }
+  void operator()(ZSTD_DCtx* context) const { ZSTD_freeDCtx(context); }
+};
+
+}  // namespace
 
 std::string Deflate(std::string_view raw) {
   uLongf size = compressBound(raw.size());
@@ -39,6 +53,37 @@ std::string UnpackBytes(std::string_view packed, const std::string& what) {
     throw InputError(what + " is broken");
   }
   return Inflate(packed, raw_size, what);
+}
+
+std::string PackPatch(std::string_view raw, std::string_view base) {
+  const std::unique_ptr<ZSTD_CCtx, FreeContext> context(ZSTD_createCCtx());
+  // The window must span both for matches to reach back to the beginning of the base.
+  const int window = std::clamp(static_cast<int>(std::bit_width(raw.size() + base.size())), 10, 27);
+  ZSTD_CCtx_setParameter(context.get(), ZSTD_c_windowLog, window);
+  ZSTD_CCtx_refPrefix(context.get(), base.data(), base.size());
+  std::string packed(ZSTD_compressBound(raw.size()), '\0');
+  const std::size_t size =
+      ZSTD_compress2(context.get(), packed.data(), packed.size(), raw.data(), raw.size());
+  if (ZSTD_isError(size)) {
+    throw std::runtime_error(std::string("compression fails: ") + ZSTD_getErrorName(size));
+  }
+  packed.resize(size);
+  return packed;
+}
+
+std::string UnpackPatch(std::string_view packed, std::string_view base, std::size_t max_size,
+                        const std::string& what) {
+  const unsigned long long size = ZSTD_getFrameContentSize(packed.data(), packed.size());
+  if (size > max_size) {  // including the codes for an unknown size and for what is no frame
+    throw InputError(what + " is broken");
+  }
+  std::string raw(size, '\0');
+  const std::unique_ptr<ZSTD_DCtx, FreeContext> context(ZSTD_createDCtx());
+  ZSTD_DCtx_refPrefix(context.get(), base.data(), base.size());
+  if (ZSTD_decompressDCtx(context.get(), raw.data(), raw.size(), packed.data(), packed.size()) != size) {
+    throw InputError(what + " is broken");
+  }
+  return raw;
 }
 
 }  // namespace sqslam

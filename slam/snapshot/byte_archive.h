@@ -259,4 +259,12 @@ std::string PackBytes(std::string_view raw);
 // Throws InputError that begins with `what` if PackBytes did not make the bytes.
 std::string UnpackBytes(std::string_view packed, const std::string& what);
 
+// Compresses bytes with zstd by their differences from similar ones, which may be empty.
+std::string PackPatch(std::string_view raw, std::string_view base);
+
+// Throws InputError that begins with `what` if PackPatch did not make the bytes, of at most `max_size`, from
+// this base.
+std::string UnpackPatch(std::string_view packed, std::string_view base, std::size_t max_size,
+                        const std::string& what);
+
 }  // namespace sqslam

@@ -1,12 +1,17 @@
 #include "slam/snapshot/recording.h"
 
+#include <cstddef>
+#include <mutex>
+#include <ranges>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
+#include "slam/snapshot/byte_archive.h"
 #include "slam/snapshot/snapshot_codec.h"
 #include "slam/snapshot/sqlite_file.h"
 #include "slam/util/error.h"
+#include "slam/util/limits.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -17,15 +22,53 @@ using sqlite::Open;
 using sqlite::Statement;
 namespace {
 
-// Recordings store snapshots in the map's own units.
-std::string EncodeInUnits(const MapSnapshot& snapshot, const std::optional<MapScale>& scale) {
+constexpr int kFirstVersionOfPatches = 8;
+constexpr int kMaxPatches = 64;  // in a row
+
+// Serializes a snapshot in the map's own units, in which recordings store it.
+std::string EncodeInUnits(const MapSnapshot& snapshot, const std::optional<MapScale>& scale,
+                          int version = kSnapshotFormatVersion) {
   if (!snapshot.metric || !scale) {
-    return EncodeSnapshot(snapshot);
+    return EncodeSnapshot(snapshot, version);
   }
   MapSnapshot in_units = snapshot;
   ScaleLengths(1.0 / scale->metres, in_units);
-  return EncodeSnapshot(in_units);
+  return EncodeSnapshot(in_units, version);
 }
+
+// Decides for each snapshot whether it is stored complete or as a patch of the last one. A snapshot is
+// complete whenever the patches since the last complete one take four times its size: a recording then grows
+// with what changes, not with the map, and any snapshot is read in bounded time.
+class SnapshotPacker {
+ public:
+  struct Packed {
+    std::optional<std::int64_t> base;  // id of the snapshot that this one is a patch of
+    std::string data;
+  };
+
+  Packed Pack(std::string raw, std::int64_t id) {
+    constexpr std::size_t kPatchesPerComplete = 4;
+    Packed packed;
+    if (patches_ < kMaxPatches && patch_bytes_ <= kPatchesPerComplete * complete_bytes_) {
+      packed = {id - 1, PackPatch(raw, last_)};
+      patch_bytes_ += packed.data.size();
+      ++patches_;
+    } else {
+      packed = {std::nullopt, PackPatch(raw, {})};
+      complete_bytes_ = packed.data.size();
+      patch_bytes_ = 0;
+      patches_ = 0;
+    }
+    last_ = std::move(raw);
+    return packed;
+  }
+
+ private:
+  std::string last_;  // serialized
+  std::size_t complete_bytes_ = 0;
+  std::size_t patch_bytes_ = 0;  // since the last complete one
+  int patches_ = kMaxPatches;    // the first one is complete
+};
 
 }  // namespace
 
@@ -33,6 +76,7 @@ struct RecordingWriter::Impl {
   fs::path path;
   Database db;
   std::optional<MapScale> scale;
+  SnapshotPacker packer;
   std::int64_t next = 0;
 
   void SetMeta(std::string_view key, std::string_view value) {
@@ -55,7 +99,7 @@ RecordingWriter::RecordingWriter(const fs::path& path, const RecordingInfo& info
       "BEGIN;"
       "CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL);"
       "CREATE TABLE snapshots (id INTEGER PRIMARY KEY, frame_index INTEGER NOT NULL, timestamp REAL NOT NULL,"
-      " data BLOB NOT NULL);");
+      " base INTEGER, data BLOB NOT NULL);");
   impl_->SetMeta("format", kRecordingFormat);
   impl_->SetMeta("version", std::to_string(kSnapshotFormatVersion));
   impl_->SetMeta("sequence_path", info.sequence_path);
@@ -84,10 +128,10 @@ void RecordingWriter::Add(const MapSnapshot& snapshot) {
   if (!impl_->db) {
     throw std::logic_error("snapshot added to a recording that is closed");
   }
-  const std::string data = EncodeInUnits(snapshot, impl_->scale);
+  const auto [base, data] = impl_->packer.Pack(EncodeInUnits(snapshot, impl_->scale), impl_->next);
   Statement(impl_->db.get(), impl_->path,
-            "INSERT INTO snapshots (id, frame_index, timestamp, data) VALUES (?, ?, ?, ?)", impl_->next,
-            snapshot.frame_index, snapshot.timestamp, Blob{data})
+            "INSERT INTO snapshots (id, frame_index, timestamp, base, data) VALUES (?, ?, ?, ?, ?)",
+            impl_->next, snapshot.frame_index, snapshot.timestamp, base, Blob{data})
       .Run();
   ++impl_->next;
 }
@@ -102,7 +146,9 @@ void RecordingWriter::Close() {
 }
 
 void AppendToRecording(const fs::path& path, const MapSnapshot& snapshot) {
-  const std::string data = EncodeInUnits(snapshot, ReadMapScale(path));
+  const int version = RecordingReader(path).Version();
+  const std::string raw = EncodeInUnits(snapshot, ReadMapScale(path), version);
+  const std::string data = version >= kFirstVersionOfPatches ? PackPatch(raw, {}) : PackBytes(raw);
   const Database db = Open(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_FULLMUTEX);
   Statement(db.get(), path,
             "INSERT INTO snapshots (id, frame_index, timestamp, data)"
@@ -123,12 +169,70 @@ struct RecordingReader::Impl {
   int version = kSnapshotFormatVersion;
   std::vector<std::pair<std::int64_t, double>> frames;  // index and time of each snapshot's
   Edit edit;
+  std::mutex mutex;  // guards what was read last, which the next snapshot may be a patch of
+  std::int64_t last = -1;
+  std::string last_raw;  // serialized
 
   std::string Meta(std::string_view key) const {
     Statement select(db.get(), path, "SELECT value FROM meta WHERE key = ?", key);
     return select.Next() ? select.Bytes(0) : "";
   }
+
+  struct Row {
+    std::optional<std::int64_t> base;
+    std::string data;
+  };
+  Row ReadRow(std::int64_t id) const;
+  std::string ReadRaw(std::int64_t id);
 };
+
+RecordingReader::Impl::Row RecordingReader::Impl::ReadRow(std::int64_t id) const {
+  const char* sql = version >= kFirstVersionOfPatches ? "SELECT data, base FROM snapshots WHERE id = ?"
+                                                      : "SELECT data, NULL FROM snapshots WHERE id = ?";
+  Statement select(db.get(), path, sql, id);
+  if (!select.Next()) {
+    throw InputError("needs snapshot {}, which is missing", id);
+  }
+  Row row{std::nullopt, select.Bytes(0)};
+  if (!select.IsNull(1)) {
+    row.base = select.Int(1);
+  }
+  return row;
+}
+
+// Returns a snapshot's serialized bytes: the nearest complete one before it, or what was read last, with the
+// patches from there.
+std::string RecordingReader::Impl::ReadRaw(std::int64_t id) {
+  const std::string what = "its bytes";
+  if (version < kFirstVersionOfPatches) {
+    return UnpackBytes(ReadRow(id).data, what);
+  }
+  const std::lock_guard lock(mutex);
+  std::vector<std::string> patches;  // newest first
+  std::string raw;
+  for (std::int64_t at = id;;) {
+    if (at == last) {
+      raw = last_raw;
+      break;
+    }
+    Row row = ReadRow(at);
+    if (row.base && (*row.base >= at || patches.size() >= kMaxPatches)) {
+      throw InputError("is a patch of snapshot {}, expected at most {} patches of earlier ones in a row",
+                       *row.base, kMaxPatches);
+    }
+    patches.push_back(std::move(row.data));
+    if (!row.base) {
+      break;
+    }
+    at = *row.base;
+  }
+  for (const std::string& patch : std::views::reverse(patches)) {
+    raw = UnpackPatch(patch, raw, kMaxSnapshotBytes, what);
+  }
+  last = id;
+  last_raw = raw;
+  return raw;
+}
 
 RecordingReader::RecordingReader(const fs::path& path, Edit edit) : impl_(std::make_unique<Impl>()) {
   if (!fs::is_regular_file(path)) {
@@ -178,13 +282,11 @@ double RecordingReader::Timestamp(int index) const {
 }
 
 MapSnapshotPtr RecordingReader::Read(int index) const {
-  Statement select(impl_->db.get(), impl_->path, "SELECT data FROM snapshots WHERE id = ?",
-                   std::int64_t{index});
-  if (!select.Next()) {
+  if (index < 0 || index >= Size()) {
     throw InputError("{}: no snapshot {}, expected 0 to {}", impl_->path.string(), index, Size() - 1);
   }
   try {
-    auto snapshot = std::make_shared<MapSnapshot>(DecodeSnapshot(select.Bytes(0), impl_->version));
+    auto snapshot = std::make_shared<MapSnapshot>(DecodeSnapshot(impl_->ReadRaw(index), impl_->version));
     if (impl_->info.scale) {
       ScaleLengths(impl_->info.scale->metres, *snapshot);
       snapshot->metric = true;

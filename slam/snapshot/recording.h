@@ -19,8 +19,9 @@ struct RecordingInfo {
   std::optional<MapScale> scale = {};  // if known, snapshots are read in metres
 };
 
-// Writes map.sqmap: an SQLite database (WAL) with one row per snapshot, each complete and zlib-compressed, so
-// that any can be read alone. Each Add is one transaction: a kill at any moment leaves a readable file.
+// Writes map.sqmap: an SQLite database (WAL) with one row per snapshot, each complete or a patch of the one
+// before it, so that any can be read by a few rows. Each Add is one transaction: a kill at any moment leaves
+// a readable file.
 class RecordingWriter {
  public:
   // Throws InputError if the file cannot be created or exists already.

@@ -1,5 +1,8 @@
 #include "slam/snapshot/snapshot_codec.h"
 
+#include <bit>
+#include <cstdint>
+
 #include "slam/snapshot/byte_archive.h"
 #include "slam/util/error.h"
 #include "slam/util/limits.h"
@@ -9,6 +12,12 @@ namespace sqslam {
 namespace {
 
 constexpr const char* kSnapshotName = "a snapshot";
+constexpr int kDroppedBits = 8;  // of the coordinates of points
+
+// Returns the bits of a 32-bit value, rounded to multiples of 2^dropped.
+std::uint32_t RoundedBits(auto value, int dropped) {
+  return (std::bit_cast<std::uint32_t>(value) + ((1U << dropped) >> 1)) >> dropped << dropped;
+}
 
 void VisitSize(ByteWriter& writer, const std::vector<SnapshotPoint>& points) {
   writer(static_cast<std::uint32_t>(points.size()));
@@ -25,6 +34,29 @@ void VisitSize(ByteReader& reader, std::vector<SnapshotPoint>& points) {
   points.resize(size);
 }
 
+// Visits a column of 32-bit values by bytes of equal weight, lowest first, rounded to leave out `dropped`
+// bits.
+void VisitPlanes(ByteWriter& writer, const std::vector<SnapshotPoint>& points, int dropped,
+                 const auto& value_of) {
+  for (int shift = dropped; shift < 32; shift += 8) {
+    for (const SnapshotPoint& point : points) {
+      writer(static_cast<std::uint8_t>(RoundedBits(value_of(point), dropped) >> shift));
+    }
+  }
+}
+
+void VisitPlanes(ByteReader& reader, std::vector<SnapshotPoint>& points, int dropped, const auto& value_of) {
+  for (int shift = dropped; shift < 32; shift += 8) {
+    for (SnapshotPoint& point : points) {
+      std::uint8_t byte = 0;
+      reader(byte);
+      auto& value = value_of(point);
+      const std::uint32_t lower = shift == dropped ? 0U : std::bit_cast<std::uint32_t>(value);
+      value = std::bit_cast<std::remove_reference_t<decltype(value)>>(lower | std::uint32_t{byte} << shift);
+    }
+  }
+}
+
 // Points by columns, which compress better than rows.
 void VisitPoints(auto& archive, auto& points, int version) {
   VisitSize(archive, points);
@@ -33,16 +65,27 @@ void VisitPoints(auto& archive, auto& points, int version) {
       archive(value_of(point));
     }
   };
+  const auto wide_column = [&](int dropped, const auto& value_of) {
+    if (version >= 8) {
+      VisitPlanes(archive, points, dropped, value_of);
+    } else {
+      column(value_of);
+    }
+  };
   for (int i = 0; i < 3; ++i) {
-    column([i](auto& point) -> auto& { return point.p_map[i]; });
+    wide_column(
+        8, [i](auto& point) -> auto& { return point.p_map[i]; });
   }
   for (std::size_t i = 0; i < 3; ++i) {
     column([i](auto& point) -> auto& { return point.rgb[i]; });
   }
-  column([](auto& point) -> auto& { return point.object_id; });
+  wide_column(
+      0, [](auto& point) -> auto& { return point.object_id; });
   if (version >= 3) {
-    column([](auto& point) -> auto& { return point.anomaly; });
-    column([](auto& point) -> auto& { return point.rejected_by; });
+    wide_column(
+        0, [](auto& point) -> auto& { return point.anomaly; });
+    wide_column(
+        0, [](auto& point) -> auto& { return point.rejected_by; });
   }
 }
 
@@ -86,14 +129,18 @@ void Check(MapSnapshot& snapshot) {
 
 }  // namespace
 
-std::string EncodeSnapshot(const MapSnapshot& snapshot) {
-  ByteWriter writer;
-  Visit(writer, snapshot, kSnapshotFormatVersion);
-  return PackBytes(writer.Take());
+Eigen::Vector3f RecordedPosition(const Eigen::Vector3d& p_map) {
+  return p_map.cast<float>().unaryExpr(
+      [](float value) { return std::bit_cast<float>(RoundedBits(value, kDroppedBits)); });
 }
 
-MapSnapshot DecodeSnapshot(std::string_view bytes, int version) {
-  const std::string raw = UnpackBytes(bytes, kSnapshotName);
+std::string EncodeSnapshot(const MapSnapshot& snapshot, int version) {
+  ByteWriter writer;
+  Visit(writer, snapshot, version);
+  return writer.Take();
+}
+
+MapSnapshot DecodeSnapshot(std::string_view raw, int version) {
   MapSnapshot snapshot;
   ByteReader reader(raw, kSnapshotName, ByteReader::Numbers::kAny);
   Visit(reader, snapshot, version);

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -49,6 +50,7 @@ class Statement {
     }
     return code == SQLITE_ROW;
   }
+  bool IsNull(int column) { return sqlite3_column_type(statement_, column) == SQLITE_NULL; }
   std::int64_t Int(int column) { return sqlite3_column_int64(statement_, column); }
   double Real(int column) { return sqlite3_column_double(statement_, column); }
   std::string Bytes(int column) {
@@ -60,6 +62,10 @@ class Statement {
 
  private:
   void Bind(int index, std::int64_t value) { Check(sqlite3_bind_int64(statement_, index, value), SQLITE_OK); }
+  void Bind(int index, const std::optional<std::int64_t>& value) {
+    Check(value ? sqlite3_bind_int64(statement_, index, *value) : sqlite3_bind_null(statement_, index),
+          SQLITE_OK);
+  }
   void Bind(int index, double value) { Check(sqlite3_bind_double(statement_, index, value), SQLITE_OK); }
   void Bind(int index, std::string_view text) {
     Check(sqlite3_bind_text64(statement_, index, text.data(), text.size(), SQLITE_STATIC, SQLITE_UTF8),

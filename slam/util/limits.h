@@ -18,6 +18,9 @@ inline constexpr std::size_t kMaxLabelBytes = 200;
 // Bytes of a text, JSON or YAML file or of a point cloud, which are read whole.
 inline constexpr std::uintmax_t kMaxFileBytes = std::uintmax_t{2} << 30;
 
+// Bytes of one state of a map in a recording, uncompressed: 27 are one point.
+inline constexpr std::uint64_t kMaxSnapshotBytes = std::uint64_t{256} << 20;
+
 // Distance from the origin of anything in a recording, and half size of an object, in map units.
 inline constexpr double kMaxMapUnits = 1e9;
 

@@ -31,7 +31,8 @@ class ScaleCommand : public ::testing::Test {
     RecordingWriter(folder_.Path() / "map.sqmap", {}).Add(map);
     WriteTrajectory(folder_.Path() / "trajectory.txt", KeyframeTrajectory(map));
     WriteObjects(folder_.Path() / "objects.json", map.objects);
-    WritePoints(folder_.Path() / "points.ply", map.points);
+    const MapSnapshotPtr recorded = RecordingReader(folder_.Path() / "map.sqmap").Last();
+    WritePoints(folder_.Path() / "points.ply", recorded->points);
   }
   std::string Map() const { return folder_.Path().string(); }
   double CupHeight() const {

@@ -13,7 +13,7 @@ extern "C" int LLVMFuzzerInitialize(int* /*argc*/, char*** /*argv*/) {
   spdlog::set_level(spdlog::level::off);
   if (const char* file = std::getenv("SQSLAM_FUZZ_SEED")) {
     const auto& target = sqslam::testing::FindFuzzTarget(SQSLAM_FUZZ_TARGET);
-    std::ofstream(file, std::ios::binary) << target.unwrap(target.seed());
+    std::ofstream(file, std::ios::binary) << target.seed();
   }
   return 0;
 }

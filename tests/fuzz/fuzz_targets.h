@@ -15,8 +15,6 @@ struct FuzzTarget {
   std::string (*seed)();                            // a valid file, small
   // Makes a file of arbitrary bytes, so that checksums and compression do not keep them from the reader.
   std::string (*wrap)(std::string_view bytes) = [](std::string_view bytes) { return std::string(bytes); };
-  // The inverse of `wrap`, for seeds.
-  std::string (*unwrap)(std::string_view bytes) = [](std::string_view bytes) { return std::string(bytes); };
 };
 
 // All targets, sorted by name.

@@ -40,7 +40,7 @@ void ExpectLengths(const MapSnapshot& read, const MapSnapshot& map, double facto
                 .norm(),
             1e-12);
   EXPECT_LT((read.T_map_camera->translation - factor * map.T_map_camera->translation).norm(), 1e-12);
-  EXPECT_LT((read.points[77].p_map - factor * map.points[77].p_map).norm(), 1e-6);
+  EXPECT_TRUE(read.points[77].p_map.isApprox(static_cast<float>(factor) * map.points[77].p_map, 2e-5F));
   const SnapshotObject& object = read.objects[1];
   EXPECT_NEAR(object.superquadric.shape.half_size.z(), factor * 0.2, 1e-12);
   EXPECT_NEAR(object.superquadric.T_map_object.translation.x(), factor * 0.3, 1e-12);
