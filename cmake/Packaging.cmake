@@ -71,6 +71,9 @@ string(CONCAT CPACK_DEBIAN_LIBSQSLAM-DEV_PACKAGE_DEPENDS "sqslam (= ${PROJECT_VE
   "libeigen3-dev, libceres-dev, libopencv-dev, libopencv-contrib-dev, libavformat-dev, libavcodec-dev, libswscale-dev, "
   "libexif-dev, libvtk9-dev, libosmesa6-dev, libegl-dev, libgl-dev, libcairo2-dev, libyaml-cpp-dev, "
   "nlohmann-json3-dev, libspdlog-dev, libfmt-dev, libsqlite3-dev, zlib1g-dev, libzstd-dev, libboost-dev, libnanoflann-dev, pkg-config")
+if(ONNXRUNTIME_LIBRARY MATCHES "^/usr/lib/")
+  string(APPEND CPACK_DEBIAN_LIBSQSLAM-DEV_PACKAGE_DEPENDS ", libonnxruntime-dev")
+endif()
 set(CPACK_COMPONENT_LIBSQSLAM-DEV_DESCRIPTION "The library of sqslam for programs in C++: headers, archives and
  what find_package(sqslam) of CMake needs.")
 set(CPACK_DEBIAN_PYTHON3-SQSLAM_PACKAGE_NAME python3-sqslam)

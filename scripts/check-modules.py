@@ -42,6 +42,7 @@ FOREIGN = [
     (r"libexif/", ["PkgConfig::EXIF"]),
     (r"lib(av\w+|swscale)/", ["PkgConfig::FFMPEG", "PkgConfig::VIDEO_CONTAINERS"]),
     (r"cairo", ["${CAIRO_LIBRARY}"]),
+    (r"onnxruntime", ["${ONNXRUNTIME_LIBRARY}"]),
 ]
 # Their types stand in public headers: the public dependencies of what a target links count as well.
 EVERYWHERE = {"Eigen3::Eigen", "opencv_core"}

@@ -152,7 +152,7 @@ int Detect(const DetectArguments& a) {
   if (!plain && fs::exists(a.output)) {
     throw UsageError(fmt::format("--output {}: exists already, expected a new name", a.output));
   }
-  DetectionWriter writer(boxes, fmt::format("boxes of {}, {}", sequence.path.string(), Fingerprint(*network)),
+  DetectionWriter writer(boxes, fmt::format("boxes of {}, {}", sequence.path.string(), detector.Settings()),
                          FilePixels(sequence));
   if (writer.Frames() > 0 && !a.quiet) {
     fmt::print(stderr, "{} frames are done already, resuming\n", writer.Frames());

@@ -6,8 +6,10 @@
 
 #include <algorithm>
 #include <opencv2/dnn.hpp>
+#include <string_view>
 
 #include "slam/detection/decoders.h"
+#include "slam/detection/network.h"
 #include "slam/io/coco.h"
 #include "slam/util/data_path.h"
 #include "slam/util/enum_names.h"
@@ -21,6 +23,10 @@ namespace sqslam {
 namespace fs = std::filesystem;
 namespace {
 
+constexpr std::string_view kNoOnnxRuntime =
+    "this build has no ONNX Runtime, which knows more networks: install libonnxruntime-dev (Debian 13) and "
+    "build again";
+
 std::vector<std::string> ClassNames(const NetworkOptions& options) {
   if (options.classes.empty()) {
     return {kCocoNames.begin(), kCocoNames.end()};
@@ -30,20 +36,8 @@ std::vector<std::string> ClassNames(const NetworkOptions& options) {
   });
 }
 
-// OpenCV's message without its file and line.
-std::string Reason(const cv::Exception& e) { return e.err.substr(0, e.err.find('\n')); }
-
-cv::dnn::Net ReadNetwork(const std::string& file) {
-  try {
-    return cv::dnn::readNetFromONNX(file);
-  } catch (const cv::Exception& e) {
-    throw InputError("{}: cannot be read ({}), expected an ONNX network that OpenCV {} knows", file,
-                     Reason(e), CV_VERSION);
-  }
-}
-
-std::vector<std::string> OutputNames(const cv::dnn::Net& network, const NetworkOptions& options) {
-  const std::vector<std::string> there = network.getUnconnectedOutLayersNames();
+std::vector<std::string> OutputNames(const Network& network, const NetworkOptions& options) {
+  const std::vector<std::string> there = network.Outputs();
   const std::size_t needed = options.decoder == NetworkDecoder::kCenterNet ? 2 : 1;
   const std::vector<std::string>& wanted = options.outputs.empty() ? there : options.outputs;
   const bool known = std::ranges::all_of(
@@ -76,26 +70,37 @@ fs::path FindWeights(const fs::path& yaml, const std::string& file) {
 }  // namespace
 
 struct Detector::Impl {
-  explicit Impl(const NetworkOptions& wanted)
-      : options(wanted),
-        classes(ClassNames(options)),
-        network(ReadNetwork(options.file)),
-        outputs(OutputNames(network, options)) {
-    network.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
-    network.setPreferableTarget(cv::dnn::DNN_TARGET_CPU);
+  explicit Impl(const NetworkOptions& wanted) : options(wanted), classes(ClassNames(options)) {
+    if (options.engine != NetworkEngine::kAuto) {
+      Start();
+      return;
+    }
+    options.engine = NetworkEngine::kOpenCv;
+    try {
+      Start();
+    } catch (const NetworkError& e) {
+      if (!HasOnnxRuntime()) {
+        throw InputError("{}; {}", e.what(), kNoOnnxRuntime);
+      }
+      options.engine = NetworkEngine::kOnnxRuntime;
+      Start();
+    }
+  }
+
+  // Reads the network by the engine of the options, and tries it.
+  void Start() {
+    if (options.engine == NetworkEngine::kOnnxRuntime && !HasOnnxRuntime()) {
+      throw UsageError("engine 'onnxruntime': {}", kNoOnnxRuntime);
+    }
+    network = options.engine == NetworkEngine::kOnnxRuntime ? ReadByOnnxRuntime(options.file)
+                                                            : ReadByOpenCv(options.file);
+    outputs = OutputNames(*network, options);
     Run(cv::Mat::zeros(options.InputSize(), CV_8UC3));
   }
 
   std::vector<ScoredBox> Run(const cv::Mat& input) {
-    std::vector<cv::Mat> blobs;
-    try {
-      network.setInput(
-          cv::dnn::blobFromImage(input, options.scale, {}, {}, options.color == ChannelOrder::kRgb));
-      network.forward(blobs, outputs);
-    } catch (const cv::Exception& e) {
-      throw InputError("{}: fails on an input of {}x{} ({})", options.file, options.width, options.height,
-                       Reason(e));
-    }
+    const std::vector<cv::Mat> blobs = network->Run(
+        cv::dnn::blobFromImage(input, options.scale, {}, {}, options.color == ChannelOrder::kRgb), outputs);
     try {
       return Decode(blobs);
     } catch (const InputError& e) {
@@ -116,9 +121,9 @@ struct Detector::Impl {
     return DecodeYolox(blobs[0], options.InputSize(), count, options.threshold);
   }
 
-  NetworkOptions options;
+  NetworkOptions options;  // with the engine that was chosen
   std::vector<std::string> classes;
-  cv::dnn::Net network;
+  std::unique_ptr<Network> network;
   std::vector<std::string> outputs;
 };
 
@@ -179,7 +184,12 @@ std::optional<NetworkOptions> ChooseNetwork(const std::string& name_or_file,
 std::string Fingerprint(const NetworkOptions& options) {
   const std::string weights = ReadFile(options.file, "the weights of a network");
   const auto* bytes = reinterpret_cast<const Bytef*>(weights.data());
-  std::string line = DumpOptions(options);
+  NetworkOptions all = options;
+  std::vector<OptionField> fields = OptionFields(all);
+  if (options.engine != NetworkEngine::kOnnxRuntime) {  // as lines were before there was a choice
+    std::erase_if(fields, [](const OptionField& field) { return field.key == "engine"; });
+  }
+  std::string line = DumpOptionFields(fields);
   std::ranges::replace(line, '\n', ' ');
   return fmt::format("{}weights: {:08x}", line, crc32_z(0, bytes, weights.size()));
 }

@@ -19,9 +19,14 @@ constexpr auto EnumNames(NetworkDecoder) { return std::array{"yolox", "centernet
 enum class ChannelOrder { kBgr, kRgb };
 constexpr auto EnumNames(ChannelOrder) { return std::array{"bgr", "rgb"}; }
 
+// Library that runs the network. Auto: OpenCV, and ONNX Runtime for networks that OpenCV cannot run.
+enum class NetworkEngine { kAuto, kOpenCv, kOnnxRuntime };
+constexpr auto EnumNames(NetworkEngine) { return std::array{"auto", "opencv", "onnxruntime"}; }
+
 // Input and output of a detector's ONNX file: the YAML file beside its weights.
 struct NetworkOptions {
   std::string file;  // weights (.onnx): absolute, beside the YAML file, or in assets/detectors
+  NetworkEngine engine = NetworkEngine::kAuto;
   NetworkDecoder decoder = NetworkDecoder::kYolox;
   int width = 640;  // input, pixels; a multiple of 32
   int height = 480;
@@ -36,6 +41,7 @@ struct NetworkOptions {
 
   void VisitFields(auto&& visit) {
     visit("file", file);
+    visit("engine", engine);
     visit("decoder", decoder);
     visit("width", width, 32, 4096);
     visit("height", height, 32, 4096);
@@ -62,7 +68,8 @@ NetworkOptions LoadNetwork(const std::string& name_or_file, const std::vector<st
 std::optional<NetworkOptions> ChooseNetwork(const std::string& name_or_file,
                                             const std::vector<std::string>& settings = {});
 
-// Returns all that boxes depend on in one line: every option, and a checksum of the weights.
+// Returns all that boxes depend on in one line: every option, and a checksum of the weights. The engine
+// counts as OpenCV while it is `auto`; Detector::Settings() knows which one it has become.
 std::string Fingerprint(const NetworkOptions& options);
 
 // Finds objects in images: a network, or a detector of the embedding program (RunRequest::detector). Used by
@@ -79,12 +86,12 @@ class ObjectDetector {
   virtual std::string Settings() const { return Name(); }  // all that boxes depend on, in one line
 };
 
-// A network, run by OpenCV on the CPU.
+// A network, run on the CPU by OpenCV or ONNX Runtime, with as many threads as OpenCV uses.
 class Detector final : public ObjectDetector {
  public:
-  // Throws InputError that names the file: no ONNX network that OpenCV can read, unknown output names (the
-  // message lists the existing ones), or an output shape that does not fit the decoder or the number of
-  // classes (found by a trial run).
+  // Throws InputError that names the file: no ONNX network that the engine can read, unknown output names
+  // (the message lists the existing ones), or an output shape that does not fit the decoder or the number of
+  // classes (found by a trial run). Throws UsageError for ONNX Runtime in a build without it.
   explicit Detector(const NetworkOptions& options);
   ~Detector() override;
   Detector(Detector&&) noexcept;

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <opencv2/imgproc.hpp>
 
+#include "slam/detection/network.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"
 #include "tests/detection/hand_made_network.h"
@@ -33,6 +34,22 @@ class DetectorTest : public testing::Test {
       return e.what();
     }
     return "";
+  }
+
+  // Writes a network that finds blocks of one colour in the image below.
+  void WriteBlockFinder(const std::string& bytes) {
+    std::ofstream(file_, std::ios::binary) << bytes;
+    options_.decoder = NetworkDecoder::kCenterNet;
+    options_.outputs = {"heatmap", "ltrb"};
+    options_.classes = {"blue thing", "green_thing", "red_thing"};
+    options_.scale = 1.0 / 255.0;
+    options_.threshold = 0.5;
+  }
+  // Twice as large as the input, with a blue block in cell (5, 3) of the input.
+  static cv::Mat BlueBlock() {
+    cv::Mat image(64, 128, CV_8UC3, cv::Scalar::all(0));
+    cv::Mat(image, cv::Rect(40, 24, 8, 8)).setTo(cv::Scalar(230, 0, 0));
+    return image;
   }
 
   fs::path file_;
@@ -70,14 +87,8 @@ TEST_F(DetectorTest, AnOutputOfAnotherShapeIsRefusedBeforeTheFirstImage) {
 
 // From an image twice as large as the input to a box in its pixels, with the name of its class.
 TEST_F(DetectorTest, ABlockOfColourIsABoxOfItsClassInTheImagesPixels) {
-  std::ofstream(file_, std::ios::binary) << HandMadeNetwork::ChannelsAsClasses();
-  options_.decoder = NetworkDecoder::kCenterNet;
-  options_.outputs = {"heatmap", "ltrb"};
-  options_.classes = {"blue thing", "green_thing", "red_thing"};
-  options_.scale = 1.0 / 255.0;
-  options_.threshold = 0.5;
-  cv::Mat image(64, 128, CV_8UC3, cv::Scalar::all(0));
-  cv::Mat(image, cv::Rect(40, 24, 8, 8)).setTo(cv::Scalar(230, 0, 0));  // cell (5, 3) of the input
+  WriteBlockFinder(HandMadeNetwork::ChannelsAsClasses());
+  const cv::Mat image = BlueBlock();
   const std::vector<Detection> found = Detector(options_).Detect(image);
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found[0].label, "blue_thing");
@@ -104,6 +115,91 @@ TEST_F(DetectorTest, TheFingerprintTellsOptionsAndWeightsApart) {
   EXPECT_EQ(Fingerprint(options_), first);
   std::ofstream(file_, std::ios::binary) << HandMadeNetwork::ChannelsAsClasses();
   EXPECT_NE(Fingerprint(options_), first);
+}
+
+TEST_F(DetectorTest, TheFingerprintNamesTheEngineIfItIsNotOpenCv) {
+  const std::string usual = Fingerprint(options_);
+  options_.engine = NetworkEngine::kOpenCv;
+  EXPECT_EQ(Fingerprint(options_), usual);
+  EXPECT_EQ(usual.find("engine"), std::string::npos) << usual;
+  options_.engine = NetworkEngine::kOnnxRuntime;
+  EXPECT_NE(Fingerprint(options_).find("engine: onnxruntime"), std::string::npos);
+}
+
+TEST_F(DetectorTest, WithoutOnnxRuntimeARefusalSaysHowToGetIt) {
+  if (HasOnnxRuntime()) {
+    GTEST_SKIP() << "this build has ONNX Runtime";
+  }
+  WriteBlockFinder(HandMadeNetwork::UnknownToOpenCv());
+  const std::string refusal = Refusal();
+  EXPECT_NE(refusal.find(file_.string()), std::string::npos) << refusal;
+  EXPECT_NE(refusal.find("no ONNX Runtime"), std::string::npos) << refusal;
+  EXPECT_NE(refusal.find("libonnxruntime-dev"), std::string::npos) << refusal;
+  EXPECT_EQ(refusal.find('\n'), std::string::npos) << refusal;
+  options_.engine = NetworkEngine::kOpenCv;
+  EXPECT_EQ(Refusal().find("ONNX Runtime"), std::string::npos) << Refusal();
+
+  options_.engine = NetworkEngine::kOnnxRuntime;
+  try {
+    Detector detector(options_);
+    FAIL();
+  } catch (const UsageError& e) {
+    EXPECT_NE(std::string(e.what()).find("'onnxruntime'"), std::string::npos) << e.what();
+  }
+}
+
+class OnnxRuntimeTest : public DetectorTest {
+ protected:
+  void SetUp() override {
+    if (!HasOnnxRuntime()) {
+      GTEST_SKIP() << "this build has no ONNX Runtime";
+    }
+    DetectorTest::SetUp();
+    options_.engine = NetworkEngine::kOnnxRuntime;
+  }
+};
+
+TEST_F(OnnxRuntimeTest, FindsTheBoxesThatOpenCvFinds) {
+  WriteBlockFinder(HandMadeNetwork::ChannelsAsClasses());
+  const std::vector<Detection> found = Detector(options_).Detect(BlueBlock());
+  options_.engine = NetworkEngine::kOpenCv;
+  const std::vector<Detection> expected = Detector(options_).Detect(BlueBlock());
+  ASSERT_EQ(expected.size(), 1U);
+  ASSERT_EQ(found.size(), expected.size());
+  EXPECT_EQ(found[0].label, expected[0].label);
+  EXPECT_NEAR(found[0].score, expected[0].score, 1e-6);
+  EXPECT_NEAR(found[0].box.x, expected[0].box.x, 1e-4);
+  EXPECT_NEAR(found[0].box.y, expected[0].box.y, 1e-4);
+  EXPECT_NEAR(found[0].box.width, expected[0].box.width, 1e-4);
+  EXPECT_NEAR(found[0].box.height, expected[0].box.height, 1e-4);
+}
+
+TEST_F(OnnxRuntimeTest, AutoTakesItForNetworksThatOpenCvDoesNotKnow) {
+  WriteBlockFinder(HandMadeNetwork::UnknownToOpenCv());
+  options_.scale /= 4.0;
+  options_.engine = NetworkEngine::kOpenCv;
+  EXPECT_FALSE(Refusal().empty());
+  options_.engine = NetworkEngine::kAuto;
+  Detector detector(options_);
+  const std::vector<Detection> found = detector.Detect(BlueBlock());
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].label, "blue_thing");
+  EXPECT_NEAR(found[0].score, 230.0 / 255.0, 1e-3);
+  EXPECT_NE(detector.Settings().find("engine: onnxruntime"), std::string::npos) << detector.Settings();
+  WriteBlockFinder(HandMadeNetwork::ChannelsAsClasses());
+  EXPECT_EQ(Detector(options_).Settings().find("onnxruntime"), std::string::npos);
+}
+
+TEST_F(OnnxRuntimeTest, RefusesWhatOpenCvRefuses) {
+  EXPECT_NE(Refusal().find("1x3x32x64"), std::string::npos) << Refusal();
+  options_.outputs = {"boxes"};
+  EXPECT_NE(Refusal().find("[output]"), std::string::npos) << Refusal();
+  options_.outputs = {};
+  options_.width = 96;
+  EXPECT_NE(Refusal().find("96x32"), std::string::npos) << Refusal();
+  std::ofstream(file_, std::ios::binary) << "not a network";
+  EXPECT_NE(Refusal().find(file_.string()), std::string::npos) << Refusal();
+  EXPECT_NE(Refusal().find("ONNX Runtime"), std::string::npos) << Refusal();
 }
 
 TEST(LoadNetworkTest, SettingsAreCheckedLikeTheFile) {

@@ -19,9 +19,16 @@ class HandMadeNetwork {
 
   // A CenterNet for inputs of 32x64 whose three classes are the three channels of the image: `heatmap` is the
   // mean of each 4x4 cell, `ltrb` is 8 everywhere.
-  static std::string ChannelsAsClasses() {
+  static std::string ChannelsAsClasses() { return CenterNet("AveragePool"); }
+
+  // The same by an operator that OpenCV does not know: `heatmap` is the root of the sum of squares of each
+  // cell, 4 times the mean in cells of one colour.
+  static std::string UnknownToOpenCv() { return CenterNet("LpPool"); }
+
+ private:
+  static std::string CenterNet(const std::string& pooling) {
     const std::string pool =
-        Node("AveragePool", "images", "heatmap", Ints("kernel_shape", {4, 4}) + Ints("strides", {4, 4}));
+        Node(pooling, "images", "heatmap", Ints("kernel_shape", {4, 4}) + Ints("strides", {4, 4}));
     std::string convolution = Bytes(1, "images") + Bytes(1, "weights") + Bytes(1, "bias") + Bytes(2, "ltrb") +
                               Bytes(3, "sides") + Bytes(4, "Conv") + Ints("kernel_shape", {4, 4}) +
                               Ints("strides", {4, 4});
@@ -31,8 +38,6 @@ class HandMadeNetwork {
         Tensor("bias", {4}, {8.0F, 8.0F, 8.0F, 8.0F}) + Bytes(11, ValueInfo("images", {1, 3, 32, 64})) +
         Bytes(12, ValueInfo("heatmap", {1, 3, 8, 16})) + Bytes(12, ValueInfo("ltrb", {1, 4, 8, 16})));
   }
-
- private:
   static std::string Varint(std::uint64_t value) {
     std::string bytes;
     for (; value > 127; value >>= 7) {

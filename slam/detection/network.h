@@ -1,0 +1,34 @@
+#pragma once
+
+#include <memory>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+#include "slam/util/error.h"
+
+namespace sqslam {
+
+// An engine that cannot read or run a network. The message is complete: file, reason, what was expected.
+struct NetworkError : InputError {
+  using InputError::InputError;
+};
+
+// A network as one engine has read it from its ONNX file. Run() and the functions that read throw
+// NetworkError.
+class Network {
+ public:
+  virtual ~Network() = default;
+  virtual std::vector<std::string> Outputs() const = 0;  // names of all that the file has
+
+  // Returns those of the named outputs, 32F, for an input of 1 x 3 x height x width, 32F.
+  virtual std::vector<cv::Mat> Run(const cv::Mat& input, const std::vector<std::string>& outputs) = 0;
+};
+
+std::unique_ptr<Network> ReadByOpenCv(const std::string& file);
+std::unique_ptr<Network> ReadByOnnxRuntime(const std::string& file);
+
+// Returns true if the build has found ONNX Runtime.
+bool HasOnnxRuntime();
+
+}  // namespace sqslam
