@@ -239,7 +239,9 @@ void Session::MoveCamera() {
           away < 0.01 ? target : Between(view.camera, target, std::min(1.0, 4.0 * state_.window.seconds));
     }
   }
-  if (view.mode == CameraMode::kFollow && map->T_map_camera) {
+  if (view.mode == CameraMode::kFree) {
+    view.camera.pinhole.reset();  // the view is no longer the input camera's
+  } else if (view.mode == CameraMode::kFollow && map->T_map_camera) {
     view.camera = Behind(*map->T_map_camera, view.focus.up, 0.6 * view.focus.radius);
   } else if (view.mode == CameraMode::kFirstPerson && map->T_map_camera) {
     view.camera = LookThrough(*map->T_map_camera, map->camera, view.size, view.focus.radius);

@@ -89,18 +89,14 @@ Eigen::Vector2d Seen(const ViewCamera& camera, const Eigen::Vector3d& p) {
   return PinholeOf(camera, kWindow).Project(PoseOf(camera).Inverse() * p) + Eigen::Vector2d(0.5, 0.5);
 }
 
-TEST(SceneViewTest, ThroughTheCameraThePhotographLiesUnderWhatItShows) {
+TEST(SceneViewTest, ThroughTheCameraItsImageIsInTheMiddleUnderWhatItShows) {
   const Camera camera{320, 240, 290.0, 310.0, 150.0, 131.0, {}, 30.0};
   const Rigid3d T_map_camera{
       Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1.0, 2.0, 0.5).normalized())),
       {0.3, -1.0, 2.0}};
-  for (const cv::Size window : {cv::Size(800, 600), cv::Size(500, 700)}) {
+  for (const auto& [window, photo] : {std::pair(cv::Size(800, 600), cv::Rect2d(0.0, 0.0, 800.0, 600.0)),
+                                      std::pair(cv::Size(500, 700), cv::Rect2d(0.0, 162.5, 500.0, 375.0))}) {
     const ViewCamera view = LookThrough(T_map_camera, camera, window, 2.0);
-    const cv::Rect2d photo = PhotoArea(camera, view, window);
-    EXPECT_GE(photo.x, -1e-6);
-    EXPECT_GE(photo.y, -1e-6);
-    EXPECT_LE(photo.br().x, window.width + 1e-6);
-    EXPECT_LE(photo.br().y, window.height + 1e-6);
     const Eigen::Vector3d p_camera(0.4, -0.3, 1.7);
     const Eigen::Vector2d pixel = camera.Project(p_camera) + Eigen::Vector2d(0.5, 0.5);
     const Eigen::Vector2d on_photo(photo.x + pixel.x() / camera.width * photo.width,
@@ -111,6 +107,8 @@ TEST(SceneViewTest, ThroughTheCameraThePhotographLiesUnderWhatItShows) {
     EXPECT_NEAR(seen.y(), on_photo.y(), 0.01);
     EXPECT_NEAR(seen.x(), on_photo.x(), 0.01);
   }
+  EXPECT_FALSE(LookThrough(T_map_camera, {}, {800, 600}, 2.0).pinhole) << "no camera is known";
+  EXPECT_FALSE(LookThrough(T_map_camera, camera, {}, 2.0).pinhole) << "no window is there yet";
 }
 
 TEST(CameraControlTest, OrbitKeepsTheFocalPointAndTheDistance) {
@@ -348,6 +346,27 @@ TEST(RenderCommandLineTest, SaysOnlyWhatDiffersFromTheStyle) {
   EXPECT_THAT(line, HasSubstr("sqslam render '/data/a map/map.sqmap' --output=out.png --resolution=640,360"));
   EXPECT_THAT(line, HasSubstr("--no-background --style=dark --set=objects.opacity=0.5 --set=grid.show=false "
                               "--camera-position=-1.5,2,0.25"));
+}
+
+TEST(RenderCommandLineTest, ThroughTheCameraItNamesTheFrame) {
+  const auto map = std::make_shared<MapSnapshot>();
+  map->T_map_camera = Rigid3d();
+  map->camera = {320, 240, 290.0, 310.0, 150.0, 131.0, {}, 30.0};
+  const auto shown = std::make_shared<ShownFrame>();
+  shown->frame_index = 7;
+  shown->map = map;
+  ViewerState state;
+  state.view.UseStyle("dark");
+  state.view.mode = CameraMode::kFirstPerson;
+  state.document.file = "/data/map.sqmap";
+  state.document.shown = shown;
+  const auto line = [&] { return RenderCommandLine(state, {640, 360}, false, "out.png"); };
+  EXPECT_THAT(line(), HasSubstr("--camera-frame=7 --at-frame=7"));
+  EXPECT_THAT(line(), HasSubstr("--set=cameras.current=true")) << "they are drawn in the window too";
+  EXPECT_THAT(line(), ::testing::Not(HasSubstr("--camera-position")));
+  EXPECT_THAT(line(), ::testing::Not(HasSubstr("--photo")));
+  shown->image = cv::Mat(240, 320, CV_8UC3, cv::Scalar::all(0));
+  EXPECT_THAT(line(), HasSubstr("--photo --camera-frame=7 --at-frame=7"));
 }
 
 TEST(CameraKeysTest, WhatIsSavedPlaysThroughTheSameViews) {

@@ -202,6 +202,13 @@ TEST_F(ViewerWindow, AScreenshotIsAsLargeAsAskedForAndLooksLikeTheScene) {
   const cv::Mat shot = cv::imread(file.string());
   const cv::Mat scene = stage_.Picture()(cv::Rect(cv::Point(0, 25), size));
   EXPECT_LT(PictureDifference(shot, scene), 0.02);
+  stage_.Key('C');
+  stage_.Settle();
+  ASSERT_TRUE(stage_.State().view.camera.pinhole.has_value());
+  WriteScreenshot(stage_.State(), size, false, file);
+  EXPECT_LT(PictureDifference(cv::imread(file.string()), stage_.Picture()(cv::Rect(cv::Point(0, 25), size))),
+            0.02)
+      << "through the camera";
   WriteScreenshot(stage_.State(), {1600, 900}, true, file);
   const cv::Mat large = cv::imread(file.string(), cv::IMREAD_UNCHANGED);
   EXPECT_EQ(large.size(), cv::Size(1600, 900));

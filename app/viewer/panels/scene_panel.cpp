@@ -13,6 +13,7 @@
 #include "app/viewer/state/scene_view.h"
 #include "app/viewer/widgets/widgets.h"
 #include "render/picture/interactive_scene.h"
+#include "render/picture/outlines.h"
 #include "render/picture/photo.h"
 
 namespace sqslam::viewer {
@@ -217,8 +218,7 @@ class ScenePanel : public Panel {
   }
 
   void DrawPhoto() {
-    const Camera& camera = photo_of_->map->camera;
-    const cv::Rect2d area = PhotoArea(camera, view_.camera, view_.size);
+    const cv::Rect2d area = PlaceImage(photo_of_->map->camera, {cv::Point(), view_.size}).area;
     ImDrawList* list = ImGui::GetWindowDrawList();
     list->AddRectFilled(origin_, End(), Packed(ParseColor(view_.style.background)));
     list->AddImage(photo_.Id(), Vec(origin_.x + area.x, origin_.y + area.y),

@@ -53,9 +53,6 @@ class ViewPanel : public Panel {
                                  {"through", "Through the input camera (C)"}},
                                 static_cast<int>(view_.mode))) {
       view_.mode = static_cast<CameraMode>(*mode);
-      if (view_.mode == CameraMode::kFree) {
-        view_.camera.pinhole.reset();
-      }
     }
     ImGui::SameLine();
     if (Button("all of the map", "Frames the objects and what is around them (0)")) {

@@ -30,6 +30,10 @@ std::string VectorText(const Eigen::Vector3d& v) {
   return fmt::format("{:.7g},{:.7g},{:.7g}", v.x(), v.y(), v.z());
 }
 
+bool IsThroughCamera(const SceneView& view, const Document& document) {
+  return view.mode == CameraMode::kFirstPerson && document.Map() != nullptr && document.Map()->T_map_camera;
+}
+
 }  // namespace
 
 std::vector<std::string> StyleChanges(const SceneStyle& style, const SceneStyle& from) {
@@ -49,7 +53,7 @@ std::vector<std::string> StyleChanges(const SceneStyle& style, const SceneStyle&
 
 ShownFramePtr PhotoBeneath(const SceneView& view, const Document& document) {
   const ShownFramePtr& shown = document.shown;
-  const bool has = view.mode == CameraMode::kFirstPerson && shown && shown->map && shown->map->T_map_camera &&
+  const bool has = IsThroughCamera(view, document) &&
                    shown->image.size() == cv::Size(shown->map->camera.width, shown->map->camera.height);
   return has ? shown : nullptr;
 }
@@ -68,10 +72,13 @@ std::string RenderCommandLine(const ViewerState& state, cv::Size size, bool tran
     words.emplace_back("--no-background");
   }
   const ShownFramePtr photo = transparent ? nullptr : PhotoBeneath(view, document);
+  const bool through = IsThroughCamera(view, document);
   if (photo) {
     words.emplace_back("--photo");
-    add("--camera-frame", std::to_string(photo->frame_index));
-    add("--at-frame", std::to_string(photo->frame_index));
+  }
+  if (through) {
+    add("--camera-frame", std::to_string(document.shown->frame_index));
+    add("--at-frame", std::to_string(document.shown->frame_index));
   } else if (document.shown && document.last && document.shown->frame_index != document.last->frame_index) {
     add("--at-frame", std::to_string(document.shown->frame_index));
   }
@@ -98,7 +105,10 @@ std::string RenderCommandLine(const ViewerState& state, cv::Size size, bool tran
   if (!layers.dense_cloud) {
     add("--set", "dense_cloud.show=false");
   }
-  if (photo) {
+  if (through) {
+    if (!photo) {  // --camera-frame leaves cameras out unless one of their options is given
+      add("--set", fmt::format("cameras.current={}", view.style.cameras.current));
+    }
     return ShellLine(words);
   }
   add("--camera-position", VectorText(view.camera.position));
@@ -126,8 +136,12 @@ void WriteScreenshot(const ViewerState& state, cv::Size size, bool transparent, 
   }
   PictureRenderer renderer(options);
   renderer.SetMap(*state.document.frame);
-  renderer.SetMapKeepingFrame(*state.document.Map());
-  WritePicture(file, renderer.Render(state.view.camera));
+  const MapSnapshot& map = *state.document.Map();
+  renderer.SetMapKeepingFrame(map);
+  WritePicture(file,
+               renderer.Render(IsThroughCamera(state.view, state.document)
+                                   ? LookThrough(*map.T_map_camera, map.camera, size, state.view.focus.radius)
+                                   : state.view.camera));
 }
 
 fs::path FreeName(const std::string& stem, const std::string& extension) {

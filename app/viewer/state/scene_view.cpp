@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "render/picture/outlines.h"
 #include "slam/geometry/angles.h"
 
 namespace sqslam::viewer {
@@ -74,20 +75,12 @@ void SceneView::UseStyle(const std::string& name) {
 
 ViewCamera LookThrough(const Rigid3d& T_map_camera, const Camera& camera, cv::Size window, double depth) {
   ViewCamera view = FirstPerson(T_map_camera, camera, depth);
-  // The principal point is in the middle of the window: the farther edge decides.
-  const double across = std::max(camera.cx + 0.5, camera.width - camera.cx - 0.5) / camera.fx;
-  const double down = std::max(camera.cy + 0.5, camera.height - camera.cy - 0.5) / camera.fy;
-  const double slope = std::max(down, across * window.height / std::max(window.width, 1));
-  view.view_angle =
-      slope > 0.0 && std::isfinite(slope) ? 2.0 * std::atan(slope) * kDegreesPerRadian : view.view_angle;
+  if (camera.width > 0 && camera.height > 0 && camera.fx > 0.0 && camera.fy > 0.0 && window.area() > 0) {
+    view.pinhole = PlaceImage(camera, {cv::Point(), window}).camera;
+    // Keeps the size of what is seen once the user moves the view away from the camera.
+    view.view_angle = 2.0 * std::atan(0.5 * window.height / view.pinhole->fy) * kDegreesPerRadian;
+  }
   return view;
-}
-
-cv::Rect2d PhotoArea(const Camera& camera, const ViewCamera& view, cv::Size window) {
-  const double focal = view.FocalLength(window.height);
-  const double x = focal / camera.fx, y = focal / camera.fy;  // window pixels per image pixel
-  return {0.5 * window.width - x * (camera.cx + 0.5), 0.5 * window.height - y * (camera.cy + 0.5),
-          x * camera.width, y * camera.height};
 }
 
 SceneStyle SceneView::StyleWithClip() const {

@@ -74,11 +74,9 @@ struct SceneView {
   void SwitchCut() { clip.axis = clip.axis == ClipAxis::kNone ? ClipAxis::kView : ClipAxis::kNone; }
 };
 
-// Returns the view through the input camera, with its whole image in the window; `depth`: of the focal point.
+// Returns the view through the input camera, with its whole image in the middle of the window, as
+// PlaceImage() has it; `depth`: of the focal point.
 ViewCamera LookThrough(const Rigid3d& T_map_camera, const Camera& camera, cv::Size window, double depth);
-
-// Returns the area of the undistorted image of that camera in the window, pixels.
-cv::Rect2d PhotoArea(const Camera& camera, const ViewCamera& view, cv::Size window);
 
 // Returns the distance along the ray (map units) at which it meets the solid, or its inside if the near side
 // is clipped; 0 from inside, empty if it misses.
