@@ -61,7 +61,7 @@ class ArrayJobs {
     std::string problem;
     std::optional<Words> jobs = QueuedJobs(name_, problem);
     if (!jobs && !answered_) {
-      throw InputError(fmt::format("{}, expected a Slurm cluster here", problem));
+      throw InputError("{}, expected a Slurm cluster here", problem);
     }
     if (!jobs && !complained_) {
       spdlog::warn("{}; retrying every {:g} s", problem, options_.poll);

@@ -34,7 +34,7 @@ ProgramOutput OutputOf(const Words& words) {
       ShellLine(words) + " 2>&1";
   FILE* const pipe = ::popen(line.c_str(), "r");
   if (pipe == nullptr) {
-    throw InputError(fmt::format("{}: cannot be started, expected Slurm's programs", words.front()));
+    throw InputError("{}: cannot be started, expected Slurm's programs", words.front());
   }
   std::array<char, 4096> part{};
   while (const std::size_t size = std::fread(part.data(), 1, part.size(), pipe)) {
@@ -143,7 +143,7 @@ std::string SubmitJob(const fs::path& script, const Words& after) {
   const ProgramOutput output = OutputOf(words);
   const Words numbers = JobNumbers(output);
   if (output.exit_code != 0 || numbers.empty()) {
-    throw InputError(fmt::format("{}: sbatch rejected it: {}", script.string(), Complaint(output)));
+    throw InputError("{}: sbatch rejected it: {}", script.string(), Complaint(output));
   }
   return numbers.back();
 }

@@ -36,9 +36,9 @@ void Read(Argument& argument, const std::string& text) {
     const bool last = i + 1 == argument.fields.size();
     const std::size_t end = last ? rest.size() : rest.find(',');
     if (end == std::string_view::npos || !ReadOption(std::string(rest.substr(0, end)), argument.fields[i])) {
-      throw UsageError(fmt::format("{} {}: expected {}{}", argument.names.front(), text,
-                                   argument.fields.size() > 1 ? argument.value_name + ", each " : "",
-                                   OptionExpectation(argument.fields[i])));
+      throw UsageError("{} {}: expected {}{}", argument.names.front(), text,
+                       argument.fields.size() > 1 ? argument.value_name + ", each " : "",
+                       OptionExpectation(argument.fields[i]));
     }
     rest.remove_prefix(std::min(end + 1, rest.size()));
   }
@@ -159,7 +159,7 @@ void Command::CheckRequired() const {
 }
 
 void Command::Fail(const std::string& message) const {
-  throw UsageError(fmt::format("{} (see {} --help)", message, Path()));
+  throw UsageError("{} (see {} --help)", message, Path());
 }
 
 void Command::FailWithoutValue(const Argument& option) const {

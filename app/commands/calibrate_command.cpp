@@ -185,9 +185,8 @@ int CalibrateCamera(CalibrateArguments a) {
   }
   constexpr std::size_t kLeast = 3;
   if (search.views.size() < kLeast) {
-    throw InputError(fmt::format("{}: a {} was found in {} of {} frames, expected at least {}{}",
-                                 a.sequence.input, BoardText(a.board), search.views.size(), search.frames,
-                                 kLeast, Hint(a, search)));
+    throw InputError("{}: a {} was found in {} of {} frames, expected at least {}{}", a.sequence.input,
+                     BoardText(a.board), search.views.size(), search.frames, kLeast, Hint(a, search));
   }
   Calibration c = Calibrate(search.views, a.board, {sequence.camera.width, sequence.camera.height}, options);
   c.camera.fps = sequence.camera.fps;

@@ -150,7 +150,7 @@ int Detect(const DetectArguments& a) {
   const bool plain = a.format == BoxFormat::kBoxes;
   const fs::path boxes = plain ? a.output : a.output + ".boxes.txt";
   if (!plain && fs::exists(a.output)) {
-    throw UsageError(fmt::format("--output {}: exists already, expected a new name", a.output));
+    throw UsageError("--output {}: exists already, expected a new name", a.output);
   }
   DetectionWriter writer(boxes, fmt::format("boxes of {}, {}", sequence.path.string(), detector.Settings()),
                          FilePixels(sequence));

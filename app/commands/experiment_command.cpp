@@ -127,8 +127,7 @@ int RunIn(const fs::path& folder, const ExperimentConfig& config, const Experime
     return 0;  // another program follows the tasks and will write the tables
   }
   if (!lock) {
-    throw InputError(
-        fmt::format("{}: another program is running this experiment, expected no other", folder.string()));
+    throw InputError("{}: another program is running this experiment, expected no other", folder.string());
   }
   const auto print = [&arguments](const std::string& line) {
     if (!arguments.quiet) {

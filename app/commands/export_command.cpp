@@ -41,15 +41,14 @@ struct ExportArguments {
 void CheckArguments(const ExportArguments& a, const std::string& extension) {
   static const std::vector<std::string> kExtensions = {".glb", ".obj", ".ply", ".json", ".txt", ".html"};
   if (std::find(kExtensions.begin(), kExtensions.end(), extension) == kExtensions.end()) {
-    throw UsageError(
-        fmt::format("--output {}: unknown extension, expected {}", a.output, fmt::join(kExtensions, ", ")));
+    throw UsageError("--output {}: unknown extension, expected {}", a.output, fmt::join(kExtensions, ", "));
   }
   for (const auto& [given, option, only] : {std::tuple(a.meshes, "--meshes", ".ply"),
                                             {a.surface, "--surface", ".glb"},
                                             {!a.ground_truth.empty(), "--ground-truth", ".html"}}) {
     if (given && extension != only) {
-      throw UsageError(fmt::format("{0}: applies to a {1} only, expected --output FILE{1} instead of {2}",
-                                   option, only, a.output));
+      throw UsageError("{0}: applies to a {1} only, expected --output FILE{1} instead of {2}", option, only,
+                       a.output);
     }
   }
 }
@@ -85,9 +84,9 @@ void WriteViewPage(const ExportArguments& a, const fs::path& map_path) {
 void ExportForPrograms(const ExportArguments& a) {
   if (a.meshes || a.surface || a.objects.reliable_only || !a.objects.edits.empty()) {
     throw UsageError(
-        fmt::format("--format {}: holds no objects, expected neither --meshes, --surface, --edits "
-                    "nor --reliable-only",
-                    NameOf(*a.format)));
+        "--format {}: holds no objects, expected neither --meshes, --surface, --edits "
+        "nor --reliable-only",
+        NameOf(*a.format));
   }
   Progress progress(a.quiet, "image");
   const ModelSummary summary = ExportModel(a.map, a.images, a.output, *a.format,

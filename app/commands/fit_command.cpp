@@ -57,8 +57,7 @@ MultiFitOptions MakeOptions(const FitArguments& arguments) {
   } else if (!arguments.clusters.empty()) {
     options.clusters = ParseNumber<int>(arguments.clusters).value_or(0);
     if (options.clusters < 1) {
-      throw UsageError(
-          fmt::format("--clusters {}: expected a number of objects, or auto", arguments.clusters));
+      throw UsageError("--clusters {}: expected a number of objects, or auto", arguments.clusters);
     }
   }
   CheckOptions(options);
@@ -69,8 +68,7 @@ void CheckOutputs(const std::vector<std::string>& outputs) {
   for (const fs::path output : outputs) {
     const std::string extension = output.extension().string();
     if (extension != ".json" && extension != ".obj" && extension != ".ply") {
-      throw UsageError(
-          fmt::format("--output {}: unknown extension, expected .json, .obj or .ply", output.string()));
+      throw UsageError("--output {}: unknown extension, expected .json, .obj or .ply", output.string());
     }
   }
 }
@@ -121,7 +119,7 @@ void Fit(const FitArguments& arguments) {
   try {
     fits = FitSuperquadrics(cloud.points, options);
   } catch (const InputError& e) {
-    throw InputError(fmt::format("{}: {}", arguments.cloud, e.what()));
+    throw InputError("{}: {}", arguments.cloud, e.what());
   }
   PrintTable(fits);
   const std::vector<SnapshotObject> objects = ToObjects(fits);

@@ -1,7 +1,5 @@
 #include "app/commands/render_arguments.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <limits>
 
@@ -24,8 +22,8 @@ bool IsPathFile(const std::string& path) {
 CameraPath ParsePath(const std::string& name) {
   const std::optional<CameraPath> path = FromName<CameraPath>(name == "turntable" ? "orbit" : name);
   if (!path) {
-    throw UsageError(fmt::format(
-        "--camera-path {}: expected still, orbit, turntable, follow, first-person or FILE.yaml", name));
+    throw UsageError("--camera-path {}: expected still, orbit, turntable, follow, first-person or FILE.yaml",
+                     name);
   }
   return *path;
 }
@@ -160,9 +158,9 @@ void CheckRenderArguments(const RenderArguments& a) {
   }
   if (!frames && !a.output.empty() && fs::path(a.output).extension() != ".png") {
     throw UsageError(
-        fmt::format("--output {}: expected FILE.png, a name with {{frame:04}} that ends in .png, or "
-                    "FILE.mp4",
-                    a.output));
+        "--output {}: expected FILE.png, a name with {{frame:04}} that ends in .png, or "
+        "FILE.mp4",
+        a.output);
   }
   if (frames && !a.reference.empty()) {
     throw UsageError("--reference: compares one picture, expected --output FILE.png or none");
@@ -171,9 +169,9 @@ void CheckRenderArguments(const RenderArguments& a) {
       a.growth || !a.frames.empty() || !a.shard.empty() || (!a.path.empty() && a.path != "still");
   if (!frames && wants_frames) {
     throw UsageError(
-        fmt::format("--output {}: one picture, expected FILE.mp4 or a name with {{frame:04}} for "
-                    "--growth, --frames, --shard and --camera-path",
-                    a.output));
+        "--output {}: one picture, expected FILE.mp4 or a name with {{frame:04}} for "
+        "--growth, --frames, --shard and --camera-path",
+        a.output);
   }
   if (frames && a.camera_frame) {
     throw UsageError(
@@ -193,10 +191,10 @@ void CheckRenderArguments(const RenderArguments& a) {
   }
   const char* over = a.overlay ? "--overlay" : "--photo";
   if ((a.overlay || a.photo) && !a.camera_frame) {
-    throw UsageError(fmt::format("{}: expected --camera-frame N, the frame to draw over", over));
+    throw UsageError("{}: expected --camera-frame N, the frame to draw over", over);
   }
   if ((a.overlay || a.photo) && a.picture.transparent) {
-    throw UsageError(fmt::format("{}: the photograph is the background, expected no --no-background", over));
+    throw UsageError("{}: the photograph is the background, expected no --no-background", over);
   }
   if (a.overlay && a.photo) {
     throw UsageError("--overlay and --photo: expected outlines or the map itself, not both");
@@ -226,8 +224,7 @@ void AddBackendOption(Command& command, RenderBackend& backend) {
 int SceneArguments::Frames() const {
   const FrameRange range = ParseFrameRange(frames);
   if (range.start > 0) {
-    throw UsageError(
-        fmt::format("--frames {}: a scene is rendered from its first frame on, expected N", frames));
+    throw UsageError("--frames {}: a scene is rendered from its first frame on, expected N", frames);
   }
   const std::int64_t longest = std::numeric_limits<int>::max();
   return frames.empty() ? 0 : static_cast<int>(std::min(range.count, longest));

@@ -45,7 +45,7 @@ fs::path WriteDifference(const RenderArguments& a, const cv::Mat& image, const c
 int CompareWithReference(const RenderArguments& a, const cv::Mat& image) {
   const cv::Mat reference = ReadImage(a.reference, cv::IMREAD_UNCHANGED);
   if (reference.empty()) {
-    throw InputError(fmt::format("{}: cannot be read, expected the reference picture", a.reference));
+    throw InputError("{}: cannot be read, expected the reference picture", a.reference);
   }
   if (image.size() != reference.size() || image.type() != reference.type()) {
     fmt::print(stderr, "sqslam: {}: {}x{} with {} channels, expected {}x{} with {} as the picture has\n",
@@ -76,8 +76,8 @@ MapSnapshot MapShown(const RenderArguments& a, const RecordingReader& reader) {
     ++snapshot;
   }
   if (snapshot < 0) {
-    throw UsageError(fmt::format("--at-frame {}: there was no map yet, expected {} or more", *a.at_frame,
-                                 reader.FrameIndex(0)));
+    throw UsageError("--at-frame {}: there was no map yet, expected {} or more", *a.at_frame,
+                     reader.FrameIndex(0));
   }
   const MapSnapshotPtr read = reader.Read(snapshot);
   MapSnapshot map = Transformed(AlignByKeyframes(*read, *last), *read);
@@ -100,7 +100,7 @@ cv::Mat RenderCameraFrame(const RenderArguments& a, PictureOptions options, cons
     pose =
         a.at_frame == a.camera_frame && map.T_map_camera ? *map.T_map_camera : frames.PoseOf(*a.camera_frame);
   } catch (const UsageError& error) {
-    throw UsageError(fmt::format("--camera-frame: {}", error.what()));
+    throw UsageError("--camera-frame: {}", error.what());
   }
   if (a.overlay) {
     return RenderOverPhoto(map, frames.ImageOf(*a.camera_frame), pose, options);

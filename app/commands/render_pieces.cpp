@@ -80,13 +80,12 @@ void ClaimFolder(const VideoPieces& pieces, const std::string& settings) {
     std::string problem;
     const auto queued = QueuedJobs(name, problem);
     if (!queued) {
-      throw InputError(fmt::format("{}, so pieces of another video may be drawn in {} now", problem,
-                                   pieces.Folder().string()));
+      throw InputError("{}, so pieces of another video may be drawn in {} now", problem,
+                       pieces.Folder().string());
     }
     if (!queued->empty()) {
-      throw InputError(
-          fmt::format("{}: pieces of another video are being drawn there, expected none (scancel -n {})",
-                      pieces.Folder().string(), name));
+      throw InputError("{}: pieces of another video are being drawn there, expected none (scancel -n {})",
+                       pieces.Folder().string(), name);
     }
   }
   for (int i = 1; i <= pieces.Count(); ++i) {
@@ -99,7 +98,7 @@ int RenderPiece(const VideoPieces& pieces, const RenderArguments& a, const Slurm
                 const DrawsHere& render) {
   const Shard shard = ParseShard(a.task);
   if (shard.count != pieces.Count()) {
-    throw UsageError(fmt::format("--task {}: expected a piece of {}", a.task, pieces.Count()));
+    throw UsageError("--task {}: expected a piece of {}", a.task, pieces.Count());
   }
   if (pieces.IsWhole(shard.index)) {
     return 0;
@@ -175,8 +174,8 @@ int RenderOnSlurm(const RenderArguments& a, const DrawsHere& render) {
     return 0;  // another program follows the tasks and will join the pieces
   }
   if (!lock) {
-    throw InputError(fmt::format("{}: another program is waiting for its tasks, expected no other",
-                                 pieces.Folder().string()));
+    throw InputError("{}: another program is waiting for its tasks, expected no other",
+                     pieces.Folder().string());
   }
   ClaimFolder(pieces, settings);
   const InterruptGuard interrupt;

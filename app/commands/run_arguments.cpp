@@ -30,7 +30,7 @@ std::vector<std::string> Labels(const std::string& text) {
   std::istringstream words(text);
   for (std::string label; text != "none" && std::getline(words, label, ',');) {
     if (label.empty()) {
-      throw UsageError(fmt::format("--ignore {}: expected labels such as person,car, or none", text));
+      throw UsageError("--ignore {}: expected labels such as person,car, or none", text);
     }
     labels.push_back(NormalizedLabel(label));
   }
@@ -40,12 +40,11 @@ std::vector<std::string> Labels(const std::string& text) {
 // Checks the video path before the run rather than after it.
 void CheckVideoName(const fs::path& video) {
   if (video.extension() != ".mp4") {
-    throw UsageError(fmt::format("--video {}: expected FILE.mp4", video.string()));
+    throw UsageError("--video {}: expected FILE.mp4", video.string());
   }
   const fs::path folder = video.has_parent_path() ? video.parent_path() : fs::path(".");
   if (!fs::is_directory(folder)) {
-    throw UsageError(
-        fmt::format("--video {}: folder {} does not exist, expected one", video.string(), folder.string()));
+    throw UsageError("--video {}: folder {} does not exist, expected one", video.string(), folder.string());
   }
 }
 

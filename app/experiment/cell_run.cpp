@@ -71,7 +71,7 @@ ChildResult RunCell(const ExperimentPlan& plan, const PlannedCell& planned, cons
   fs::create_directories(run.parent_path());
   const std::optional<FileLock> lock = FileLock::Try(log);
   if (!lock) {
-    throw InputError(fmt::format("{}: another program is making this run", log.string()));
+    throw InputError("{}: another program is making this run", log.string());
   }
   fs::resize_file(log, 0);
   AtomicPath made(run);

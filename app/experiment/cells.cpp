@@ -259,7 +259,7 @@ std::string NameOfBoxes(const ExperimentCell& cell) {
 fs::path BoxesOf(const PreparedSequence& sequence) {
   const fs::path boxes = sequence.detections.empty() ? sequence.path / "boxes.txt" : sequence.detections;
   if (!fs::is_regular_file(boxes)) {
-    throw InputError(fmt::format("{}: max_objects needs a boxes.txt, expected one there", boxes.string()));
+    throw InputError("{}: max_objects needs a boxes.txt, expected one there", boxes.string());
   }
   return boxes;
 }

@@ -107,7 +107,7 @@ int RunTask(const ExperimentConfig& config, const ExperimentFolder& folder, cons
             const StopRequest& stop) {
   const ExperimentPlan plan = PlanExperiment(config, folder, name);
   if (plan.cells.empty()) {
-    throw UsageError(fmt::format("--task {}: no such run, expected one that --dry-run lists", name));
+    throw UsageError("--task {}: no such run, expected one that --dry-run lists", name);
   }
   const PlannedCell& planned = plan.cells.front();
   if (planned.finished) {

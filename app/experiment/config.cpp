@@ -54,7 +54,7 @@ class Group {
     for (const auto& entry : node_.IsMap() ? node_ : YAML::Node()) {  // entries of a list have no name
       line = entry.first.IsScalar() && entry.first.Scalar() == key ? entry.first.Mark().line : line;
     }
-    throw UsageError(fmt::format("{}:{}: {}", source_, line + 1, problem));
+    throw UsageError("{}:{}: {}", source_, line + 1, problem);
   }
   [[noreturn]] void FailWithout(const std::string& key, const std::string& expected) const {
     Fail("", fmt::format("{} without '{}', expected {}", name_, key, expected));
@@ -221,7 +221,7 @@ ExperimentConfig ParseExperiment(const std::string& yaml, const std::string& sou
   try {
     document = YAML::Load(yaml);
   } catch (const YAML::ParserException& e) {
-    throw UsageError(fmt::format("{}:{}: no valid YAML: {}", source, e.mark.line + 1, e.msg));
+    throw UsageError("{}:{}: no valid YAML: {}", source, e.mark.line + 1, e.msg);
   }
   const Group root(document, source, "the experiment");
   const SystemOptions defaults;

@@ -283,8 +283,7 @@ std::optional<SurfaceMesh> SurfaceOf(const std::filesystem::path& recording, int
                                      const DensifyProgress& progress) {
   const DepthRecording depths(recording);
   if (depths.Keyframes().empty()) {
-    throw InputError(
-        fmt::format("{}: holds no depth maps, expected those of sqslam densify", recording.string()));
+    throw InputError("{}: holds no depth maps, expected those of sqslam densify", recording.string());
   }
   SurfaceOptions options;
   if (const std::string text = depths.Text(kSurfaceOptions); !text.empty()) {

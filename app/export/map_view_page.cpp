@@ -62,9 +62,8 @@ std::string Library() {
   std::string text = fmt::format("<script>\n/* {} */\n", kLicence);
   for (const char* file : kLibraries) {
     if (!fs::exists(folder / file)) {
-      throw InputError(
-          fmt::format("{}: does not exist, expected three.js for the 3D view (Debian's package libjs-three)",
-                      (folder / file).string()));
+      throw InputError("{}: does not exist, expected three.js for the 3D view (Debian's package libjs-three)",
+                       (folder / file).string());
     }
     text += ReadFile(folder / file, "three.js");
     text += "\n;\n";

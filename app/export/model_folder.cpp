@@ -125,9 +125,9 @@ ModelSummary ExportModel(const fs::path& result, const fs::path& sequence_path, 
   summary.without_image = DropWithoutImage(sequence, model);
   if (model.images.empty()) {
     throw InputError(
-        fmt::format("{}: has no keyframe among the {} images of {}, expected the sequence that was "
-                    "mapped (--images)",
-                    known.recording.string(), sequence.frames.size(), sequence.path.string()));
+        "{}: has no keyframe among the {} images of {}, expected the sequence that was "
+        "mapped (--images)",
+        known.recording.string(), sequence.frames.size(), sequence.path.string());
   }
   CreateResultFolder(folder);
   const bool linked = AreFilesAsMapped(sequence, model);

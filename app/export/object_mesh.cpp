@@ -120,7 +120,7 @@ std::string PlyText(const std::vector<SnapshotObject>& objects) {
 void WriteObjectMeshes(const std::filesystem::path& path, const std::vector<SnapshotObject>& objects) {
   const std::string extension = path.extension().string();
   if (extension != ".obj" && extension != ".ply") {
-    throw UsageError(fmt::format("{}: unknown extension of a mesh, expected .obj or .ply", path.string()));
+    throw UsageError("{}: unknown extension of a mesh, expected .obj or .ply", path.string());
   }
   if (extension == ".ply") {
     WriteFileAtomically(path, PlyText(objects));

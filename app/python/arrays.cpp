@@ -1,7 +1,5 @@
 #include "app/python/arrays.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
@@ -64,7 +62,7 @@ py::array_t<std::uint8_t> Image(const cv::Mat& image) {
 std::vector<Eigen::Vector3d> Points(
     const py::array_t<double, py::array::c_style | py::array::forcecast>& array) {
   if (array.ndim() != 2 || array.shape(1) != 3) {
-    throw UsageError(fmt::format("points: an array of {} dimensions, expected N x 3", array.ndim()));
+    throw UsageError("points: an array of {} dimensions, expected N x 3", array.ndim());
   }
   std::vector<Eigen::Vector3d> points(static_cast<std::size_t>(array.shape(0)));
   std::copy_n(array.data(), array.size(),

@@ -142,8 +142,8 @@ PosedSuperquadric MakeSuperquadric(const Eigen::Vector3d& half_size, const std::
       {Eigen::Quaterniond(rotation).normalized(), T_map_object.topRightCorner<3, 1>()}};
   const auto in_range = [](double e) { return e >= kMinShapeExponent && e <= kMaxShapeExponent; };
   if (!Solid::FromSuperquadric(made).IsUsable() || !in_range(made.shape.e1) || !in_range(made.shape.e2)) {
-    throw UsageError(fmt::format("half_size, shape: expected sizes above 0 and exponents from {} to {}",
-                                 kMinShapeExponent, kMaxShapeExponent));
+    throw UsageError("half_size, shape: expected sizes above 0 and exponents from {} to {}",
+                     kMinShapeExponent, kMaxShapeExponent);
   }
   return made;
 }

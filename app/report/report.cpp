@@ -181,7 +181,7 @@ void AppendGallery(Output out, const fs::path& folder) {
 ReportData ReadReportData(const ReportInputs& inputs) {
   const fs::path& folder = inputs.result;
   if (!fs::is_directory(folder)) {
-    throw InputError(fmt::format("{}: no such folder; expected the result folder of a run", folder.string()));
+    throw InputError("{}: no such folder; expected the result folder of a run", folder.string());
   }
   const auto has = [&](const char* name) { return fs::exists(folder / name); };
   ReportData data;

@@ -199,7 +199,7 @@ std::string PictureUri(const cv::Mat& picture) {
 std::string PictureUri(const fs::path& file) {
   const cv::Mat picture = cv::imread(file.string());
   if (picture.empty()) {
-    throw InputError(fmt::format("{}: cannot be read, expected a picture", file.string()));
+    throw InputError("{}: cannot be read, expected a picture", file.string());
   }
   return PictureUri(picture);
 }

@@ -46,8 +46,7 @@ fs::path EditsFile(const fs::path& recording, const std::string& edits) {
   }
   const fs::path beside = EditsFileOf(recording);
   if (!fs::exists(beside)) {
-    throw InputError(
-        fmt::format("--edits auto: {} does not exist, expected edits beside the map", beside.string()));
+    throw InputError("--edits auto: {} does not exist, expected edits beside the map", beside.string());
   }
   return beside;
 }
@@ -89,7 +88,7 @@ std::string CannotBeLaid(const fs::path& sequence) {
 PointCloud ReadDenseCloud(const fs::path& file) {
   PointCloud cloud = ReadPointCloud(file);
   if (cloud.points.empty()) {
-    throw InputError(fmt::format("{}: holds no point with finite coordinates", file.string()));
+    throw InputError("{}: holds no point with finite coordinates", file.string());
   }
   if (cloud.skipped > 0) {
     spdlog::warn("{}: {} points without finite coordinates are left out", file.string(), cloud.skipped);

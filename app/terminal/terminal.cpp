@@ -52,8 +52,8 @@ int RunAndFlush(const std::function<int()>& work) {
   const int code = work();
   errno = 0;
   if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
-    throw InputError(fmt::format("standard output cannot be written ({})",
-                                 errno != 0 ? std::strerror(errno) : "an earlier write failed"));
+    throw InputError("standard output cannot be written ({})",
+                     errno != 0 ? std::strerror(errno) : "an earlier write failed");
   }
   return code;
 }
@@ -225,8 +225,8 @@ pid_t Spawn(const std::vector<std::string>& arguments, const std::filesystem::pa
   const int error = posix_spawn(&pid, program.c_str(), &files, nullptr, argv.data(), environ);
   posix_spawn_file_actions_destroy(&files);
   if (error != 0) {
-    throw InputError(fmt::format("{}: cannot start a run that writes its output there ({})", log.string(),
-                                 std::strerror(error)));
+    throw InputError("{}: cannot start a run that writes its output there ({})", log.string(),
+                     std::strerror(error));
   }
   return pid;
 }
@@ -237,7 +237,7 @@ int WaitFor(pid_t pid, const std::function<bool()>& stop, bool& stopped) {
   int status = 0;
   for (pid_t ended = 0; (ended = waitpid(pid, &status, WNOHANG)) != pid;) {
     if (ended < 0) {
-      throw InputError(fmt::format("the exit code of a child process is lost ({})", std::strerror(errno)));
+      throw InputError("the exit code of a child process is lost ({})", std::strerror(errno));
     }
     if (!asked && stop()) {
       asked = Clock::now();

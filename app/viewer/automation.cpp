@@ -67,7 +67,7 @@ std::string StateValue(const ViewerState& state, const std::string& key) {
     }
     known += (known.empty() ? "" : ", ") + name;
   }
-  throw InputError(fmt::format("unknown key '{}', expected one of {}", key, known));
+  throw InputError("unknown key '{}', expected one of {}", key, known);
 }
 
 ScriptPlayer::ScriptPlayer(std::vector<ScriptLine> script, std::string source,
@@ -138,7 +138,7 @@ void ScriptPlayer::BePatient(const ScriptLine& line, double seconds) {
   constexpr double kPatience = 60.0;  // seconds
   waited_ += seconds;
   if (waited_ > kPatience) {
-    throw InputError(fmt::format("{}:{}: timed out: {}", source_, line.line, line.text));
+    throw InputError("{}:{}: timed out: {}", source_, line.line, line.text);
   }
 }
 
@@ -166,7 +166,7 @@ void ScriptPlayer::Expect(const ScriptLine& line, const Viewer& viewer) const {
   const std::string value = StateValue(viewer.State(), key);
   const bool differs = wanted.starts_with("not ") && value != wanted.substr(4);
   if (value != wanted && !differs) {
-    throw InputError(fmt::format("{}:{}: {} is {}, expected {}", source_, line.line, key, value, wanted));
+    throw InputError("{}:{}: {} is {}, expected {}", source_, line.line, key, value, wanted);
   }
 }
 

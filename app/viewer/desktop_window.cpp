@@ -2,7 +2,6 @@
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
-#include <fmt/format.h>
 #include <imgui.h>
 #include <imgui_internal.h>
 
@@ -94,7 +93,7 @@ void SetCallbacks(GLFWwindow* window) {
 
 DesktopWindow::Library::Library() {
   if (glfwInit() != GLFW_TRUE) {
-    throw InputError(fmt::format("no display: {}", LastError()));
+    throw InputError("no display: {}", LastError());
   }
 }
 DesktopWindow::Library::~Library() { glfwTerminate(); }
@@ -107,7 +106,7 @@ DesktopWindow::DesktopWindow(const std::string& title, cv::Size size) {
   glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
   window_.reset(glfwCreateWindow(size.width, size.height, title.c_str(), nullptr, nullptr));
   if (window_ == nullptr) {
-    throw InputError(fmt::format("no window with OpenGL 3.3: {}", LastError()));
+    throw InputError("no window with OpenGL 3.3: {}", LastError());
   }
   glfwMakeContextCurrent(window_.get());
   glfwSwapInterval(1);

@@ -59,7 +59,7 @@ class EventLog {
     if (!path.empty()) {
       file_.open(path);
       if (!file_) {
-        throw InputError(fmt::format("{}: cannot be written, expected a writable file for the events", path));
+        throw InputError("{}: cannot be written, expected a writable file for the events", path);
       }
     }
   }
@@ -202,12 +202,12 @@ class Loop {
     int attempts = 0;
     while (!viewer_.Frame(0.0)) {  // the buffer on screen cannot be read back
       if (++attempts == kAttempts) {
-        throw InputError(fmt::format("{}: the window is minimised, there is nothing to write", file));
+        throw InputError("{}: the window is minimised, there is nothing to write", file);
       }
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     if (!cv::imwrite(file, ReadFramebuffer(window_.Size()))) {
-      throw InputError(fmt::format("{}: the picture cannot be written", file));
+      throw InputError("{}: the picture cannot be written", file);
     }
   }
 
@@ -226,7 +226,7 @@ class Loop {
 void CheckDisplay(const std::string& instead) {
   const char* display = std::getenv("DISPLAY");
   if (display == nullptr || *display == '\0') {
-    throw InputError(fmt::format("no display; `{}` needs none", instead));
+    throw InputError("no display; `{}` needs none", instead);
   }
 }
 

@@ -358,7 +358,7 @@ std::vector<std::string> ViewPresetNames() {
 ViewCamera PresetView(const std::string& name, const SceneFocus& focus, double aspect, double view_angle) {
   const auto found = std::ranges::find(kPresets, name, &Direction::name);
   if (found == kPresets.end()) {
-    throw UsageError(fmt::format("view {}: unknown, expected {}", name, fmt::join(ViewPresetNames(), ", ")));
+    throw UsageError("view {}: unknown, expected {}", name, fmt::join(ViewPresetNames(), ", "));
   }
   const Eigen::Vector3d up = focus.up.normalized();
   const Eigen::Vector3d level = Eigen::AngleAxisd(found->azimuth * kRadiansPerDegree, up) * focus.front;

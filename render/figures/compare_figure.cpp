@@ -143,7 +143,7 @@ std::vector<ComparedSolid> ChosenSolids(const std::vector<std::string>& names) {
   for (const std::string& name : names) {
     if (std::none_of(std::begin(kComparedSolids), std::end(kComparedSolids),
                      [&name](const ComparedSolid& solid) { return name == solid.name; })) {
-      throw UsageError(fmt::format("--as {}: expected superquadric, ellipsoid or cuboid", name));
+      throw UsageError("--as {}: expected superquadric, ellipsoid or cuboid", name);
     }
   }
   return chosen;

@@ -32,8 +32,8 @@ std::vector<std::string> ResultNames(const FigureRequest& request) {
     return ShortNames({request.results.begin(), request.results.end()});
   }
   if (request.names.size() != request.results.size()) {
-    throw UsageError(fmt::format("--name: {} for {}, expected one for each result in their order",
-                                 request.names.size(), request.results.size()));
+    throw UsageError("--name: {} for {}, expected one for each result in their order", request.names.size(),
+                     request.results.size());
   }
   return request.names;
 }
@@ -44,8 +44,7 @@ std::vector<double> ParseNumberList(const std::string& option, const std::string
     const std::size_t end = std::min(text.find(',', begin), text.size());
     const auto number = ParseNumber<double>(std::string_view(text).substr(begin, end - begin));
     if (!number) {
-      throw UsageError(
-          fmt::format("{} {}: expected numbers with commas between them, such as 0.1,1", option, text));
+      throw UsageError("{} {}: expected numbers with commas between them, such as 0.1,1", option, text);
     }
     numbers.push_back(*number);
     begin = end + 1;
@@ -63,7 +62,7 @@ RecordedMap OpenMap(const std::string& result) {
 RecordedMap OpenObjectMap(const std::string& result) {
   RecordedMap map = OpenMap(result);
   if (map.last->objects.empty()) {
-    throw InputError(fmt::format("{}: holds no object, expected a map with objects", result));
+    throw InputError("{}: holds no object, expected a map with objects", result);
   }
   return map;
 }
@@ -86,8 +85,7 @@ const SnapshotObject& ObjectById(const MapSnapshot& map, int id, const std::stri
     }
     known.push_back(fmt::format("{} {}", object.id, object.label));
   }
-  throw InputError(
-      fmt::format("{}: has no object {}, expected one of {}", result, id, fmt::join(known, ", ")));
+  throw InputError("{}: has no object {}, expected one of {}", result, id, fmt::join(known, ", "));
 }
 
 std::map<int, std::vector<ObjectView>> ObjectViews(const RecordedMap& map, bool all) {
@@ -121,9 +119,9 @@ std::vector<ObjectView> ViewsOfFrame(const std::vector<ObjectView>& views, const
                                      const std::string& what) {
   if (views.empty()) {
     throw InputError(
-        fmt::format("{}: no keyframe with its image and a box of it, expected a map made from images that "
-                    "are still there",
-                    what));
+        "{}: no keyframe with its image and a box of it, expected a map made from images that "
+        "are still there",
+        what);
   }
   if (request.frames.empty()) {
     return views;
@@ -137,8 +135,8 @@ std::vector<ObjectView> ViewsOfFrame(const std::vector<ObjectView>& views, const
     known.push_back(std::to_string(view.moment->frame_index));
   }
   if (chosen.empty()) {
-    throw InputError(fmt::format("{}: not in a keyframe {}, expected one of {}", what, request.frames.front(),
-                                 fmt::join(known, ", ")));
+    throw InputError("{}: not in a keyframe {}, expected one of {}", what, request.frames.front(),
+                     fmt::join(known, ", "));
   }
   return chosen;
 }
@@ -147,9 +145,8 @@ cv::Mat ImageOf(const ObjectView& view, const RecordedMap& map) {
   const Camera& camera = map.last->camera;
   cv::Mat image = map.images->Read(*view.moment);
   if (image.cols != camera.width || image.rows != camera.height) {
-    throw InputError(fmt::format("frame {}: its image has {}x{} pixels, expected {}x{} ({})",
-                                 view.moment->frame_index, image.cols, image.rows, camera.width,
-                                 camera.height, map.images->WhyNot()));
+    throw InputError("frame {}: its image has {}x{} pixels, expected {}x{} ({})", view.moment->frame_index,
+                     image.cols, image.rows, camera.width, camera.height, map.images->WhyNot());
   }
   return image;
 }

@@ -26,8 +26,8 @@ void CheckIou(const IouFigure& figure) {
   }
   for (const IouFigure::Series& series : figure.series) {
     if (series.values.size() != figure.objects.size()) {
-      throw UsageError(fmt::format("{}: {} values, expected {}", series.name, series.values.size(),
-                                   figure.objects.size()));
+      throw UsageError("{}: {} values, expected {}", series.name, series.values.size(),
+                       figure.objects.size());
     }
   }
 }
@@ -231,8 +231,7 @@ IouScores ReadScores(const std::filesystem::path& path) {
     IouScores scores;
     scores.ground_truth = eval.at("ground_truth").get<std::string>();
     if (!eval.contains("objects")) {
-      throw InputError(
-          fmt::format("{}: knows no objects, expected an evaluation against objects_gt.json", path.string()));
+      throw InputError("{}: knows no objects, expected an evaluation against objects_gt.json", path.string());
     }
     const auto add = [&scores](const nlohmann::json& entry) {
       const int id = entry.at("ground_truth").get<int>();
@@ -248,8 +247,7 @@ IouScores ReadScores(const std::filesystem::path& path) {
     }
     return scores;
   } catch (const nlohmann::json::exception& error) {
-    throw InputError(
-        fmt::format("{}: expected an eval.json as sqslam eval writes it ({})", path.string(), error.what()));
+    throw InputError("{}: expected an eval.json as sqslam eval writes it ({})", path.string(), error.what());
   }
 }
 
@@ -258,14 +256,14 @@ std::vector<IouScores> ReadAllScores(const std::vector<std::string>& results) {
   for (const std::string& result : results) {
     const std::filesystem::path path = ResultFile(result, "eval.json");
     if (!std::filesystem::exists(path)) {
-      throw InputError(fmt::format("{}: missing, expected sqslam eval RESULT --ground-truth SEQUENCE first",
-                                   path.string()));
+      throw InputError("{}: missing, expected sqslam eval RESULT --ground-truth SEQUENCE first",
+                       path.string());
     }
     all.push_back(ReadScores(path));
     if (all.back().objects.size() != all.front().objects.size() ||
         all.back().ground_truth != all.front().ground_truth) {
-      throw InputError(fmt::format("{}: evaluated against {}, expected {} as for {}", path.string(),
-                                   all.back().ground_truth, all.front().ground_truth, results.front()));
+      throw InputError("{}: evaluated against {}, expected {} as for {}", path.string(),
+                       all.back().ground_truth, all.front().ground_truth, results.front());
     }
   }
   return all;
@@ -299,8 +297,8 @@ FigurePage DrawIouOf(const FigureRequest& request, const IouOptions& options) {
   const std::vector<IouScores> all = ReadAllScores(request.results);
   const std::map<int, std::string> shown = ShownObjects(all, options.objects);
   if (shown.empty()) {
-    throw InputError(fmt::format("{}: no object to show, expected one that was found (or --objects all)",
-                                 fmt::join(request.results, ", ")));
+    throw InputError("{}: no object to show, expected one that was found (or --objects all)",
+                     fmt::join(request.results, ", "));
   }
   IouFigure figure;
   for (const auto& [id, name] : shown) {

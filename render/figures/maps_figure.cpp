@@ -302,8 +302,8 @@ MapsFigure::Panel ReadPanel(const FigureRequest& request, std::size_t index, con
 FigurePage DrawMapsOf(const FigureRequest& request, const MapsOptions& options) {
   const std::vector<std::string> names = ResultNames(request);
   if (!request.frames.empty() && request.frames.size() != request.results.size()) {
-    throw UsageError(fmt::format("--frame: {} for {}, expected one for each result in their order",
-                                 request.frames.size(), request.results.size()));
+    throw UsageError("--frame: {} for {}, expected one for each result in their order", request.frames.size(),
+                     request.results.size());
   }
   MapsFigure figure;
   figure.columns = options.columns;

@@ -131,9 +131,9 @@ FigurePage DrawOutliersOf(const FigureRequest& request, const OutliersOptions& o
   if (std::none_of(map.points.begin(), map.points.end(), [](const SnapshotPoint& point) {
         return point.anomaly > 0.0F || point.rejected_by >= 0;
       })) {
-    throw InputError(fmt::format(
+    throw InputError(
         "{}: does not say what outlier removal did, expected a map recorded by this version (sqslam run)",
-        result));
+        result);
   }
   std::map<int, std::vector<ObjectView>> views;
   if (!options.no_images) {

@@ -249,7 +249,7 @@ void CheckOutliers(const OutliersFigure& figure) {
   }
   for (const OutliersFigure::Object& object : figure.objects) {
     if (object.map.objects.size() != 1) {
-      throw UsageError(fmt::format("{}: {} solids, expected one", object.name, object.map.objects.size()));
+      throw UsageError("{}: {} solids, expected one", object.name, object.map.objects.size());
     }
   }
 }

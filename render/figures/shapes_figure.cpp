@@ -97,11 +97,11 @@ FigurePage DrawShapes(const ShapesFigure& figure, const FigureOptions& options,
                       const FigureProgress& progress) {
   for (const std::vector<double>* values : {&figure.e1, &figure.e2}) {
     if (values->empty() || values->size() > 20) {
-      throw UsageError(fmt::format("{} exponents: expected 1 to 20", values->size()));
+      throw UsageError("{} exponents: expected 1 to 20", values->size());
     }
     for (const double e : *values) {
       if (!(e >= 0.05 && e <= 2.0)) {
-        throw UsageError(fmt::format("exponent {}: expected 0.05 to 2", e));
+        throw UsageError("exponent {}: expected 0.05 to 2", e);
       }
     }
   }

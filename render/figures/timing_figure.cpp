@@ -208,8 +208,8 @@ void CheckStages(const std::vector<std::string>& wanted, const std::vector<RunSt
   }
   for (const std::string& stage : wanted) {
     if (!known.contains(stage)) {
-      throw InputError(fmt::format("--stage {}: in none of the results, expected one of {}", stage,
-                                   fmt::join(known, ", ")));
+      throw InputError("--stage {}: in none of the results, expected one of {}", stage,
+                       fmt::join(known, ", "));
     }
   }
 }
@@ -230,8 +230,8 @@ FigurePage DrawTimingOf(const FigureRequest& request, const TimingOptions& optio
   CheckStages(options.stages, runs);
   figure.stages = options.stages.empty() ? SlowestStages(runs) : options.stages;
   if (figure.stages.empty()) {
-    throw InputError(fmt::format("{}: no stage ran more than once, expected timing_ms of a run",
-                                 fmt::join(request.results, ", ")));
+    throw InputError("{}: no stage ran more than once, expected timing_ms of a run",
+                     fmt::join(request.results, ", "));
   }
   return DrawTiming(figure, request.page);
 }

@@ -257,7 +257,7 @@ std::string LengthText(double metres) {
 Trajectory ReadPath(const std::string& result) {
   Trajectory trajectory = ReadTrajectory(ResultFile(result, "trajectory.txt"));
   if (trajectory.empty()) {
-    throw InputError(fmt::format("{}: holds no pose, expected a camera path", result));
+    throw InputError("{}: holds no pose, expected a camera path", result);
   }
   return trajectory;
 }
@@ -266,9 +266,9 @@ TrajectoryError AlignPath(const std::string& name, const Trajectory& path, const
                           double max_time_difference) {
   const auto error = ComputeTrajectoryError(path, reference, max_time_difference);
   if (!error) {
-    throw InputError(fmt::format(
+    throw InputError(
         "{}: cannot be aligned, expected at least three poses within {} s of the reference, not on one line",
-        name, max_time_difference));
+        name, max_time_difference);
   }
   return *error;
 }

@@ -113,7 +113,7 @@ FigurePage DrawYaw(const YawFigure& figure, const FigureOptions& options) {
   }
   for (const YawFigure::Object& object : figure.objects) {
     if (object.image.empty()) {
-      throw UsageError(fmt::format("{}: no image, expected that of a frame", object.name));
+      throw UsageError("{}: no image, expected that of a frame", object.name);
     }
   }
   FigureSheet sheet = MakeSheet(

@@ -212,9 +212,9 @@ YawFigure::Object ClearestYaw(const YawContext& context, const std::map<int, std
   }
   if (!best) {
     throw InputError(
-        fmt::format("{}: no object with the image of a keyframe, expected a map made from images that "
-                    "are still there, with objects",
-                    request.results.front()));
+        "{}: no object with the image of a keyframe, expected a map made from images that "
+        "are still there, with objects",
+        request.results.front());
   }
   return *best;
 }
@@ -236,7 +236,7 @@ FigurePage DrawYawOf(const FigureRequest& request) {
         ViewsOfFrame(it == views.end() ? std::vector<ObjectView>() : it->second, request, what);
     std::optional<YawFigure::Object> measured = BestMeasured(context, object, chosen);
     if (!measured) {
-      throw InputError(fmt::format("{}: reaches behind the camera, expected another frame or object", what));
+      throw InputError("{}: reaches behind the camera, expected another frame or object", what);
     }
     figure.objects.push_back(std::move(*measured));
   }

@@ -1,7 +1,5 @@
 #include "render/page/figure_options.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
@@ -56,17 +54,17 @@ void CheckFigureOptions(const FigureOptions& options) {
     return value && !(*value >= low && *value <= high);
   };
   if (outside(options.width_px, 16, 16384) || outside(options.height_px, 16, 16384)) {
-    throw UsageError(fmt::format("a figure of {}x{} pixels: expected sides from 16 to 16384",
-                                 *options.width_px, *options.height_px));
+    throw UsageError("a figure of {}x{} pixels: expected sides from 16 to 16384", *options.width_px,
+                     *options.height_px);
   }
   if (outside(options.width_mm, 10.0, 2000.0) || outside(options.height_mm, 10.0, 2000.0)) {
     throw UsageError("a figure's size: expected 10 to 2000 mm");
   }
   if (outside(options.dpi, 20.0, 2400.0)) {
-    throw UsageError(fmt::format("{} dots per inch: expected 20 to 2400", *options.dpi));
+    throw UsageError("{} dots per inch: expected 20 to 2400", *options.dpi);
   }
   if (!(options.font_size >= 2.0 && options.font_size <= 72.0)) {
-    throw UsageError(fmt::format("a font of {} points: expected 2 to 72", options.font_size));
+    throw UsageError("a font of {} points: expected 2 to 72", options.font_size);
   }
 }
 
@@ -97,9 +95,9 @@ FigureSheet MakeSheet(const FigureOptions& options, double own_width, const std:
   sheet.area = {kSheetMargin, top, width, height - top - kSheetMargin};
   if (sheet.area.width < 20.0 || sheet.area.height < 20.0) {
     throw UsageError(
-        fmt::format("a figure of {:.0f}x{:.0f} mm has no room for letters of {} points: "
-                    "expected a larger size, fewer dots per inch or a smaller font",
-                    size.width / kPointsPerMm, height / kPointsPerMm, options.font_size));
+        "a figure of {:.0f}x{:.0f} mm has no room for letters of {} points: "
+        "expected a larger size, fewer dots per inch or a smaller font",
+        size.width / kPointsPerMm, height / kPointsPerMm, options.font_size);
   }
   if (!options.title.empty()) {
     page.Text(FittingText(options.title, sheet.theme.title, sheet.area.width, true),
@@ -142,9 +140,9 @@ PictureOptions PanelOptions(const FigureOptions& options, double dpi, double wid
                             const std::map<std::string, Eigen::Vector3d>& colors) {
   if (std::max(width, height) * dpi / 72.0 > kMaxPictureSide) {
     throw UsageError(
-        fmt::format("a picture of {:.0f}x{:.0f} pixels in the figure: expected at most {} a "
-                    "side, by fewer dots per inch or a smaller size",
-                    width * dpi / 72.0, height * dpi / 72.0, kMaxPictureSide));
+        "a picture of {:.0f}x{:.0f} pixels in the figure: expected at most {} a "
+        "side, by fewer dots per inch or a smaller size",
+        width * dpi / 72.0, height * dpi / 72.0, kMaxPictureSide);
   }
   PictureOptions picture;
   picture.camera = options.camera;

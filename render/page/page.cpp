@@ -158,8 +158,7 @@ cv::Mat PageToPixels(const FigurePage& page) {
   const int width = static_cast<int>(std::lround(page.width * page.dpi / kPointsPerInch));
   const int height = static_cast<int>(std::lround(page.height * page.dpi / kPointsPerInch));
   if (width < 16 || height < 16 || width > kMaxPageSide || height > kMaxPageSide) {
-    throw UsageError(
-        fmt::format("a figure of {}x{} pixels: expected sides from 16 to {}", width, height, kMaxPageSide));
+    throw UsageError("a figure of {}x{} pixels: expected sides from 16 to {}", width, height, kMaxPageSide);
   }
   cv::Mat pixels = cv::Mat::zeros(height, width, CV_8UC4);
   {
@@ -301,8 +300,7 @@ std::vector<std::string> WrappedText(const std::string& text, double size, doubl
 void CheckFigurePath(const std::filesystem::path& path) {
   const std::string extension = path.extension().string();
   if (extension != ".png" && extension != ".svg" && extension != ".pdf") {
-    throw UsageError(
-        fmt::format("--output {}: expected a name that ends in .png, .svg or .pdf", path.string()));
+    throw UsageError("--output {}: expected a name that ends in .png, .svg or .pdf", path.string());
   }
 }
 

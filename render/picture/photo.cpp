@@ -1,7 +1,5 @@
 #include "render/picture/photo.h"
 
-#include <fmt/format.h>
-
 #include <opencv2/imgproc.hpp>
 
 #include "render/picture/outlines.h"
@@ -28,8 +26,8 @@ cv::Mat Undistorted(const cv::Mat& image, const Camera& camera) {
 PlacedPhoto PlacePhoto(const cv::Mat& photo, const Camera& camera, cv::Size picture,
                        const Eigen::Vector3d& background) {
   if (photo.cols != camera.width || photo.rows != camera.height) {
-    throw InputError(fmt::format("the image has {}x{} pixels, expected {}x{} as the map's camera", photo.cols,
-                                 photo.rows, camera.width, camera.height));
+    throw InputError("the image has {}x{} pixels, expected {}x{} as the map's camera", photo.cols, photo.rows,
+                     camera.width, camera.height);
   }
   const cv::Rect2d place = PlaceImage(camera, {cv::Point(), picture}).area;
   PlacedPhoto placed{cv::Mat(picture, CV_8UC3, ToBgr(background)),

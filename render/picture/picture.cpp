@@ -1,7 +1,5 @@
 #include "render/picture/picture.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -30,8 +28,8 @@ const PictureOptions& Checked(const PictureOptions& options) {
   CheckStyle(options.style);
   if (options.width < 16 || options.height < 16 || options.width > kMaxPictureSide ||
       options.height > kMaxPictureSide) {
-    throw UsageError(fmt::format("resolution {},{}: expected sides from 16 to {} pixels", options.width,
-                                 options.height, kMaxPictureSide));
+    throw UsageError("resolution {},{}: expected sides from 16 to {} pixels", options.width, options.height,
+                     kMaxPictureSide);
   }
   return options;
 }

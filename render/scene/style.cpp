@@ -50,7 +50,7 @@ Eigen::Vector3d ParseColor(std::string_view text) {
       return Eigen::Vector3d((value >> 16) & 255u, (value >> 8) & 255u, value & 255u) / 255.0;
     }
   }
-  throw UsageError(fmt::format("colour \"{}\": expected #rrggbb, such as #0072b2", text));
+  throw UsageError("colour \"{}\": expected #rrggbb, such as #0072b2", text);
 }
 
 void CheckStyle(const SceneStyle& style) {
@@ -68,7 +68,7 @@ void CheckStyle(const SceneStyle& style) {
     try {
       ParseColor(color);
     } catch (const UsageError& error) {
-      throw UsageError(fmt::format("{}: {}", key, error.what()));
+      throw UsageError("{}: {}", key, error.what());
     }
   }
 }
@@ -80,7 +80,7 @@ SceneStyle LoadStyle(const std::string& name_or_file) {
   try {
     CheckStyle(style);
   } catch (const UsageError& error) {
-    throw UsageError(fmt::format("{}: {}", file.string(), error.what()));
+    throw UsageError("{}: {}", file.string(), error.what());
   }
   return style;
 }

@@ -1,6 +1,5 @@
 #include "render/synthetic/scene_description.h"
 
-#include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
 #include "slam/geometry/angles.h"
@@ -11,7 +10,7 @@ namespace {
 
 Eigen::Vector3d ReadVector(const YAML::Node& node, const std::string& what) {
   if (!node || !node.IsSequence() || node.size() != 3) {
-    throw InputError(fmt::format("'{}': expected three numbers [x, y, z]", what));
+    throw InputError("'{}': expected three numbers [x, y, z]", what);
   }
   return {node[0].as<double>(), node[1].as<double>(), node[2].as<double>()};
 }
@@ -44,7 +43,7 @@ SceneBody ReadBody(const YAML::Node& node) {
   body.id = node["id"].as<std::int32_t>(0);
   body.label = node["label"].as<std::string>("");
   if (body.id > 0 && body.label.empty()) {
-    throw InputError(fmt::format("object {}: expected a 'label'", body.id));
+    throw InputError("object {}: expected a 'label'", body.id);
   }
   Superquadric& shape = body.superquadric.shape;
   shape.half_size = ReadVector(node["half_size"], "half_size");
@@ -96,7 +95,7 @@ auto ReadList(const YAML::Node& node, const char* name, const auto& reader) {
     try {
       list.push_back(reader(entry));
     } catch (const InputError& error) {
-      throw InputError(fmt::format("{}, line {}: {}", name, entry.Mark().line + 1, error.what()));
+      throw InputError("{}, line {}: {}", name, entry.Mark().line + 1, error.what());
     }
   }
   return list;
@@ -139,11 +138,11 @@ SceneDescription ReadScene(const std::filesystem::path& path) {
     }
     return ReadNode(root);
   } catch (const YAML::BadFile&) {
-    throw InputError(fmt::format("{}: cannot be read; expected a scene description (YAML)", path.string()));
+    throw InputError("{}: cannot be read; expected a scene description (YAML)", path.string());
   } catch (const YAML::Exception& error) {
-    throw InputError(fmt::format("{}:{}: {}", path.string(), error.mark.line + 1, error.msg));
+    throw InputError("{}:{}: {}", path.string(), error.mark.line + 1, error.msg);
   } catch (const InputError& error) {
-    throw InputError(fmt::format("{}: {}", path.string(), error.what()));
+    throw InputError("{}: {}", path.string(), error.what());
   }
 }
 

@@ -226,13 +226,13 @@ SynthesisSummary WriteSyntheticSequence(const SceneDescription& scene, const fs:
                                         const SynthesisOptions& options, const SynthesisProgress& progress) {
   const fs::path target = output.filename().empty() ? output.parent_path() : output;  // "folder/"
   if (fs::exists(target) && !(fs::is_directory(target) && fs::is_empty(target))) {
-    throw InputError(fmt::format("{}: exists already; expected a new or empty folder", target.string()));
+    throw InputError("{}: exists already; expected a new or empty folder", target.string());
   }
   AtomicPath folder(target);
   std::error_code error;
   fs::create_directories(folder.Path() / "rgb", error);
   if (error) {
-    throw InputError(fmt::format("{}: cannot be made: {}", target.string(), error.message()));
+    throw InputError("{}: cannot be made: {}", target.string(), error.message());
   }
   SynthesisSummary summary;
   summary.frames = options.frames > 0 ? options.frames : scene.frames;
@@ -245,7 +245,7 @@ SynthesisSummary WriteSyntheticSequence(const SceneDescription& scene, const fs:
   DetectorNoise detector(options.seed, Labels(scene));
   WorkerThread<ImageFile> writer(1, [&options](const ImageFile& file) {  // encodes while the next is drawn
     if (!cv::imwrite(file.path.string(), file.image, {cv::IMWRITE_JPEG_QUALITY, options.jpeg_quality})) {
-      throw InputError(fmt::format("{}: cannot be written (is the disk full?)", file.path.string()));
+      throw InputError("{}: cannot be written (is the disk full?)", file.path.string());
     }
   });
   SequenceText text;

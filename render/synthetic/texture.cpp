@@ -313,8 +313,8 @@ cv::Mat PaintTexture(const TextureDescription& texture, double width, double hei
                      int variation) {
   const auto painter = kPainters.find(texture.pattern);
   if (painter == kPainters.end()) {
-    throw InputError(fmt::format("texture pattern '{}': expected one of {}", texture.pattern,
-                                 fmt::join(std::views::keys(kPainters), ", ")));
+    throw InputError("texture pattern '{}': expected one of {}", texture.pattern,
+                     fmt::join(std::views::keys(kPainters), ", "));
   }
   Canvas canvas;
   canvas.random =

@@ -17,7 +17,7 @@ namespace sqslam {
 namespace {
 
 [[noreturn]] void Fail(const CameraPathFile& file, int line, const std::string& message) {
-  throw UsageError(fmt::format("{}:{}: {}", file.path.string(), line, message));
+  throw UsageError("{}:{}: {}", file.path.string(), line, message);
 }
 
 // The values of a file and of a key. Whether one is given, the document says.
@@ -283,7 +283,7 @@ CameraPathFile ReadCameraPath(const std::filesystem::path& path, double fps) {
   try {
     root = YAML::LoadFile(path.string());
   } catch (const YAML::BadFile&) {
-    throw UsageError(fmt::format("{}: cannot be read, expected a camera path (YAML)", path.string()));
+    throw UsageError("{}: cannot be read, expected a camera path (YAML)", path.string());
   } catch (const YAML::Exception& error) {
     Fail(file, error.mark.line + 1, error.msg);
   }

@@ -1,7 +1,5 @@
 #include "render/video/input_frames.h"
 
-#include <fmt/format.h>
-
 #include <iterator>
 
 #include "render/video/video_alignment.h"
@@ -35,7 +33,7 @@ InputFrames::InputFrames(const RecordingReader& recording, const fs::path& map_f
 
 Rigid3d InputFrames::PoseOf(std::int64_t frame) const {
   if (poses_.empty()) {
-    throw UsageError(fmt::format("frame {}: the map has no poses of its camera", frame));
+    throw UsageError("frame {}: the map has no poses of its camera", frame);
   }
   auto nearest = poses_.lower_bound(frame);
   if (nearest != poses_.end() && nearest->first == frame) {
@@ -46,17 +44,16 @@ Rigid3d InputFrames::PoseOf(std::int64_t frame) const {
     --nearest;
   }
   throw UsageError(
-      fmt::format("frame {}: its pose is not known, expected one of the {} tracked frames from {} to {}; the "
-                  "nearest is {}",
-                  frame, poses_.size(), poses_.begin()->first, poses_.rbegin()->first, nearest->first));
+      "frame {}: its pose is not known, expected one of the {} tracked frames from {} to {}; the "
+      "nearest is {}",
+      frame, poses_.size(), poses_.begin()->first, poses_.rbegin()->first, nearest->first);
 }
 
 cv::Mat InputFrames::ImageOf(std::int64_t frame) {
   cv::Mat image = images_.Read(files_, frame);
   if (image.empty()) {
-    throw InputError(
-        fmt::format("frame {}: its image is not there, expected the sequence that was mapped ({})", frame,
-                    images_.WhyNot()));
+    throw InputError("frame {}: its image is not there, expected the sequence that was mapped ({})", frame,
+                     images_.WhyNot());
   }
   return image;
 }

@@ -192,15 +192,13 @@ void GrowthPage::DrawTimeline(cv::Mat& page, const MapSnapshot& map) const {
 std::pair<int, int> RangeOf(const VideoOptions& options, int total) {
   const int last = options.end < 0 ? total : std::min(options.end, total);
   if (options.first < 0 || options.first >= last) {
-    throw UsageError(fmt::format("frames {}:{}: nothing to write, expected a part of the {} frames there are",
-                                 options.first, options.end < 0 ? std::string() : std::to_string(options.end),
-                                 total));
+    throw UsageError("frames {}:{}: nothing to write, expected a part of the {} frames there are",
+                     options.first, options.end < 0 ? std::string() : std::to_string(options.end), total);
   }
   const auto [first, end] = FramesOf(options.shard, options.first, last);
   if (first >= end) {
-    throw UsageError(fmt::format("--shard {}/{}: nothing to write, expected at most {} pieces for {} frames",
-                                 options.shard.index, options.shard.count, last - options.first,
-                                 last - options.first));
+    throw UsageError("--shard {}/{}: nothing to write, expected at most {} pieces for {} frames",
+                     options.shard.index, options.shard.count, last - options.first, last - options.first);
   }
   return {first, end};
 }
@@ -326,9 +324,9 @@ int WriteOrbit(const MapSnapshot& map, const VideoOptions& options, const std::f
                const VideoProgress& progress) {
   if (options.picture.transparent && !IsFrameTemplate(output.string())) {
     throw UsageError(
-        fmt::format("{}: a video has no transparency, expected a name with {{frame:04}} that ends in "
-                    ".png with --no-background",
-                    output.string()));
+        "{}: a video has no transparency, expected a name with {{frame:04}} that ends in "
+        ".png with --no-background",
+        output.string());
   }
   const double seconds =
       options.path_file ? options.path_file->Length().value_or(options.seconds) : options.seconds;

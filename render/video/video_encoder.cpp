@@ -77,9 +77,8 @@ class Mp4File {
  private:
   void Check(int result) const {
     if (result < 0) {
-      throw InputError(
-          fmt::format("{}: the video cannot be written ({}), expected a writable folder with free space",
-                      name_, FfmpegReason(result)));
+      throw InputError("{}: the video cannot be written ({}), expected a writable folder with free space",
+                       name_, FfmpegReason(result));
     }
   }
 
@@ -100,7 +99,7 @@ struct VideoEncoder::Impl {
       codec.reset();
     }
     if (!codec) {
-      throw InputError(fmt::format("{}: this FFmpeg encodes neither H.264 nor MPEG-4", name));
+      throw InputError("{}: this FFmpeg encodes neither H.264 nor MPEG-4", name);
     }
     AVCodecParameters* coding = avcodec_parameters_alloc();
     avcodec_parameters_from_context(coding, codec.get());
@@ -219,8 +218,8 @@ int CopyVideos(const std::vector<fs::path>& videos, const std::vector<int>& fram
   for (std::size_t i = 0; i < videos.size() && go_on; ++i) {
     const VideoStream source = OpenVideoStream(videos[i], kComplaint);
     if (!SameCoding(*source.stream->codecpar, *first.stream->codecpar)) {
-      throw InputError(fmt::format("{}: encoded in another way than {}, expected pieces made by one program",
-                                   videos[i].string(), videos.front().string()));
+      throw InputError("{}: encoded in another way than {}, expected pieces made by one program",
+                       videos[i].string(), videos.front().string());
     }
     const std::int64_t offset = av_rescale_q(before, frame_time, stream->time_base);
     while (go_on && av_read_frame(source.format.get(), packet.get()) >= 0) {
@@ -241,8 +240,8 @@ int CopyVideos(const std::vector<fs::path>& videos, const std::vector<int>& fram
     }
     before += frames[i];
     if (go_on && done != before) {
-      throw InputError(fmt::format("{}: {} frames can be read, expected {}", videos[i].string(),
-                                   done - before + frames[i], frames[i]));
+      throw InputError("{}: {} frames can be read, expected {}", videos[i].string(),
+                       done - before + frames[i], frames[i]);
     }
   }
   file.Finish();

@@ -39,7 +39,7 @@ std::string FrameName(const std::string& name, int number) {
 FrameWriter::FrameWriter(const fs::path& output, cv::Size size, double fps) : output_(output) {
   if (IsFrameTemplate(output.string())) {
     if (output.extension() != ".png") {
-      throw UsageError(fmt::format("{}: expected a numbered name that ends in .png", output.string()));
+      throw UsageError("{}: expected a numbered name that ends in .png", output.string());
     }
     std::error_code error;
     if (output.has_parent_path()) {
@@ -48,16 +48,14 @@ FrameWriter::FrameWriter(const fs::path& output, cv::Size size, double fps) : ou
   } else if (output.extension() == ".mp4") {
     OpenVideo(size, fps);
   } else {
-    throw UsageError(
-        fmt::format("{}: expected FILE.mp4, or a name with {{frame:04}} that ends in .png", output.string()));
+    throw UsageError("{}: expected FILE.mp4, or a name with {{frame:04}} that ends in .png", output.string());
   }
   encoding_.emplace(kQueue, [this](const Job& job) { Write(job); });
 }
 
 void FrameWriter::OpenVideo(cv::Size size, double fps) {
   if (size.width % 2 != 0 || size.height % 2 != 0) {
-    throw UsageError(
-        fmt::format("resolution {},{}: the sides of a video must be even", size.width, size.height));
+    throw UsageError("resolution {},{}: the sides of a video must be even", size.width, size.height);
   }
   file_.emplace(output_);
   video_.emplace(file_->Path(), size, fps, output_);
@@ -84,8 +82,8 @@ void FrameWriter::CheckVideo() const {
     frames = back.read(first) ? static_cast<int>(back.get(cv::CAP_PROP_FRAME_COUNT)) : 0;
   }
   if (frames != added_) {
-    throw InputError(fmt::format("{}: only {} of {} frames could be written ({} bytes), expected free space",
-                                 output_.string(), frames, added_, bytes));
+    throw InputError("{}: only {} of {} frames could be written ({} bytes), expected free space",
+                     output_.string(), frames, added_, bytes);
   }
 }
 
@@ -129,20 +127,19 @@ std::vector<Part> SortedParts(const std::vector<std::string>& pieces) {
   for (const std::string& piece : pieces) {
     const std::optional<Part> part = ParsePart(piece);
     if (!part) {
-      throw InputError(fmt::format(
-          "{}: no piece of a video by its name, expected FILE.part-I-of-N.mp4 or numbered pictures", piece));
+      throw InputError(
+          "{}: no piece of a video by its name, expected FILE.part-I-of-N.mp4 or numbered pictures", piece);
     }
     const Part& first = by_index.empty() ? *part : by_index.begin()->second;
     if (part->video != first.video || part->shard.count != first.shard.count) {
-      throw InputError(fmt::format("{}: a piece of another video than {}, expected one of {} pieces of {}",
-                                   piece, first.path.string(), first.shard.count, first.video));
+      throw InputError("{}: a piece of another video than {}, expected one of {} pieces of {}", piece,
+                       first.path.string(), first.shard.count, first.video);
     }
     if (part->shard.index < 1 || part->shard.index > part->shard.count) {
-      throw InputError(
-          fmt::format("{}: there is no piece {} of {}", piece, part->shard.index, part->shard.count));
+      throw InputError("{}: there is no piece {} of {}", piece, part->shard.index, part->shard.count);
     }
     if (!by_index.emplace(part->shard.index, *part).second) {
-      throw InputError(fmt::format("{}: given twice", piece));
+      throw InputError("{}: given twice", piece);
     }
   }
   const int count = by_index.begin()->second.shard.count;
@@ -153,8 +150,8 @@ std::vector<Part> SortedParts(const std::vector<std::string>& pieces) {
     }
   }
   if (!missing.empty()) {
-    throw InputError(fmt::format("{}: missing {} {} of {}", by_index.begin()->second.video,
-                                 missing.size() == 1 ? "piece" : "pieces", fmt::join(missing, ", "), count));
+    throw InputError("{}: missing {} {} of {}", by_index.begin()->second.video,
+                     missing.size() == 1 ? "piece" : "pieces", fmt::join(missing, ", "), count);
   }
   std::vector<Part> parts;
   for (auto& [index, part] : by_index) {
@@ -173,8 +170,7 @@ Opened Open(const fs::path& path) {
   Opened opened;
   cv::VideoCapture video;
   if (!fs::exists(path) || !video.open(path.string(), cv::CAP_FFMPEG)) {
-    throw InputError(
-        fmt::format("{}: cannot be read as a video, expected a piece that was finished", path.string()));
+    throw InputError("{}: cannot be read as a video, expected a piece that was finished", path.string());
   }
   opened.size = {static_cast<int>(video.get(cv::CAP_PROP_FRAME_WIDTH)),
                  static_cast<int>(video.get(cv::CAP_PROP_FRAME_HEIGHT))};
@@ -192,10 +188,9 @@ std::vector<Opened> Checked(const std::vector<Part>& parts) {
     const Opened& first = opened.front();
     const Opened& now = opened.back();
     if (now.size != first.size || std::abs(now.fps - first.fps) > 1e-3) {
-      throw InputError(fmt::format("{}: {}x{} at {:g} fps, expected {}x{} at {:g} fps as {}",
-                                   part.path.string(), now.size.width, now.size.height, now.fps,
-                                   first.size.width, first.size.height, first.fps,
-                                   parts.front().path.string()));
+      throw InputError("{}: {}x{} at {:g} fps, expected {}x{} at {:g} fps as {}", part.path.string(),
+                       now.size.width, now.size.height, now.fps, first.size.width, first.size.height,
+                       first.fps, parts.front().path.string());
     }
     total += now.frames;
   }
@@ -204,10 +199,9 @@ std::vector<Opened> Checked(const std::vector<Part>& parts) {
     if (end - first != opened[i].frames) {
       // If one part is truncated, all others seem too long: report the shortest.
       const auto [shortest, longest] = std::ranges::minmax_element(opened, {}, &Opened::frames);
-      throw InputError(
-          fmt::format("{}: {} frames, expected about {} as in the other pieces; was it interrupted?",
-                      parts[static_cast<std::size_t>(shortest - opened.begin())].path.string(),
-                      shortest->frames, longest->frames));
+      throw InputError("{}: {} frames, expected about {} as in the other pieces; was it interrupted?",
+                       parts[static_cast<std::size_t>(shortest - opened.begin())].path.string(),
+                       shortest->frames, longest->frames);
     }
   }
   return opened;
@@ -241,7 +235,7 @@ std::vector<std::string> FilesOf(const std::string& name) {
     }
   }
   if (files.empty()) {
-    throw InputError(fmt::format("{}: there is no such picture, expected numbered ones", name));
+    throw InputError("{}: there is no such picture, expected numbered ones", name);
   }
   return files;
 }
@@ -253,19 +247,19 @@ std::vector<std::string> SortedPictures(const std::vector<std::string>& pieces) 
   for (const std::string& file : files) {
     const std::optional<std::int64_t> number = LastNumber(fs::path(file).filename().string());
     if (!number) {
-      throw InputError(fmt::format("{}: no number in its name, expected numbered pictures", file));
+      throw InputError("{}: no number in its name, expected numbered pictures", file);
     }
     const auto [found, is_new] = by_number.emplace(*number, file);
     if (!is_new) {
-      throw InputError(fmt::format("{}: has the same number as {}", file, found->second));
+      throw InputError("{}: has the same number as {}", file, found->second);
     }
   }
   std::vector<std::string> sorted;
   std::int64_t next = by_number.begin()->first;
   for (const auto& [number, file] : by_number) {
     if (number != next) {
-      throw InputError(fmt::format("{}: comes after picture {}, expected picture {}: one is missing", file,
-                                   next - 1, next));
+      throw InputError("{}: comes after picture {}, expected picture {}: one is missing", file, next - 1,
+                       next);
     }
     ++next;
     sorted.push_back(file);
@@ -282,15 +276,15 @@ int JoinPictures(const std::vector<std::string>& pieces, const fs::path& output,
   for (const std::string& file : files) {
     const cv::Mat picture = ReadImage(file, cv::IMREAD_COLOR);
     if (picture.empty()) {
-      throw InputError(fmt::format("{}: cannot be read as a picture", file));
+      throw InputError("{}: cannot be read as a picture", file);
     }
     if (!writer) {
       size = picture.size();
       writer.emplace(output, size, fps);
     }
     if (picture.size() != size) {
-      throw InputError(fmt::format("{}: {}x{}, expected {}x{} as {}", file, picture.cols, picture.rows,
-                                   size.width, size.height, files.front()));
+      throw InputError("{}: {}x{}, expected {}x{} as {}", file, picture.cols, picture.rows, size.width,
+                       size.height, files.front());
     }
     writer->Add(picture, done++);
     if (progress && !progress(done, static_cast<int>(files.size()))) {
@@ -308,7 +302,7 @@ Shard ParseShard(const std::string& text) {
   const auto index = ParseNumber<int>(text.substr(0, slash));
   const auto count = ParseNumber<int>(text.substr(std::min(slash + 1, text.size())));
   if (!index || !count || *count > kMaxShards || *index < 1 || *index > *count) {
-    throw UsageError(fmt::format("--shard {}: expected I/N with I from 1 to N, such as 2/8", text));
+    throw UsageError("--shard {}: expected I/N with I from 1 to N, such as 2/8", text);
   }
   return {*index, *count};
 }

@@ -1,7 +1,5 @@
 #include "app/viewer/frames/live_run.h"
 
-#include <fmt/format.h>
-
 #include <chrono>
 #include <condition_variable>
 #include <exception>
@@ -124,7 +122,7 @@ struct LiveRun::Impl : RunHost {
     std::error_code ignored;
     fs::remove(log, ignored);
     if (made.exit_code != 0 && !made.stopped) {
-      throw InputError(fmt::format("{}: no video: {}", video.string(), made.message));
+      throw InputError("{}: no video: {}", video.string(), made.message);
     }
     filmed = made.exit_code == 0;
   }

@@ -79,7 +79,7 @@ class Words {
     return rest;
   }
   [[noreturn]] void Fail(const std::string& expected) const {
-    throw UsageError(fmt::format("{}:{}: expected {}", source_, line_, expected));
+    throw UsageError("{}:{}: expected {}", source_, line_, expected);
   }
 
  private:

@@ -1,7 +1,5 @@
 #include "app/viewer/model/annotation.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -120,7 +118,7 @@ void Annotation::Replace(const AnnotatedSolid& solid) {
   CheckSolid(solid.solid);
   const auto found = std::ranges::find(solids, solid.id, &AnnotatedSolid::id);
   if (found == solids.end()) {
-    throw UsageError(fmt::format("solid {}: there is none, expected one of the annotation", solid.id));
+    throw UsageError("solid {}: there is none, expected one of the annotation", solid.id);
   }
   *found = solid;
 }
@@ -128,13 +126,12 @@ void Annotation::Replace(const AnnotatedSolid& solid) {
 void CheckSolid(const Solid& solid) {
   const Eigen::Vector3d& half = solid.half_size;
   if (!half.allFinite() || half.minCoeff() <= 0.0) {
-    throw UsageError(
-        fmt::format("half sizes {} {} {}: expected three numbers above 0", half.x(), half.y(), half.z()));
+    throw UsageError("half sizes {} {} {}: expected three numbers above 0", half.x(), half.y(), half.z());
   }
   for (const double e : {solid.e1, solid.e2}) {
     if (!(e >= kMinShapeExponent && e <= kMaxShapeExponent)) {
-      throw UsageError(fmt::format("exponent {}: expected a number from {} to {}", e, kMinShapeExponent,
-                                   kMaxShapeExponent));
+      throw UsageError("exponent {}: expected a number from {} to {}", e, kMinShapeExponent,
+                       kMaxShapeExponent);
     }
   }
   if (!solid.T_map_object.translation.allFinite() || !solid.T_map_object.rotation.coeffs().allFinite()) {

@@ -1,7 +1,5 @@
 #include "app/viewer/model/annotation_points.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -201,8 +199,7 @@ PrimitiveFit FitPrimitive(std::span<const Eigen::Vector3d> points, SolidKind kin
                           const PrimitiveFitOptions& options) {
   const std::size_t least = kind == SolidKind::kSuperquadric ? 11 : kLeastPoints;
   if (points.size() < least) {
-    throw InputError(
-        fmt::format("{} points, expected {} or more for a {}", points.size(), least, NameOf(kind)));
+    throw InputError("{} points, expected {} or more for a {}", points.size(), least, NameOf(kind));
   }
   PrimitiveFit fit;
   fit.points = static_cast<int>(points.size());

@@ -88,8 +88,8 @@ Annotation ReadAnnotation(const fs::path& path, const Sim3d& S_file_annotation) 
   for (std::size_t i = 0; i < objects.size(); ++i) {
     const GroundTruthObject& object = objects[i];
     if (!ids.insert(object.id).second) {
-      throw InputError(fmt::format("{}: object {} of the list: id {} is there twice, expected each once",
-                                   path.string(), i + 1, object.id));
+      throw InputError("{}: object {} of the list: id {} is there twice, expected each once", path.string(),
+                       i + 1, object.id);
     }
     AnnotatedSolid annotated;
     annotated.id = object.id;
@@ -125,9 +125,9 @@ Sim3d AlignToGroundTruth(const fs::path& result, const fs::path& sequence) {
       ReadTrajectory(file), ReadGroundTruth(sequence).trajectory, options.max_time_difference);
   if (!aligned) {
     throw InputError(
-        fmt::format("{}: cannot be laid over the true poses of {}, expected three poses or more at the same "
-                    "times, not on one line",
-                    file.string(), sequence.string()));
+        "{}: cannot be laid over the true poses of {}, expected three poses or more at the same "
+        "times, not on one line",
+        file.string(), sequence.string());
   }
   return aligned->S_world_map;
 }
@@ -140,8 +140,8 @@ void KeepUnread(const fs::path& file) {
   if (fs::exists(file)) {
     fs::copy_file(file, file.string() + ".bak", fs::copy_options::overwrite_existing, error);
     if (error) {
-      throw InputError(fmt::format("{}: cannot be copied to {}.bak ({}), expected a writable folder",
-                                   file.string(), file.filename().string(), error.message()));
+      throw InputError("{}: cannot be copied to {}.bak ({}), expected a writable folder", file.string(),
+                       file.filename().string(), error.message());
     }
   }
 }
@@ -175,8 +175,8 @@ void EditedDocument::SaveEdits() {
     std::error_code error;
     fs::remove(edits_file_, error);
     if (error) {
-      throw InputError(fmt::format("{}: cannot be removed ({}), expected a writable folder",
-                                   edits_file_.string(), error.message()));
+      throw InputError("{}: cannot be removed ({}), expected a writable folder", edits_file_.string(),
+                       error.message());
     }
   } else {
     WriteObjectEdits(edits_file_, Current().edits);
