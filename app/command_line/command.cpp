@@ -295,7 +295,7 @@ class Command::Parser {
           "unknown {} '{}'{}", command.parent_ == nullptr ? "command" : command.name_, words.front(),
           nearest.empty() ? fmt::format(", expected one of {}", fmt::join(names, ", ")) : nearest));
     }
-    const auto option = std::find_if(words.begin(), words.end(), LooksLikeOption);
+    const auto option = std::ranges::find_if(words, LooksLikeOption);
     if (option != words.end() && !for_help) {
       const std::string name = option->substr(0, option->find('='));
       command.Fail(fmt::format("unknown option '{}'{}", name, NearestName(name, command.OptionNames())));

@@ -40,7 +40,7 @@ struct ExportArguments {
 
 void CheckArguments(const ExportArguments& a, const std::string& extension) {
   static const std::vector<std::string> kExtensions = {".glb", ".obj", ".ply", ".json", ".txt", ".html"};
-  if (std::find(kExtensions.begin(), kExtensions.end(), extension) == kExtensions.end()) {
+  if (std::ranges::find(kExtensions, extension) == kExtensions.end()) {
     throw UsageError("--output {}: unknown extension, expected {}", a.output, fmt::join(kExtensions, ", "));
   }
   for (const auto& [given, option, only] : {std::tuple(a.meshes, "--meshes", ".ply"),

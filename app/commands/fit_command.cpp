@@ -81,7 +81,7 @@ std::vector<SnapshotObject> ToObjects(const std::vector<SuperquadricFit>& fits) 
     object.label = "object";
     object.score = fit.inlier_share;
     object.observations = 1;
-    object.points = static_cast<int>(std::count(fit.inlier.begin(), fit.inlier.end(), true));
+    object.points = static_cast<int>(std::ranges::count(fit.inlier, true));
     object.superquadric = fit.superquadric;
     object.yaw = ToParameters(fit.superquadric)[7];
     objects.push_back(std::move(object));

@@ -53,7 +53,7 @@ std::vector<std::array<int, 4>> Quads(int base) {
 
 // Replaces blanks, which end a name in .obj and .mtl files.
 std::string MaterialName(std::string label) {
-  std::replace(label.begin(), label.end(), ' ', '_');
+  std::ranges::replace(label, ' ', '_');
   return label;
 }
 

@@ -178,7 +178,7 @@ std::string Summary(const char* name, std::vector<double> seconds) {
   }
   const double mean =
       std::accumulate(seconds.begin(), seconds.end(), 0.0) / static_cast<double>(seconds.size());
-  const double longest = *std::max_element(seconds.begin(), seconds.end());
+  const double longest = *std::ranges::max_element(seconds);
   return fmt::format("{}: {} times, mean {:.1f} ms, 95 % within {:.1f} ms, longest {:.1f} ms\n", name,
                      seconds.size(), 1e3 * mean, 1e3 * LowerQuantile(seconds, 0.95), 1e3 * longest);
 }

@@ -311,10 +311,10 @@ ViewCamera FitBeside(const ViewCamera& camera, const std::vector<Eigen::Vector3d
   std::optional<ViewCamera> nearest;
   for (const PicturePart& part : parts) {
     const ViewCamera view = FitOutline(camera, outline, aspect, part);
-    const bool clear = std::none_of(written.begin(), written.end(), [&](const PicturePart& text) {
+    const bool clear = std::ranges::none_of(written, [&](const PicturePart& text) {
       const Eigen::AlignedBox2d tangents = TangentsOf(view, aspect, text);
-      return std::any_of(outline.begin(), outline.end(),
-                         [&](const Eigen::Vector3d& p) { return tangents.contains(SeenAt(view, axes, p)); });
+      return std::ranges::any_of(
+          outline, [&](const Eigen::Vector3d& p) { return tangents.contains(SeenAt(view, axes, p)); });
     });
     if (clear && (!nearest || view.Distance() < nearest->Distance())) {
       nearest = view;

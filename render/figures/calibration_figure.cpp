@@ -64,7 +64,7 @@ void DrawCoverage(FigurePage& page, const CalibrationFigure& figure, const Figur
     const int y = std::clamp(static_cast<int>(corner.pixel.y() * rows / figure.height), 0, rows - 1);
     ++counts[static_cast<std::size_t>(y * columns + x)];
   }
-  const int most = *std::max_element(counts.begin(), counts.end());
+  const int most = *std::ranges::max_element(counts);
   const double width = panel.width / columns;
   const double height = panel.height / rows;
   for (int y = 0; y < rows; ++y) {
@@ -88,14 +88,14 @@ void DrawErrorHistogram(FigurePage& page, const CalibrationFigure& figure, const
                         const FigureTheme& theme) {
   constexpr int kBins = 24;
   const std::vector<double> lengths = ErrorLengths(figure);
-  const double high = std::max(1e-3, *std::max_element(lengths.begin(), lengths.end()));
+  const double high = std::max(1e-3, *std::ranges::max_element(lengths));
   PlotArea plot;
   plot.x = RoundAxis(0.0, high, 4, true);
   std::vector<int> counts(kBins, 0);
   for (const double length : lengths) {
     ++counts[static_cast<std::size_t>(std::min(kBins - 1, static_cast<int>(length / plot.x.high * kBins)))];
   }
-  plot.y = RoundAxis(0.0, *std::max_element(counts.begin(), counts.end()), 4, true);
+  plot.y = RoundAxis(0.0, *std::ranges::max_element(counts), 4, true);
   const double left = YAxisWidth(plot.y, theme, true);
   plot.area = {panel.x + left, panel.y,
                panel.width - left - 0.5 * TextWidth(plot.x.TickText(plot.x.high), theme.small), panel.height};

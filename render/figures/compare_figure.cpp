@@ -46,8 +46,8 @@ PanelGrid LayOutComparison(const CompareFigure& figure, const FigureTheme& theme
   grid.left = grid.top = 1.8 * theme.font;
   grid.width = (width - grid.left) / grid.columns - grid.gap;
   grid.height = 0.85 * grid.width;
-  const bool notes = std::any_of(figure.objects.begin(), figure.objects.end(),
-                                 [](const auto& object) { return !object.notes.empty(); });
+  const bool notes =
+      std::ranges::any_of(figure.objects, [](const auto& object) { return !object.notes.empty(); });
   grid.texts = notes ? 1.6 * theme.small : 0.0;
   grid.below = grid.gap;
   return grid;
@@ -136,7 +136,7 @@ constexpr ComparedSolid kComparedSolids[] = {
 std::vector<ComparedSolid> ChosenSolids(const std::vector<std::string>& names) {
   std::vector<ComparedSolid> chosen;
   for (const ComparedSolid& solid : kComparedSolids) {
-    if (names.empty() || std::find(names.begin(), names.end(), solid.name) != names.end()) {
+    if (names.empty() || std::ranges::find(names, solid.name) != names.end()) {
       chosen.push_back(solid);
     }
   }
@@ -157,14 +157,13 @@ std::vector<int> MostDifferent(const MapSnapshot& map) {
     return Eigen::Vector2d(object.superquadric.shape.e1, object.superquadric.shape.e2);
   };
   std::vector<const SnapshotObject*> ranked;
-  const bool any_reliable = std::any_of(map.objects.begin(), map.objects.end(), IsReliable);
+  const bool any_reliable = std::ranges::any_of(map.objects, IsReliable);
   for (const SnapshotObject& object : map.objects) {
     if (IsReliable(object) || !any_reliable) {
       ranked.push_back(&object);
     }
   }
-  std::stable_sort(ranked.begin(), ranked.end(),
-                   [](const auto* a, const auto* b) { return a->points > b->points; });
+  std::ranges::stable_sort(ranked, [](const auto* a, const auto* b) { return a->points > b->points; });
   constexpr int kFairPoints = 15;
   std::vector<const SnapshotObject*> taken = {ranked.front()};
   while (taken.size() < 4) {
@@ -188,7 +187,7 @@ std::vector<int> MostDifferent(const MapSnapshot& map) {
   }
   std::vector<int> ids;
   std::transform(taken.begin(), taken.end(), std::back_inserter(ids), [](const auto* o) { return o->id; });
-  std::sort(ids.begin(), ids.end());
+  std::ranges::sort(ids);
   return ids;
 }
 

@@ -169,7 +169,7 @@ ViewCamera EyeOn(const MapSnapshot& map, const std::vector<PosedSuperquadric>& s
     outline.insert(outline.end(), corners.begin(), corners.end());
   }
   const PosedSuperquadric& first = solids.front();
-  std::copy_if(points.begin(), points.end(), std::back_inserter(outline), [&](const Eigen::Vector3d& p) {
+  std::ranges::copy_if(points, std::back_inserter(outline), [&](const Eigen::Vector3d& p) {
     return (p - first.T_map_object.translation).norm() < reach * first.shape.half_size.norm();
   });
   return FitOutline(FrameScene(FindFocus(map), aspect), outline, aspect, WithinMargin(0.06));

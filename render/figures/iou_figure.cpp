@@ -60,8 +60,8 @@ std::string MeansText(const IouFigure& figure, const IouFigure::Series& series) 
 }
 
 bool AnyMissed(const IouFigure& figure) {
-  return std::any_of(figure.series.begin(), figure.series.end(), [](const IouFigure::Series& series) {
-    return std::any_of(series.values.begin(), series.values.end(), [](const auto& v) { return !v; });
+  return std::ranges::any_of(figure.series, [](const IouFigure::Series& series) {
+    return std::ranges::any_of(series.values, [](const auto& v) { return !v; });
   });
 }
 

@@ -69,8 +69,8 @@ PanelGrid LayOutMaps(const MapsFigure& figure, UncertainObjects uncertain, const
   const int count = static_cast<int>(figure.panels.size());
   const int columns = std::clamp(figure.columns > 0 ? figure.columns : std::min(count, 5), 1, count);
   PanelGrid grid = PanelGrid::Of(columns, (count + columns - 1) / columns, width);
-  const auto with_image = std::find_if(figure.panels.begin(), figure.panels.end(),
-                                       [](const MapsFigure::Panel& panel) { return !panel.image.empty(); });
+  const auto with_image = std::ranges::find_if(
+      figure.panels, [](const MapsFigure::Panel& panel) { return !panel.image.empty(); });
   grid.height = grid.width / (4.0 / 3.0);
   if (with_image != figure.panels.end()) {
     grid.height = grid.image =
@@ -142,7 +142,7 @@ void DrawObjectNames(FigurePage& page, const MapSnapshot& map, UncertainObjects 
                        certain});
     }
   }
-  std::sort(names.begin(), names.end(), [](const Name& a, const Name& b) { return a.depth < b.depth; });
+  std::ranges::sort(names, [](const Name& a, const Name& b) { return a.depth < b.depth; });
   std::vector<FigureRect> taken;
   for (const Name& name : names) {
     const double width = TextWidth(name.text, size);
@@ -153,10 +153,10 @@ void DrawObjectNames(FigurePage& page, const MapSnapshot& map, UncertainObjects 
       return box.x < other.Right() + 2.0 && other.x < box.Right() + 2.0 && box.y < other.Bottom() &&
              other.y < box.Bottom();
     };
-    if (std::any_of(taken.begin(), taken.end(), covers)) {
+    if (std::ranges::any_of(taken, covers)) {
       box.y -= 1.1 * size;
     }
-    if (area.Contains(box) && std::none_of(taken.begin(), taken.end(), covers)) {
+    if (area.Contains(box) && std::ranges::none_of(taken, covers)) {
       taken.push_back(box);
       page.Text({name.text, box.Center(), size, name.certain ? theme.ink : theme.muted, TextAlign::kCenter,
                  false, 0.0, theme.background});
@@ -252,8 +252,8 @@ MapSnapshotPtr Representative(const RecordedMap& recorded, std::optional<std::in
   std::int64_t best_value = -1;
   for (int i = reader.Size() - 1; i >= 0; i -= step) {
     const MapSnapshotPtr map = reader.Read(i);
-    const auto value = std::count_if(map->detections.begin(), map->detections.end(),
-                                     [](const SnapshotDetection& box) { return box.object_id >= 0; });
+    const auto value = std::ranges::count_if(map->detections,
+                                             [](const SnapshotDetection& box) { return box.object_id >= 0; });
     if (value > best_value && recorded.images->Has(*map)) {
       best = map;
       best_value = value;

@@ -43,26 +43,26 @@ std::vector<int> MostTelling(const MapSnapshot& map, const std::map<int, std::ve
   std::vector<Ranked> ranked;
   for (const SnapshotObject& object : map.objects) {
     const std::vector<OutliersFigure::Point> points = PointsWithFate(map, object.id);
-    const auto isolated = std::count_if(points.begin(), points.end(), [](const OutliersFigure::Point& point) {
+    const auto isolated = std::ranges::count_if(points, [](const OutliersFigure::Point& point) {
       return point.fate == OutliersFigure::Fate::kIsolated;
     });
     ranked.push_back({isolated, &object});
   }
   const auto prefer = [&ranked](const auto& good) {
-    if (std::any_of(ranked.begin(), ranked.end(), [&](const Ranked& r) { return good(*r.object); })) {
+    if (std::ranges::any_of(ranked, [&](const Ranked& r) { return good(*r.object); })) {
       std::erase_if(ranked, [&](const Ranked& r) { return !good(*r.object); });
     }
   };
   prefer(IsReliable);
   prefer([&views](const SnapshotObject& object) { return views.contains(object.id); });
-  std::stable_sort(ranked.begin(), ranked.end(), [](const Ranked& a, const Ranked& b) {
+  std::ranges::stable_sort(ranked, [](const Ranked& a, const Ranked& b) {
     return std::pair(a.isolated, a.object->points) > std::pair(b.isolated, b.object->points);
   });
   std::vector<int> ids;
   for (std::size_t i = 0; i < std::min<std::size_t>(3, ranked.size()); ++i) {
     ids.push_back(ranked[i].object->id);
   }
-  std::sort(ids.begin(), ids.end());
+  std::ranges::sort(ids);
   return ids;
 }
 
@@ -97,11 +97,10 @@ const ObjectView& ClearestView(const std::vector<ObjectView>& views,
   for (const ObjectView& view : views) {
     const std::vector<OutliersFigure::Point> projected = ProjectedPoints(points, view, camera);
     const double margin = kNear * std::max(view.box.width, view.box.height);
-    const auto outside =
-        std::count_if(projected.begin(), projected.end(), [&](const OutliersFigure::Point& point) {
-          return point.fate != OutliersFigure::Fate::kKept && point.pixel &&
-                 !view.box.Contains(*point.pixel) && view.box.Contains(*point.pixel, margin);
-        });
+    const auto outside = std::ranges::count_if(projected, [&](const OutliersFigure::Point& point) {
+      return point.fate != OutliersFigure::Fate::kKept && point.pixel && !view.box.Contains(*point.pixel) &&
+             view.box.Contains(*point.pixel, margin);
+    });
     if (view.box.Area() >= kLarge * largest && outside > most) {
       best = &view;
       most = outside;
@@ -128,7 +127,7 @@ FigurePage DrawOutliersOf(const FigureRequest& request, const OutliersOptions& o
   const std::string& result = request.results.front();
   const RecordedMap recorded = OpenObjectMap(result);
   const MapSnapshot& map = *recorded.last;
-  if (std::none_of(map.points.begin(), map.points.end(), [](const SnapshotPoint& point) {
+  if (std::ranges::none_of(map.points, [](const SnapshotPoint& point) {
         return point.anomaly > 0.0F || point.rejected_by >= 0;
       })) {
     throw InputError(

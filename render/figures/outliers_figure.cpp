@@ -19,8 +19,8 @@ using FatedPoint = OutliersFigure::Point;
 constexpr double kPointReach = 2.2;  // half diagonals of the object; farther points are not framed
 
 int CountOf(const OutliersFigure::Object& object, PointFate fate) {
-  return static_cast<int>(std::count_if(object.points.begin(), object.points.end(),
-                                        [fate](const FatedPoint& p) { return p.fate == fate; }));
+  return static_cast<int>(
+      std::ranges::count_if(object.points, [fate](const FatedPoint& p) { return p.fate == fate; }));
 }
 
 // All grey: colours encode the scores.
@@ -113,16 +113,15 @@ constexpr const char* kWithoutScore =
 
 // Returns the note on points removed without a score; empty if there are none.
 std::vector<std::string> NoteLines(const OutliersFigure& figure, const FigureTheme& theme, double width) {
-  const bool any = std::any_of(figure.objects.begin(), figure.objects.end(),
-                               [](const auto& o) { return CountOf(o, PointFate::kRemovedBefore) > 0; });
+  const bool any = std::ranges::any_of(
+      figure.objects, [](const auto& o) { return CountOf(o, PointFate::kRemovedBefore) > 0; });
   return any ? WrappedText(kWithoutScore, theme.small, width) : std::vector<std::string>();
 }
 double RampHeight(const FigureTheme& theme) { return ColorBarHeight(theme) + 0.3 * theme.small; }
 
 PanelGrid LayOutOutliers(const OutliersFigure& figure, const FigureTheme& theme, double width) {
   PanelGrid grid = PanelGrid::Of(static_cast<int>(figure.objects.size()), 1, width);
-  const bool images = std::any_of(figure.objects.begin(), figure.objects.end(),
-                                  [](const auto& o) { return !o.image.empty(); });
+  const bool images = std::ranges::any_of(figure.objects, [](const auto& o) { return !o.image.empty(); });
   grid.image = images ? 0.75 * grid.width : 0.0;
   grid.height = 0.85 * grid.width;
   grid.texts = 1.7 * theme.font + 1.6 * theme.small;
@@ -196,7 +195,7 @@ int DrawPointsAround(FigurePage& page, const OutliersFigure::Object& object, con
   const auto layer = [](const Seen& s) {
     return s.point->fate == PointFate::kRemovedBefore ? 0 : s.point->fate == PointFate::kKept ? 1 : 2;
   };
-  std::stable_sort(seen.begin(), seen.end(), [&](const Seen& a, const Seen& b) {
+  std::ranges::stable_sort(seen, [&](const Seen& a, const Seen& b) {
     return std::pair(layer(a), -a.depth) < std::pair(layer(b), -b.depth);
   });
   for (const Seen& s : seen) {

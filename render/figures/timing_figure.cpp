@@ -32,8 +32,8 @@ std::vector<StageGroup> StageGroups(const TimingFigure& figure) {
   std::vector<StageGroup> groups;
   for (const std::string& stage : figure.stages) {
     const std::string name = GroupOfStage(stage);
-    const auto found = std::find_if(groups.begin(), groups.end(),
-                                    [&](const StageGroup& group) { return group.name == name; });
+    const auto found =
+        std::ranges::find_if(groups, [&](const StageGroup& group) { return group.name == name; });
     StageGroup& group = found == groups.end() ? groups.emplace_back() : *found;
     group.name = name;
     group.stages.push_back(stage);
@@ -191,8 +191,8 @@ std::vector<std::string> SlowestStages(const std::vector<RunStats>& runs) {
     const bool whole = stage.find('.') == std::string::npos;
     return std::make_pair(whole ? 0 : 1, -slowest.at(stage));
   };
-  std::stable_sort(stages.begin(), stages.end(),
-                   [&rank](const std::string& a, const std::string& b) { return rank(a) < rank(b); });
+  std::ranges::stable_sort(stages,
+                           [&rank](const std::string& a, const std::string& b) { return rank(a) < rank(b); });
   // Tracking comes first, as it does for a frame.
   std::stable_partition(stages.begin(), stages.end(),
                         [](const std::string& stage) { return stage.starts_with("tracking"); });

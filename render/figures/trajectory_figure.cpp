@@ -46,8 +46,7 @@ PathBounds BoundsOf(const TrajectoryFigure& figure) {
     bounds.Add(path);
   }
   for (const TrajectoryFigure::Footprint& object : figure.objects) {
-    std::for_each(object.outline.begin(), object.outline.end(),
-                  [&bounds](const auto& p) { bounds.box.extend(p); });
+    std::ranges::for_each(object.outline, [&bounds](const auto& p) { bounds.box.extend(p); });
   }
   if (bounds.box.isEmpty()) {
     throw UsageError("no camera path to draw, expected at least one pose");
@@ -130,8 +129,8 @@ void DrawFootprints(FigurePage& page, const PlotArea& plot, const TrajectoryFigu
     names.push_back({object.name, middle, theme.small, object.uncertain ? theme.muted : theme.ink,
                      TextAlign::kCenter, false, 0.0, theme.background});
   }
-  std::stable_sort(names.begin(), names.end(),
-                   [](const FigureText& a, const FigureText& b) { return a.anchor.y() < b.anchor.y(); });
+  std::ranges::stable_sort(
+      names, [](const FigureText& a, const FigureText& b) { return a.anchor.y() < b.anchor.y(); });
   for (std::size_t i = 0; i < names.size(); ++i) {
     const double width = TextWidth(names[i].text, theme.small);
     const double line = 1.15 * theme.small;

@@ -40,7 +40,7 @@ std::vector<ObjectView> LargestViews(std::vector<ObjectView> views, const YawCon
            view.box.x + view.box.width > camera.width - kBorder ||
            view.box.y + view.box.height > camera.height - kBorder;
   };
-  std::stable_sort(views.begin(), views.end(), [&](const ObjectView& a, const ObjectView& b) {
+  std::ranges::stable_sort(views, [&](const ObjectView& a, const ObjectView& b) {
     return std::tuple(!IsTooLarge(a, context), !is_cut(a), a.box.Area()) >
            std::tuple(!IsTooLarge(b, context), !is_cut(b), b.box.Area());
   });

@@ -122,7 +122,7 @@ std::vector<ObjectOutline> OutlinesOf(const std::vector<SnapshotObject>& objects
   for (const std::vector<int>& entry : SolidOrder(std::move(solids)).BackToFront(T_map_camera.translation)) {
     order.insert(order.end(), entry.begin(), entry.end());
   }
-  std::reverse(order.begin(), order.end());
+  std::ranges::reverse(order);
   std::vector<ObjectOutline> outlines;
   for (const int index : order) {
     const SnapshotObject& object = objects[static_cast<std::size_t>(index)];

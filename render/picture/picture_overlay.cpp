@@ -80,8 +80,8 @@ std::vector<LabelPlace> PlaceLabels(std::span<const LabelRequest> requests, cv::
                                     std::span<const cv::Rect> taken) {
   std::vector<std::size_t> order(requests.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return requests[a].depth < requests[b].depth; });
+  std::ranges::stable_sort(
+      order, [&](std::size_t a, std::size_t b) { return requests[a].depth < requests[b].depth; });
   const cv::Rect whole({0, 0}, picture);
   std::vector<cv::Rect> used(taken.begin(), taken.end());
   std::vector<LabelPlace> places(requests.size());
@@ -91,8 +91,8 @@ std::vector<LabelPlace> PlaceLabels(std::span<const LabelRequest> requests, cv::
     for (std::size_t rank = 0; rank < candidates.size(); ++rank) {
       const cv::Rect& area = candidates[rank].area;
       const bool inside = (area & whole) == area;
-      const bool free = std::none_of(used.begin(), used.end(),
-                                     [&](const cv::Rect& other) { return !(other & area).empty(); });
+      const bool free =
+          std::ranges::none_of(used, [&](const cv::Rect& other) { return !(other & area).empty(); });
       const double cost = static_cast<double>(rank) + kCoverCost * Covered(area, requests, index);
       if (inside && free && cost < least) {
         least = cost;
@@ -234,7 +234,7 @@ void DrawAxes(cv::Mat& image, const ViewCamera& camera, const AxesLayout& layout
   const std::array<Eigen::Vector3d, 3> colors = {ParseColor("#c0392b"), ParseColor("#2e8b57"),
                                                  ParseColor("#2f6db5")};
   std::array<int, 3> order = {0, 1, 2};  // farthest from the viewer first
-  std::sort(order.begin(), order.end(), [&](int a, int b) { return view.back[a] < view.back[b]; });
+  std::ranges::sort(order, [&](int a, int b) { return view.back[a] < view.back[b]; });
   for (const int axis : order) {
     const auto at = static_cast<std::size_t>(axis);
     const cv::Point2d direction(view.right[axis], -view.up[axis]);

@@ -68,7 +68,7 @@ cv::Mat Rasterize(const std::string& text, int pixels) {
 }  // namespace
 
 std::string ReadableLabel(std::string label) {
-  std::replace(label.begin(), label.end(), '_', ' ');
+  std::ranges::replace(label, '_', ' ');
   return label;
 }
 

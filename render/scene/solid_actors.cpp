@@ -164,7 +164,7 @@ void SolidActors::SetDetail(Solid& solid, int segments) {
 
 SolidActors::Group& SolidActors::GroupOf(const std::vector<int>& members) {
   std::vector<int> sorted = members;
-  std::sort(sorted.begin(), sorted.end());
+  std::ranges::sort(sorted);
   Group& group = groups_[sorted];
   if (group.actor) {
     return group;
@@ -222,7 +222,7 @@ std::vector<vtkActor*> SolidActors::InOrder(const ViewCamera& camera, double pix
     actors.push_back(solid.front);
   };
   if (!translucent) {
-    std::for_each(solids_.begin(), solids_.end(), add);
+    std::ranges::for_each(solids_, add);
     return actors;
   }
   for (const std::vector<int>& members : order_.BackToFront(camera.position)) {

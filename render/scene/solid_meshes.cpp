@@ -119,8 +119,7 @@ void SortTriangles(GroupedSurface& surface, const Eigen::Vector3d& eye) {
   for (std::size_t i = 0; i < count; ++i) {
     distances[i] = (surface.centers[i] - eye).squaredNorm();
   }
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return distances[a] > distances[b]; });
+  std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) { return distances[a] > distances[b]; });
   vtkCellArray* before = surface.mesh->GetPolys();
   const vtkNew<vtkCellArray> sorted;
   sorted->AllocateEstimate(static_cast<vtkIdType>(count), 3);

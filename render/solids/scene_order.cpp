@@ -61,8 +61,7 @@ std::vector<std::vector<int>> SolidOrder::BackToFront(const Eigen::Vector3d& eye
   const auto solid = [this](int entry) -> const PosedSuperquadric& {
     return solids_[static_cast<std::size_t>(entries_[static_cast<std::size_t>(entry)].front())];
   };
-  std::sort(ranked.begin(), ranked.end(),
-            [&](int a, int b) { return Rank(solid(a), eye) < Rank(solid(b), eye); });
+  std::ranges::sort(ranked, [&](int a, int b) { return Rank(solid(a), eye) < Rank(solid(b), eye); });
 
   // votes[a * count + b] > 0: draw a before b. Members of a group may disagree: the majority decides.
   std::vector<int> votes(count * count, 0);
@@ -80,9 +79,8 @@ std::vector<std::vector<int>> SolidOrder::BackToFront(const Eigen::Vector3d& eye
   }
   std::vector<std::vector<int>> order;
   while (!ranked.empty()) {
-    const auto free = std::find_if(ranked.begin(), ranked.end(), [&](int entry) {
-      return waits_for[static_cast<std::size_t>(entry)] == 0;
-    });
+    const auto free = std::ranges::find_if(
+        ranked, [&](int entry) { return waits_for[static_cast<std::size_t>(entry)] == 0; });
     const auto next = free == ranked.end() ? ranked.begin() : free;  // a cycle: start with the farthest
     const auto drawn = static_cast<std::size_t>(*next);
     order.push_back(entries_[drawn]);

@@ -36,7 +36,7 @@ class Chunk {
   Chunk() : voxels_(static_cast<std::size_t>(kAcross) * kAcross * kAcross) {}
 
   void Fill(const SurfaceVolume& volume, const std::map<Place, std::size_t>& blocks, const Place& chunk) {
-    std::fill(voxels_.begin(), voxels_.end(), nullptr);
+    std::ranges::fill(voxels_, nullptr);
     for (int z = 0; z <= kChunk; ++z) {
       for (int y = 0; y <= kChunk; ++y) {
         for (int x = 0; x <= kChunk; ++x) {
@@ -337,7 +337,7 @@ void MarkFirstSeen(const DepthRecording& depths, SurfaceMesh& mesh) {
       }
     }
   }
-  std::replace(mesh.frames.begin(), mesh.frames.end(), kNever, last);
+  std::ranges::replace(mesh.frames, kNever, last);
 }
 
 }  // namespace sqslam

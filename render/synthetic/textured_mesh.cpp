@@ -229,7 +229,7 @@ SceneLighting::SceneLighting(const SceneDescription& scene) : scene_(scene) {
 bool SceneLighting::Blocked(const Eigen::Vector3d& from, const Eigen::Vector3d& to) const {
   const Eigen::Vector3d ray = to - from;
   const double length2 = ray.squaredNorm();
-  return std::any_of(occluders_.begin(), occluders_.end(), [&](const Occluder& occluder) {
+  return std::ranges::any_of(occluders_, [&](const Occluder& occluder) {
     const Eigen::Vector3d offset = occluder.center - from;
     const double t = std::clamp(offset.dot(ray) / length2, 0.0, 1.0);
     return (offset - t * ray).squaredNorm() < occluder.radius2 &&

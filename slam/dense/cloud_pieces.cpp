@@ -67,7 +67,7 @@ void CloudPieces::Add(const DepthMap& map) {
       keys.push_back(key);
     }
   });
-  std::sort(keys.begin(), keys.end());
+  std::ranges::sort(keys);
   keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
   const std::lock_guard lock(mutex_);
   cubes_.insert(keys.begin(), keys.end());

@@ -153,7 +153,7 @@ CostVolume SweepPlanes(PatchScores& scores, const DepthRange& range, int planes)
     for (std::size_t k = 0; k < count; ++k) {
       const double share = (first + static_cast<double>(k)) / (planes - 1);
       const double inverse = (1.0 - share) / range.farthest + share / range.nearest;
-      std::fill(inverse_depth.begin(), inverse_depth.end(), static_cast<float>(inverse));
+      std::ranges::fill(inverse_depth, static_cast<float>(inverse));
       std::uint8_t* plane = group.data() + k * pixels;
       scores.Visit([&](int) { return inverse_depth.data(); },
                    [&](int y, const float* score) {

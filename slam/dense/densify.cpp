@@ -115,7 +115,7 @@ DensifySummary Densify(const DensifyRequest& request, const DensifyProgress& pro
   const std::vector<KeyframePlan> plans = PlanKeyframes(input, options);
   DensifySummary summary;
   summary.keyframes = static_cast<int>(plans.size());
-  if (std::none_of(plans.begin(), plans.end(), [](const auto& plan) { return plan.range.has_value(); })) {
+  if (std::ranges::none_of(plans, [](const auto& plan) { return plan.range.has_value(); })) {
     RefuseMotion(request, input);
   }
   DepthRecording recording(request.result / "map.sqmap", DepthRecording::Access::kWrite);

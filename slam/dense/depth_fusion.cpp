@@ -33,9 +33,8 @@ class DepthCache {
       entry.asked = asked_;
     }
     while (maps_.size() > std::max(most_, keyframes.size())) {
-      maps_.erase(std::min_element(maps_.begin(), maps_.end(), [](const auto& a, const auto& b) {
-        return a.second.asked < b.second.asked;
-      }));
+      maps_.erase(std::ranges::min_element(
+          maps_, [](const auto& a, const auto& b) { return a.second.asked < b.second.asked; }));
     }
     ParallelFor(missing.size(), threads_,
                 [&](std::size_t i) { missing[i].second->map = read_(missing[i].first); });

@@ -84,7 +84,7 @@ std::optional<ImageFeed::Job> ImageFeed::Next() {
   }
   Job job{next_++, {}};
   const std::vector<std::int64_t>& needed = jobs_[job.index];
-  const std::int64_t last = needed.empty() ? -1 : *std::max_element(needed.begin(), needed.end());
+  const std::int64_t last = needed.empty() ? -1 : *std::ranges::max_element(needed);
   while (read_ < last) {
     const std::optional<Frame> frame = source_.Next();
     if (!frame) {

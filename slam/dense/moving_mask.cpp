@@ -41,7 +41,7 @@ MovingMask::MovingMask(const fs::path& result, const Sequence& sequence,
       CheckDetections(file, camera, Timestamps(sequence), ImageNames(sequence));
   for (std::size_t i = 0; i < detections.frames.size(); ++i) {
     for (const Detection& detection : detections.frames[i]) {
-      if (std::find(labels.begin(), labels.end(), detection.label) != labels.end()) {
+      if (std::ranges::find(labels, detection.label) != labels.end()) {
         const Box2d& box = detection.box;
         boxes_[static_cast<std::int64_t>(i)].push_back(
             {box.x / size.width, box.y / size.height, box.width / size.width, box.height / size.height});

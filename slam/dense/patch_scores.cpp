@@ -178,7 +178,7 @@ void PatchScores::Restart() {
   for (View& view : views_) {
     for (auto* rows : {&view.value, &view.square, &view.product}) {
       for (std::vector<float>& row : *rows) {
-        std::fill(row.begin(), row.end(), 0.0F);
+        std::ranges::fill(row, 0.0F);
       }
     }
     for (auto* sums : {&view.values, &view.squares, &view.products}) {
@@ -222,8 +222,8 @@ void PatchScores::Take(int y, const float* inverse_depth) {
 }
 
 const float* PatchScores::Scores(int y) {
-  std::fill(best_.begin(), best_.end(), -1.0F);
-  std::fill(second_.begin(), second_.end(), -1.0F);
+  std::ranges::fill(best_, -1.0F);
+  std::ranges::fill(second_, -1.0F);
   for (const View& view : views_) {
     Correlate(width_, noise_, view.values.data(), view.squares.data(), view.products.data(),
               mean_.ptr<float>(y), inverse_sigma_.ptr<float>(y),

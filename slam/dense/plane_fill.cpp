@@ -111,8 +111,8 @@ std::optional<Eigen::Vector3d> CommonPlane(const std::vector<Support>& support, 
   }
   for (int round = 0; round < 2 && most > 0; ++round) {
     on_it.clear();
-    std::copy_if(support.begin(), support.end(), std::back_inserter(on_it),
-                 [&](const Support& s) { return lies_on(best, s); });
+    std::ranges::copy_if(support, std::back_inserter(on_it),
+                         [&](const Support& s) { return lies_on(best, s); });
     if (static_cast<double>(on_it.size()) < agreement.enough) {
       return std::nullopt;
     }
@@ -171,7 +171,7 @@ std::vector<Region> EmptyRegions(const DepthMap& map, const cv::Mat& labels, con
           continue;
         }
         const auto other = static_cast<std::size_t>(labels.at<std::int32_t>(y + dy, x + dx));
-        if (std::find(others.begin(), others.end(), other) == others.end()) {
+        if (std::ranges::find(others, other) == others.end()) {
           others[count++] = other;
           regions[other].support.push_back(support);
         }
@@ -214,7 +214,7 @@ class Sight {
         votes[i] += LiesOn(planes[i], support, max_difference) ? 1 : 0;
       }
     }
-    const auto most = std::max_element(votes.begin(), votes.end());
+    const auto most = std::ranges::max_element(votes);
     return *most >= kEnough && 2 * *most > met ? static_cast<int>(most - votes.begin()) : -1;
   }
 

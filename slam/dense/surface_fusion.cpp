@@ -94,7 +94,7 @@ std::optional<std::vector<SurfaceVolume::Place>> PlacesOf(const DepthRecording& 
     }
   }
   std::vector<SurfaceVolume::Place> sorted(places.begin(), places.end());
-  std::sort(sorted.begin(), sorted.end());
+  std::ranges::sort(sorted);
   return sorted;
 }
 

@@ -39,7 +39,7 @@ std::vector<Eigen::Vector3d> PointsInView(const std::vector<Eigen::Vector3d>& po
       seen.emplace_back(p_camera.z(), p_map);
     }
   }
-  std::stable_sort(seen.begin(), seen.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::ranges::stable_sort(seen, [](const auto& a, const auto& b) { return a.first < b.first; });
   const auto cut = static_cast<std::size_t>(std::ceil(kCut * static_cast<double>(seen.size())));
   std::vector<Eigen::Vector3d> in_view;
   if (seen.size() > 2 * cut) {
@@ -140,7 +140,7 @@ std::vector<std::size_t> ChooseNeighbours(std::size_t keyframe, const std::vecto
       scored.emplace_back(-parallax.overlap * kWanted / far, i);
     }
   }
-  std::sort(scored.begin(), scored.end());
+  std::ranges::sort(scored);
   std::vector<std::size_t> chosen;
   for (std::size_t i = 0; i < scored.size() && i < static_cast<std::size_t>(count); ++i) {
     chosen.push_back(scored[i].second);

@@ -212,7 +212,7 @@ DenseEvaluation EvaluateDense(const fs::path& result, const fs::path& sequence,
   const MapSnapshotPtr map = RecordingReader(result / "map.sqmap").Last();
   for (const SnapshotKeyframe& keyframe : map->keyframes) {
     ++evaluation.keyframes;
-    if (std::find(there.begin(), there.end(), keyframe.id) != there.end()) {
+    if (std::ranges::find(there, keyframe.id) != there.end()) {
       tally.Add(depths.Kept(keyframe.id), keyframe.timestamp);
     }
   }

@@ -13,7 +13,7 @@ namespace {
 IouSummary Summarize(const Evaluation& evaluation, bool only_scored) {
   const auto counts = [&](const GroundTruthObject& object) { return !only_scored || object.scored; };
   IouSummary summary;
-  summary.objects = static_cast<int>(std::count_if(evaluation.truth.begin(), evaluation.truth.end(), counts));
+  summary.objects = static_cast<int>(std::ranges::count_if(evaluation.truth, counts));
   double sum = 0.0;
   double sum_ellipsoid = 0.0;
   for (const ObjectMatch& match : evaluation.objects.matches) {
@@ -37,8 +37,8 @@ std::vector<CoverageCount> CountCoverage(const Evaluation& evaluation) {
     for (const ObjectMatch& match : evaluation.objects.matches) {
       count.mapped += qualifies(match.truth) ? 1 : 0;
     }
-    count.total = count.mapped + static_cast<int>(std::count_if(evaluation.objects.missed.begin(),
-                                                                evaluation.objects.missed.end(), qualifies));
+    count.total =
+        count.mapped + static_cast<int>(std::ranges::count_if(evaluation.objects.missed, qualifies));
     coverage.push_back(count);
   }
   return coverage;

@@ -91,8 +91,8 @@ ordered_json ObjectsJson(const Evaluation& evaluation) {
 
 ordered_json SummaryJson(const Evaluation& evaluation) {
   const ObjectMatching& objects = evaluation.objects;
-  const auto agreeing = std::count_if(objects.matches.begin(), objects.matches.end(),
-                                      [](const ObjectMatch& match) { return match.label_agrees; });
+  const auto agreeing =
+      std::ranges::count_if(objects.matches, [](const ObjectMatch& match) { return match.label_agrees; });
   ordered_json summary = {{"ground_truth", evaluation.truth.size()},
                           {"mapped", evaluation.mapped.size()},
                           {"matched", objects.matches.size()},

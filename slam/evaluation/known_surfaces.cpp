@@ -98,7 +98,7 @@ std::vector<Eigen::Vector3d> KnownSurfaces::OnTable(const std::vector<Eigen::Vec
   std::vector<Eigen::Vector3d> points;
   for (const Eigen::Vector3d& p : cloud) {
     if (table && std::abs(up_.dot(p) - table->height) <= kThick && Within(*table, p, kMargin) &&
-        std::none_of(objects_.begin(), objects_.end(), [&](const GroundTruthObject& object) {
+        std::ranges::none_of(objects_, [&](const GroundTruthObject& object) {
           return StandsOver(object.solid, *table, p, kMargin);
         })) {
       points.push_back(p);
@@ -133,8 +133,8 @@ double KnownSurfaces::Bottom(const Solid& solid) const {
 void KnownSurfaces::AddFootprint(const Solid& solid) {
   constexpr double kSame = 0.003;  // metres
   const double bottom = Bottom(solid);
-  auto plane = std::find_if(planes_.begin(), planes_.end(),
-                            [&](const StandPlane& p) { return std::abs(p.height - bottom) < kSame; });
+  auto plane =
+      std::ranges::find_if(planes_, [&](const StandPlane& p) { return std::abs(p.height - bottom) < kSame; });
   if (plane == planes_.end()) {
     plane = planes_.insert(plane, {bottom, 0, {}, {}});
   }
@@ -183,8 +183,8 @@ std::optional<KnownSurfaces::StandPlane> KnownSurfaces::Table() const {
     cv::convexHull(top.footprints, top.hull);
     return top;
   }
-  const auto most = std::max_element(planes_.begin(), planes_.end(),
-                                     [](const auto& a, const auto& b) { return a.solids < b.solids; });
+  const auto most =
+      std::ranges::max_element(planes_, [](const auto& a, const auto& b) { return a.solids < b.solids; });
   return most != planes_.end() && most->solids > 2 ? std::optional(*most) : std::nullopt;
 }
 

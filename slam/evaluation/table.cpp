@@ -25,8 +25,8 @@ std::string Fixed(double value, int decimals) {
 
 // Counts the characters, not the bytes, of UTF-8.
 std::size_t Width(std::string_view text) {
-  return static_cast<std::size_t>(std::count_if(
-      text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
+  return static_cast<std::size_t>(
+      std::ranges::count_if(text, [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
 }
 
 // Columns of numbers are right-aligned, others left-aligned.
@@ -70,8 +70,7 @@ std::string Escaped(std::string_view text, std::string_view plain, Escapes escap
   std::string escaped;
   for (const char c : text) {
     escaped += plain.find(c) != std::string_view::npos ? "\\" : "";
-    const auto found =
-        std::find_if(escapes.begin(), escapes.end(), [c](const auto& escape) { return escape.first == c; });
+    const auto found = std::ranges::find_if(escapes, [c](const auto& escape) { return escape.first == c; });
     escaped += found != escapes.end() ? found->second : std::string_view(&c, 1);
   }
   return escaped;

@@ -12,8 +12,8 @@ namespace {
 
 Trajectory KeyframesOf(const MapSnapshot& map) {
   Trajectory keyframes = KeyframeTrajectory(map);
-  std::sort(keyframes.begin(), keyframes.end(),  // merged maps are not in order of time
-            [](const TimedPose& a, const TimedPose& b) { return a.timestamp < b.timestamp; });
+  std::ranges::sort(keyframes,  // merged maps are not in order of time
+                    [](const TimedPose& a, const TimedPose& b) { return a.timestamp < b.timestamp; });
   return keyframes;
 }
 
@@ -79,7 +79,7 @@ std::optional<TrajectoryError> ComputeTrajectoryError(const Trajectory& estimate
     squares += distances.back() * distances.back();
   }
   const auto count = static_cast<double>(distances.size());
-  std::sort(distances.begin(), distances.end());
+  std::ranges::sort(distances);
   error.rmse = std::sqrt(squares / count);
   error.mean = std::accumulate(distances.begin(), distances.end(), 0.0) / count;
   error.median = distances[distances.size() / 2];

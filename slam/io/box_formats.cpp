@@ -67,7 +67,7 @@ std::vector<FileBox> ReadFolder(const fs::path& folder, const cv::Size& image) {
   if (files.empty()) {
     throw InputError("{}: no text file in it, expected one for each frame with boxes", folder.string());
   }
-  std::sort(files.begin(), files.end());  // same order of warnings on every machine
+  std::ranges::sort(files);  // same order of warnings on every machine
   std::vector<FileBox> boxes;
   std::optional<std::string> without_score;
   for (const fs::path& file : files) {

@@ -70,8 +70,8 @@ std::vector<fs::path> ImagesLike(const fs::path& folder, const char* pattern) {
 }
 
 const NumberedLayout& LayoutOf(SequenceFormat format) {
-  return *std::find_if(kLayouts.begin(), kLayouts.end(),
-                       [&](const NumberedLayout& layout) { return layout.format == format; });
+  return *std::ranges::find_if(kLayouts,
+                               [&](const NumberedLayout& layout) { return layout.format == format; });
 }
 
 std::vector<SequenceFrame> ListByName(const NumberedLayout& layout, const fs::path& folder, double fps) {
@@ -216,8 +216,8 @@ std::string PresetOf(SequenceFormat format, const fs::path& folder) {
     const std::string name = fs::absolute(folder / "").lexically_normal().parent_path().filename().string();
     return std::regex_search(name, match, std::regex("freiburg[123]")) ? "tum-" + match.str() : "";
   }
-  const bool known = std::any_of(kLayouts.begin(), kLayouts.end(),
-                                 [&](const NumberedLayout& layout) { return layout.format == format; });
+  const bool known =
+      std::ranges::any_of(kLayouts, [&](const NumberedLayout& layout) { return layout.format == format; });
   return known ? NameOf(format) : "";
 }
 

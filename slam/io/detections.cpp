@@ -55,13 +55,13 @@ std::vector<std::string> WholeFrames(const fs::path& part, const std::string& he
 }  // namespace
 
 bool IsKnownLabel(std::string_view label) {
-  return std::find(kCocoNames.begin(), kCocoNames.end(), label) != kCocoNames.end() ||
-         std::find(kMoreNames.begin(), kMoreNames.end(), label) != kMoreNames.end();
+  return std::ranges::find(kCocoNames, label) != kCocoNames.end() ||
+         std::ranges::find(kMoreNames, label) != kMoreNames.end();
 }
 
 std::string NormalizedLabel(std::string_view label) {
   std::string normalized(label);
-  std::replace(normalized.begin(), normalized.end(), ' ', '_');
+  std::ranges::replace(normalized, ' ', '_');
   return normalized;
 }
 

@@ -34,7 +34,7 @@ bool IsCutOff(const std::vector<unsigned char>& bytes) {
   constexpr std::array<Format, 2> kFormats = {{{"\xFF\xD8", "\xFF\xD9"}, {"\x89PNG", "IEND"}}};
   constexpr std::size_t kTail = 4096;  // some writers append bytes
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  return std::any_of(kFormats.begin(), kFormats.end(), [&](const Format& format) {
+  return std::ranges::any_of(kFormats, [&](const Format& format) {
     return text.starts_with(format.start) &&
            text.substr(text.size() - std::min(kTail, text.size())).find(format.end) == std::string_view::npos;
   });

@@ -42,7 +42,7 @@ std::vector<fs::path> FilesWhere(const fs::path& folder, const auto& choose) {
       files.push_back(entry.path());
     }
   }
-  std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
+  std::ranges::sort(files, [](const fs::path& a, const fs::path& b) {
     return NumericLess(a.filename().string(), b.filename().string());
   });
   return files;
@@ -58,7 +58,7 @@ bool IsImage(const fs::path& path) {
   constexpr std::array<std::string_view, 9> kExtensions = {".png", ".jpg", ".jpeg", ".bmp", ".pgm",
                                                            ".ppm", ".tif", ".tiff", ".webp"};
   const std::string extension = Lower(path.extension().string());
-  return std::find(kExtensions.begin(), kExtensions.end(), extension) != kExtensions.end();
+  return std::ranges::find(kExtensions, extension) != kExtensions.end();
 }
 
 bool IsDepthImage(const fs::path& path) {

@@ -49,9 +49,8 @@ constexpr std::array<Scalar, 8> kScalars = {
     ScalarOf<float>("float", "float32", 0.0F),        ScalarOf<double>("double", "float64", 0.0F)};
 
 const Scalar* ScalarNamed(std::string_view name) {
-  const auto found = std::find_if(kScalars.begin(), kScalars.end(), [name](const Scalar& scalar) {
-    return scalar.names[0] == name || scalar.names[1] == name;
-  });
+  const auto found = std::ranges::find_if(
+      kScalars, [name](const Scalar& scalar) { return scalar.names[0] == name || scalar.names[1] == name; });
   return found == kScalars.end() ? nullptr : &*found;
 }
 
@@ -183,7 +182,7 @@ class Body {
     }
     std::string raw = bytes_.substr(position_, type.size);
     if (encoding_ == Encoding::kBigEndian) {
-      std::reverse(raw.begin(), raw.end());
+      std::ranges::reverse(raw);
     }
     position_ += type.size;
     return type.read(raw.data());
@@ -222,9 +221,8 @@ constexpr std::array<std::array<std::string_view, 3>, 6> kRoles = {{{"x"},
 std::vector<std::size_t> RolesOf(const Element& element) {
   std::vector<std::size_t> roles;
   for (const Property& property : element.properties) {
-    const auto found = std::find_if(kRoles.begin(), kRoles.end(), [&](const auto& names) {
-      return property.count_type == nullptr &&
-             std::find(names.begin(), names.end(), property.name) != names.end();
+    const auto found = std::ranges::find_if(kRoles, [&](const auto& names) {
+      return property.count_type == nullptr && std::ranges::find(names, property.name) != names.end();
     });
     roles.push_back(static_cast<std::size_t>(found - kRoles.begin()));
   }
@@ -241,8 +239,8 @@ std::vector<std::array<std::uint8_t, 3>> InEightBits(const std::vector<std::arra
                                                      float full) {
   constexpr float kFarAboveOne = 2.0F;
   if (full == 0.0F) {
-    const bool bytes = std::any_of(colors.begin(), colors.end(), [](const std::array<float, 3>& color) {
-      return std::any_of(color.begin(), color.end(), [](float channel) { return channel > kFarAboveOne; });
+    const bool bytes = std::ranges::any_of(colors, [](const std::array<float, 3>& color) {
+      return std::ranges::any_of(color, [](float channel) { return channel > kFarAboveOne; });
     });
     full = bytes ? 255.0F : 1.0F;
   }

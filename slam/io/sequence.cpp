@@ -91,7 +91,7 @@ std::string HintBelow(const fs::path& folder) {
       below.push_back(entry.path());
     }
   }
-  std::sort(below.begin(), below.end());
+  std::ranges::sort(below);
   return below.empty() ? "" : fmt::format("; did you mean {}?", below.front().string());
 }
 

@@ -65,7 +65,7 @@ Packets ReadPackets(AVFormatContext& format, const AVStream& stream) {
 
 std::vector<double> Timestamps(Packets packets, double unit, double fps) {
   std::vector<double> timestamps;
-  std::sort(packets.times.begin(), packets.times.end());
+  std::ranges::sort(packets.times);
   for (std::size_t i = 0; i < packets.times.size(); ++i) {
     const double time = packets.without_time > 0
                             ? static_cast<double>(i) / fps

@@ -19,8 +19,8 @@ double SharedPoints(const BoxCandidate& box, const KnownLandmark& landmark,
   if (box.point_ids.empty()) {
     return 0.0;
   }
-  const auto shared = std::count_if(box.point_ids.begin(), box.point_ids.end(),
-                                    [&](std::int64_t id) { return landmark.point_ids.contains(id); });
+  const auto shared =
+      std::ranges::count_if(box.point_ids, [&](std::int64_t id) { return landmark.point_ids.contains(id); });
   return shared < options.min_shared_points
              ? 0.0
              : static_cast<double>(shared) / static_cast<double>(box.point_ids.size());

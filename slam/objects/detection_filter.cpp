@@ -11,8 +11,7 @@ namespace {
 
 bool IsUsable(const Detection& detection, const Camera& camera, const DetectionFilterOptions& options) {
   const auto& ignored = options.ignored_labels;
-  if (detection.score < options.min_score ||
-      std::find(ignored.begin(), ignored.end(), detection.label) != ignored.end()) {
+  if (detection.score < options.min_score || std::ranges::find(ignored, detection.label) != ignored.end()) {
     return false;
   }
   const double share = ShareOfImage(detection.box, camera);
@@ -27,18 +26,18 @@ std::vector<int> UsableDetections(const ObjectFrame& frame, const DetectionFilte
       by_score.push_back(i);
     }
   }
-  std::stable_sort(by_score.begin(), by_score.end(),
-                   [&](int a, int b) { return frame.detections[a].score > frame.detections[b].score; });
+  std::ranges::stable_sort(
+      by_score, [&](int a, int b) { return frame.detections[a].score > frame.detections[b].score; });
   std::vector<int> kept;
   for (const int i : by_score) {
-    const bool is_duplicate = std::any_of(kept.begin(), kept.end(), [&](int j) {
+    const bool is_duplicate = std::ranges::any_of(kept, [&](int j) {
       return IoU(frame.detections[i].box, frame.detections[j].box) > options.duplicate_iou;
     });
     if (!is_duplicate) {
       kept.push_back(i);
     }
   }
-  std::sort(kept.begin(), kept.end());
+  std::ranges::sort(kept);
   return kept;
 }
 

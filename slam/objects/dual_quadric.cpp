@@ -257,10 +257,10 @@ std::optional<PosedSuperquadric> RefineByBoxes(const PosedSuperquadric& start,
                                  turn.norm() > 0.0 ? turn.normalized() : Eigen::Vector3d::UnitX());
   result.T_map_object.rotation = Eigen::Quaterniond(turned) * Eigen::Quaterniond(R_map_start);
   result.T_map_object.translation = Eigen::Map<const Eigen::Vector3d>(parameters.data() + kCentre);
-  const bool bounded = summary.IsSolutionUsable() && result.shape.half_size.maxCoeff() < kLargest &&
-                       result.shape.half_size.minCoeff() > 1.01 * kThinnest &&
-                       std::all_of(views.begin(), views.end(),
-                                   [&](const ConditionedView& view) { return IsBeforeCamera(result, view); });
+  const bool bounded =
+      summary.IsSolutionUsable() && result.shape.half_size.maxCoeff() < kLargest &&
+      result.shape.half_size.minCoeff() > 1.01 * kThinnest &&
+      std::ranges::all_of(views, [&](const ConditionedView& view) { return IsBeforeCamera(result, view); });
   return bounded ? std::optional(result) : std::nullopt;
 }
 
@@ -349,8 +349,8 @@ std::optional<PosedSuperquadric> EstimateDualQuadric(std::span<const BoxView> vi
   const std::vector<ConditionedView> conditioned = ConditionedViews(views, camera, *S_map_frame, options);
   const std::optional<Eigen::Matrix4d> linear = LinearDualQuadric(conditioned);
   const std::optional<PosedSuperquadric> start = linear ? EllipsoidOf(*linear) : std::nullopt;
-  if (!start || !std::all_of(conditioned.begin(), conditioned.end(),
-                             [&](const ConditionedView& view) { return IsBeforeCamera(*start, view); })) {
+  if (!start || !std::ranges::all_of(
+                    conditioned, [&](const ConditionedView& view) { return IsBeforeCamera(*start, view); })) {
     return std::nullopt;
   }
   std::optional<PosedSuperquadric> refined =

@@ -107,12 +107,12 @@ bool IsPlausible(const Scene& scene, const Plane& plane, const GravityOptions& o
     return false;
   }
   const auto above = [&](const Eigen::Vector3d& c) { return plane.Distance(c) > 2.0 * scene.tolerance; };
-  const auto cameras = std::count_if(scene.camera_centres.begin(), scene.camera_centres.end(), above);
+  const auto cameras = std::ranges::count_if(scene.camera_centres, above);
   if (static_cast<double>(cameras) < 0.9 * static_cast<double>(scene.camera_centres.size())) {
     return false;
   }
   const auto below = [&](const Eigen::Vector3d& c) { return plane.Distance(c) < -scene.tolerance; };
-  const auto objects_below = std::count_if(scene.object_centres.begin(), scene.object_centres.end(), below);
+  const auto objects_below = std::ranges::count_if(scene.object_centres, below);
   return 2 * objects_below <= static_cast<std::ptrdiff_t>(scene.object_centres.size());
 }
 
@@ -295,7 +295,7 @@ std::optional<double> EstimateSupportHeight(std::span<const Eigen::Vector3d> poi
   for (std::size_t i = 0; i < points.size(); ++i) {
     levels.emplace_back(points[i].z(), weights[i]);
   }
-  std::sort(levels.begin(), levels.end());
+  std::ranges::sort(levels);
   std::vector<double> object_levels;
   for (const std::vector<Eigen::Vector3d>& object : object_points) {
     if (object.size() >= 4) {

@@ -144,8 +144,8 @@ void Landmark::Absorb(Landmark&& other) {
   observations += other.observations;
   labels.Merge(other.labels);
   views.insert(views.end(), other.views.begin(), other.views.end());
-  std::stable_sort(views.begin(), views.end(),
-                   [](const BoxView& a, const BoxView& b) { return a.frame_index < b.frame_index; });
+  std::ranges::stable_sort(views,
+                           [](const BoxView& a, const BoxView& b) { return a.frame_index < b.frame_index; });
   DropPartsBoxedWithTheWhole();
   halvings_ = std::max(halvings_, other.halvings_);
   ThinViews();

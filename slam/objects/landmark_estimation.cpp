@@ -104,7 +104,7 @@ void EstimateFromBoxes(Landmark& landmark, const std::vector<BoxView>& views,
 }
 
 std::vector<int> IdsInOrder(std::vector<std::pair<double, int>> keyed) {
-  std::sort(keyed.begin(), keyed.end());
+  std::ranges::sort(keyed);
   return ToVector(keyed | std::views::values);
 }
 
@@ -208,9 +208,9 @@ std::vector<BoxView> SpreadViews(const std::vector<BoxView>& views, int count) {
       const double d = (views[i].T_map_camera.translation - views[next].T_map_camera.translation).norm();
       distances[i] = std::min(distances[i], d);
     }
-    next = static_cast<std::size_t>(std::max_element(distances.begin(), distances.end()) - distances.begin());
+    next = static_cast<std::size_t>(std::ranges::max_element(distances) - distances.begin());
   }
-  std::sort(chosen.begin(), chosen.end());
+  std::ranges::sort(chosen);
   return ToVector(chosen, [&](const std::size_t i) { return views[i]; });
 }
 

@@ -95,7 +95,7 @@ NamedPoints WithoutSurface(const NamedPoints& points, double height) {
   const double tolerance = 0.06 * std::max(0.0, top - height);
   std::vector<bool> above = ToVector(points | std::views::values,
                                      [&](const Eigen::Vector3d& p) { return p.z() > height + tolerance; });
-  const auto count = static_cast<std::size_t>(std::count(above.begin(), above.end(), true));
+  const auto count = static_cast<std::size_t>(std::ranges::count(above, true));
   return 2 * count >= points.size() && count >= 6 ? Keep(points, above) : points;
 }
 
@@ -109,7 +109,7 @@ NamedPoints WithoutSmallerObjects(const NamedPoints& points, const std::vector<P
       keep[i] = keep[i] && other.shape.RadialScale(T_other_map * points[i].second) > kGrown;
     }
   }
-  const auto kept = static_cast<std::size_t>(std::count(keep.begin(), keep.end(), true));
+  const auto kept = static_cast<std::size_t>(std::ranges::count(keep, true));
   return 4 * kept >= points.size() ? Keep(points, keep) : points;
 }
 

@@ -143,13 +143,13 @@ std::vector<Assumption> Assumptions(const SupportHeights& supports, const Refine
   });
   Assumption floating{{}, {}, options.floating_cost};
   if (!supports.near.empty()) {
-    floating.lowest = *std::max_element(supports.near.begin(), supports.near.end());
+    floating.lowest = *std::ranges::max_element(supports.near);
   }
   assumptions.push_back(floating);
   // A quick search leaves out surfaces elsewhere, but an object that stands above a low one may well stand on
   // one that begins beside it.
   const double lowest = supports.near.empty() ? std::numeric_limits<double>::infinity()
-                                              : *std::min_element(supports.near.begin(), supports.near.end());
+                                              : *std::ranges::min_element(supports.near);
   for (const double height : supports.far) {
     if (effort == SearchEffort::kThorough || height > lowest) {
       assumptions.push_back({height, {}, cost_of(height, 2.0)});
@@ -235,9 +235,8 @@ void KeepPromising(const RefinementInput& input, const RefinementOptions& option
   const auto kind = [](const Candidate& candidate) {
     return NearestKind(candidate.start.shape.e1, candidate.start.shape.e2);
   };
-  const auto other = std::find_if(candidates.begin(), candidates.end(), [&](const Candidate& candidate) {
-    return kind(candidate) != kind(candidates.front());
-  });
+  const auto other = std::ranges::find_if(
+      candidates, [&](const Candidate& candidate) { return kind(candidate) != kind(candidates.front()); });
   if (other != candidates.end()) {
     std::rotate(candidates.begin() + 1, other, other + 1);
   }
@@ -308,8 +307,8 @@ std::optional<double> SupportOf(const Landmark& landmark, const SupportHeights& 
 
 bool IsBottomSeen(const std::vector<BoxView>& views) {
   constexpr double kMostlyHidden = 0.33;
-  const auto free = std::count_if(views.begin(), views.end(),
-                                  [](const BoxView& view) { return view.edge_free[kBottomEdge]; });
+  const auto free =
+      std::ranges::count_if(views, [](const BoxView& view) { return view.edge_free[kBottomEdge]; });
   return static_cast<double>(free) >= kMostlyHidden * static_cast<double>(views.size());
 }
 
@@ -331,7 +330,7 @@ std::optional<StandingFit> RefineLandmark(const Landmark& landmark, const std::v
   }
   input.support_height = SupportOf(landmark, supports);
   if (!input.support_height && !supports.near.empty()) {
-    input.lowest = *std::max_element(supports.near.begin(), supports.near.end());
+    input.lowest = *std::ranges::max_element(supports.near);
   }
   const std::optional<double> support = input.support_height;
   const RefinementResult result = RefineJointly(landmark.visible, input, options.refinement);

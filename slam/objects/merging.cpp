@@ -91,7 +91,7 @@ bool ShowsPartOf(const Landmark& part, const Landmark& whole, double shared, con
     return false;
   }
   const std::vector<BoxView> views = SpreadViews(part.views, kMaxViews);
-  const auto inside = std::count_if(views.begin(), views.end(), [&](const BoxView& view) {
+  const auto inside = std::ranges::count_if(views, [&](const BoxView& view) {
     const auto box = ProjectToBox(whole.superquadric, view.T_map_camera, camera);
     const Box2d own = UndistortBox(view.box, camera);
     return box && own.Area() <= box->Area() && ShareOfSmaller(own, *box) >= kInside;

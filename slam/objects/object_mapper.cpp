@@ -1,5 +1,6 @@
 #include "slam/objects/object_mapper.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -25,7 +26,7 @@ void ObjectMapper::AddObservations(std::span<const ObjectObservation> observatio
     const auto& deleted = impl_->deleted;
     impl_->newest_frame = std::max(impl_->newest_frame, observation.frame_index);
     // The tracking thread may lag behind: its observations of deleted landmarks are dropped.
-    if (std::find(deleted.begin(), deleted.end(), id) == deleted.end()) {
+    if (std::ranges::find(deleted, id) == deleted.end()) {
       Landmark& landmark = impl_->landmarks[id];
       landmark.id = id;
       landmark.Add(observation);
@@ -129,10 +130,9 @@ std::vector<SnapshotObject> ObjectMapper::Objects() const {
 }
 
 int ObjectMapper::LeftOut() const {
-  return static_cast<int>(
-      std::count_if(impl_->landmarks.begin(), impl_->landmarks.end(), [&](const auto& landmark) {
-        return impl_->IsPublished(landmark.second) && !impl_->Represented(landmark.second);
-      }));
+  return static_cast<int>(std::ranges::count_if(impl_->landmarks, [&](const auto& landmark) {
+    return impl_->IsPublished(landmark.second) && !impl_->Represented(landmark.second);
+  }));
 }
 
 void ObjectMapper::Renumber(int id_shift, std::int64_t point_shift, std::int64_t frame_shift) {

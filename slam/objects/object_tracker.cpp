@@ -230,7 +230,7 @@ struct ObjectTracker::Impl {
     const bool paper = options.method == ObjectMethod::kPaper;
     const bool only_observed = !paper && options.outliers.reprojection == ReprojectionVotes::kObserved;
     for (const auto& [point, p_map] : track.view->points) {
-      if (only_observed && !std::binary_search(observed.begin(), observed.end(), point)) {
+      if (only_observed && !std::ranges::binary_search(observed, point)) {
         continue;
       }
       const Eigen::Vector3d p = T_camera_map * p_map;
@@ -339,7 +339,7 @@ std::vector<ObjectObservation> ObjectTracker::Track(const ObjectFrame& frame, co
   for (const TrackedPoint& point : frame.points) {
     impl.observed.push_back(point.point_id);
   }
-  std::sort(impl.observed.begin(), impl.observed.end());
+  std::ranges::sort(impl.observed);
   std::vector<ObjectObservation> observations;
   for (std::size_t i = 0; i < boxes.size(); ++i) {
     if (ids[i] < 0) {

@@ -118,7 +118,7 @@ double RankSumZ(std::span<const double> a, std::span<const double> b) {
   for (const double value : b) {
     pooled.emplace_back(value, false);
   }
-  std::sort(pooled.begin(), pooled.end());
+  std::ranges::sort(pooled);
   double rank_sum = 0.0;
   double ties = 0.0;
   for (std::size_t begin = 0, end = 0; begin < pooled.size(); begin = end) {

@@ -47,8 +47,7 @@ std::vector<Peak> Peaks(const std::vector<double>& heights, double layer, double
       peaks.push_back({heights[static_cast<std::size_t>(first + inside / 2)], contrast});
     }
   }
-  std::stable_sort(peaks.begin(), peaks.end(),
-                   [](const Peak& a, const Peak& b) { return a.contrast > b.contrast; });
+  std::ranges::stable_sort(peaks, [](const Peak& a, const Peak& b) { return a.contrast > b.contrast; });
   return peaks;
 }
 
@@ -56,7 +55,7 @@ std::vector<Peak> Peaks(const std::vector<double>& heights, double layer, double
 double WidestGap(const std::vector<Eigen::Vector2d>& points, const Eigen::Vector2d& place) {
   std::vector<double> angles = ToVector(
       points, [&](const Eigen::Vector2d& p) { return std::atan2(p.y() - place.y(), p.x() - place.x()); });
-  std::sort(angles.begin(), angles.end());
+  std::ranges::sort(angles);
   double widest = angles.front() + 2.0 * std::numbers::pi - angles.back();
   for (std::size_t i = 1; i < angles.size(); ++i) {
     widest = std::max(widest, angles[i] - angles[i - 1]);
@@ -115,18 +114,18 @@ SupportSurfaces SupportSurfaces::Find(std::span<const Eigen::Vector3d> points,
   result.tolerance_ = options.inlier_share * MiddleOf(points).radius;
   const double layer = 2.0 * result.tolerance_;
   std::vector<double> heights = ToVector(points, [](const Eigen::Vector3d& p) { return p.z(); });
-  std::sort(heights.begin(), heights.end());
+  std::ranges::sort(heights);
   const double min_points = std::max(12.0, kMinShare * static_cast<double>(points.size()));
   for (const Peak& peak : Peaks(heights, layer, min_points)) {
-    const bool is_new = std::none_of(
-        result.surfaces_.begin(), result.surfaces_.end(),
-        [&](const SupportSurface& other) { return std::abs(other.height - peak.height) < 2.0 * layer; });
+    const bool is_new = std::ranges::none_of(result.surfaces_, [&](const SupportSurface& other) {
+      return std::abs(other.height - peak.height) < 2.0 * layer;
+    });
     if (is_new && result.surfaces_.size() < kMostSurfaces) {
       result.surfaces_.push_back({peak.height, {}});
     }
   }
-  std::sort(result.surfaces_.begin(), result.surfaces_.end(),
-            [](const SupportSurface& a, const SupportSurface& b) { return a.height > b.height; });
+  std::ranges::sort(result.surfaces_,
+                    [](const SupportSurface& a, const SupportSurface& b) { return a.height > b.height; });
   for (const Eigen::Vector3d& p : points) {
     for (SupportSurface& surface : result.surfaces_) {
       if (std::abs(p.z() - surface.height) < layer) {
@@ -146,8 +145,8 @@ std::vector<double> SupportSurfaces::Under(const Eigen::Vector2d& place, double 
     if (surface.height > highest) {
       continue;
     }
-    const auto near = std::count_if(surface.points.begin(), surface.points.end(),
-                                    [&](const Eigen::Vector2d& p) { return (p - place).norm() < radius; });
+    const auto near = std::ranges::count_if(
+        surface.points, [&](const Eigen::Vector2d& p) { return (p - place).norm() < radius; });
     if (surface.points.empty() || near >= kNear || WidestGap(surface.points, place) < kSurrounded) {
       heights.push_back(surface.height);
     }

@@ -43,7 +43,7 @@ std::vector<fs::path> ListFolder(const fs::path& folder) {
       images.push_back(entry.path());
     }
   }
-  std::sort(images.begin(), images.end());
+  std::ranges::sort(images);
   return images;
 }
 

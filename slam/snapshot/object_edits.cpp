@@ -149,7 +149,7 @@ void ObjectEdits::Rename(int id, const std::string& name) {
 void ObjectEdits::SetLabel(int id, const std::string& label) {
   Update(id, [&](ObjectEdit& edit) {
     edit.label = Trimmed(label);
-    std::replace(edit.label.begin(), edit.label.end(), ' ', '_');
+    std::ranges::replace(edit.label, ' ', '_');
   });
 }
 

@@ -79,7 +79,7 @@ struct AssignFromNode {
       return true;
     }
     return node.IsSequence() &&
-           std::all_of(node.begin(), node.end(), [](const YAML::Node& item) { return item.IsScalar(); }) &&
+           std::ranges::all_of(node, [](const YAML::Node& item) { return item.IsScalar(); }) &&
            YAML::convert<std::vector<std::string>>::decode(node, *values);
   }
 };
@@ -151,7 +151,7 @@ void AssignGroup(const YAML::Node& group, const std::string& prefix, const std::
     if (const OptionField* field = Find(fields, key)) {
       AssignOption(entry.second, *field, where);
     } else if (!IsGroup(fields, key)) {
-      if (std::find(others.begin(), others.end(), key) == others.end()) {
+      if (std::ranges::find(others, key) == others.end()) {
         ThrowUnknown(where, key, fields, others);
       }
     } else if (entry.second.IsMap()) {

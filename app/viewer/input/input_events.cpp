@@ -137,7 +137,7 @@ ScriptLine ReadLine(const LineWord& type, Words& words, int number) {
       event.y = words.Number("two numbers");
       break;
     case Operand::kButton: {
-      const auto* const found = std::find(kButtons.begin(), kButtons.end(), words.Next());
+      const auto* const found = std::ranges::find(kButtons, words.Next());
       if (found == kButtons.end()) {
         words.Fail("left, right or middle");
       }

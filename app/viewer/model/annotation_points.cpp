@@ -72,8 +72,9 @@ std::vector<int> SelectInLasso(std::span<const Eigen::Vector3d> points,
 std::vector<int> AboveGround(std::span<const Eigen::Vector3d> points, std::span<const int> chosen,
                              double ground, double margin) {
   std::vector<int> above;
-  std::copy_if(chosen.begin(), chosen.end(), std::back_inserter(above),
-               [&](int index) { return points[static_cast<std::size_t>(index)].z() > ground + margin; });
+  std::ranges::copy_if(chosen, std::back_inserter(above), [&](int index) {
+    return points[static_cast<std::size_t>(index)].z() > ground + margin;
+  });
   return above;
 }
 
@@ -132,7 +133,7 @@ Solid BoxAround(std::span<const Eigen::Vector3d> points, SolidKind kind, double 
   for (int axis = 0; axis < 3; ++axis) {
     std::transform(points.begin(), points.end(), values.begin(),
                    [&](const Eigen::Vector3d& p) { return R_box_map.row(axis).dot(p); });
-    std::sort(values.begin(), values.end());
+    std::ranges::sort(values);
     const auto skipped = static_cast<std::size_t>(kLeftOut * static_cast<double>(values.size()));
     low[axis] = values[skipped];
     high[axis] = values[values.size() - 1 - skipped];

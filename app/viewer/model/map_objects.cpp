@@ -140,7 +140,7 @@ void SortRows(std::vector<ObjectRow>& rows, ObjectColumn column, bool ascending)
     }
     return ascending ? *left < *right : *right < *left;
   };
-  std::stable_sort(rows.begin(), rows.end(), before);
+  std::ranges::stable_sort(rows, before);
 }
 
 RowFilter::RowFilter(const std::string& text) {
