@@ -1,39 +1,32 @@
 #include "slam/map/renumber.h"
 
 #include <map>
-#include <utility>
 #include <vector>
+
+#include "slam/util/raise_keys.h"
 
 namespace sqslam {
 namespace {
 
 void RenumberKeyframes(const IdShift& shift, std::map<KeyframeId, Keyframe>& keyframes) {
-  std::map<KeyframeId, Keyframe> raised;
+  RaiseKeys(keyframes, shift.keyframe);
   for (auto& [id, keyframe] : keyframes) {
     keyframe.id += shift.keyframe;
     keyframe.parent += keyframe.parent == kNoKeyframe ? 0 : shift.keyframe;
     keyframe.frame_index += shift.frame;
     keyframe.timestamp += shift.time;
-    std::map<KeyframeId, int> covisibility;
-    for (const auto& [other, weight] : keyframe.covisibility) {
-      covisibility.emplace(other + shift.keyframe, weight);
-    }
-    keyframe.covisibility = std::move(covisibility);
+    RaiseKeys(keyframe.covisibility, shift.keyframe);
     for (PointId& point : keyframe.points) {
       point += point == kNoPoint ? 0 : shift.point;
     }
-    raised.emplace(keyframe.id, std::move(keyframe));
   }
-  keyframes = std::move(raised);
 }
 
 void RenumberRemoved(const IdShift& shift, std::map<KeyframeId, Map::RemovedKeyframe>& removed) {
-  std::map<KeyframeId, Map::RemovedKeyframe> raised;
+  RaiseKeys(removed, shift.keyframe);
   for (auto& [id, keyframe] : removed) {
     keyframe.pose.reference += shift.keyframe;
-    raised.emplace(id + shift.keyframe, keyframe);
   }
-  removed = std::move(raised);
 }
 
 void RenumberPoints(const IdShift& shift, PointTable<MapPoint>& points) {

@@ -8,6 +8,7 @@
 #include "slam/map/renumber.h"
 #include "slam/mapping/mapper.h"
 #include "slam/snapshot/byte_archive.h"
+#include "slam/util/raise_keys.h"
 
 namespace sqslam {
 
@@ -64,11 +65,10 @@ void Mapper::State::Renumber(const IdShift& shift) {
     raised_edges.insert({a + shift.keyframe, b + shift.keyframe});
   }
   loop_edges = std::move(raised_edges);
-  std::map<std::int64_t, AtlasView::Origin> raised_origins;
-  for (const auto& [number, origin] : origins) {
-    raised_origins[number + shift.submap] = {origin.submap + shift.submap, origin.S_map_origin};
+  RaiseKeys(origins, shift.submap);
+  for (auto& [number, origin] : origins) {
+    origin.submap += shift.submap;
   }
-  origins = std::move(raised_origins);
   for (Submap& submap : submaps) {
     submap.Renumber(shift);
   }

@@ -11,6 +11,7 @@
 #include "slam/map/renumber.h"
 #include "slam/objects/size_shape.h"
 #include "slam/snapshot/snapshot_codec.h"
+#include "slam/util/raise_keys.h"
 
 namespace sqslam {
 
@@ -57,18 +58,12 @@ void Submap::Save(ByteWriter& writer) const {
 void Submap::Renumber(const IdShift& shift) {
   number_ += shift.submap;
   sqslam::Renumber(shift, *map_);
-  std::set<PointId> young;
-  for (const PointId point : young_points_) {
-    young.insert(point + shift.point);
-  }
-  young_points_ = std::move(young);
-  std::map<std::int64_t, FrameRecord> frames;
+  RaiseKeys(young_points_, shift.point);
+  RaiseKeys(frames_, shift.frame);
   for (auto& [index, record] : frames_) {
     record.timestamp += shift.time;
     record.pose.reference += shift.keyframe;
-    frames.emplace_hint(frames.end(), index + shift.frame, std::move(record));
   }
-  frames_ = std::move(frames);
   refined_below_ += shift.frame;
   objects_.Renumber(shift.object, shift.point, shift.frame);
 }

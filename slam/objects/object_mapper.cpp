@@ -7,9 +7,30 @@
 #include "slam/geometry/angles.h"
 #include "slam/objects/object_mapper_impl.h"
 #include "slam/objects/paper_method.h"
-#include "slam/objects/renumber.h"
+#include "slam/util/raise_keys.h"
 
 namespace sqslam {
+namespace {
+
+// Shifts the id of a landmark, those of its map points, and the indices of its frames.
+void Renumber(int id_shift, std::int64_t point_shift, std::int64_t frame_shift, Landmark& landmark) {
+  landmark.id += id_shift;
+  for (BoxView& view : landmark.views) {
+    view.frame_index += frame_shift;
+  }
+  for (auto& [frame, view] : landmark.lines) {
+    frame += frame_shift;
+  }
+  RaiseKeys(landmark.votes, point_shift);
+  for (auto& [point, p_map] : landmark.points) {
+    point += point_shift;
+  }
+  for (PointVerdict& verdict : landmark.verdicts) {
+    verdict.point += point_shift;
+  }
+}
+
+}  // namespace
 
 ObjectMapper::ObjectMapper(const ObjectOptions& options, std::uint64_t seed) : impl_(new Impl) {
   impl_->options = OptionsOfMethod(options);
@@ -136,17 +157,14 @@ int ObjectMapper::LeftOut() const {
 }
 
 void ObjectMapper::Renumber(int id_shift, std::int64_t point_shift, std::int64_t frame_shift) {
-  std::map<int, Landmark> landmarks;
+  RaiseKeys(impl_->landmarks, id_shift);
   for (auto& [id, landmark] : impl_->landmarks) {
     sqslam::Renumber(id_shift, point_shift, frame_shift, landmark);
-    landmarks.emplace(landmark.id, std::move(landmark));
   }
-  impl_->landmarks = std::move(landmarks);
-  std::map<int, int> merged_into;
-  for (const auto& [from, to] : impl_->merged_into) {
-    merged_into.emplace(from + id_shift, to + id_shift);
+  RaiseKeys(impl_->merged_into, id_shift);
+  for (auto& [from, to] : impl_->merged_into) {
+    to += id_shift;
   }
-  impl_->merged_into = std::move(merged_into);
   for (auto& [from, to] : impl_->merges) {
     from += id_shift;
     to += id_shift;
@@ -154,11 +172,7 @@ void ObjectMapper::Renumber(int id_shift, std::int64_t point_shift, std::int64_t
   for (int& id : impl_->deleted) {
     id += id_shift;
   }
-  std::set<int> known;
-  for (const int id : impl_->known) {
-    known.insert(id + id_shift);
-  }
-  impl_->known = std::move(known);
+  RaiseKeys(impl_->known, id_shift);
   impl_->newest_frame += frame_shift;
   impl_->Publish();
 }
