@@ -5,28 +5,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "slam/objects/landmark_geometry.h"
-#include "slam/objects/merging.h"
-#include "slam/util/enum_names.h"
-#include "test_camera.h"
+#include "seen_landmark.h"
 
 namespace sqslam {
 namespace {
 
-constexpr int kHours = 200000;  // frames
-
-Landmark SeenAt(double x, int frames, int stride = 1) {
-  Landmark landmark;
-  for (int i = 0; i < frames; ++i) {
-    ObjectObservation observation;
-    observation.frame_index = 1 + i * stride;
-    observation.detection.label = "cup";
-    observation.detection.score = 0.5;
-    observation.detection.box = {x, 100.0, 40.0, 50.0};
-    landmark.Add(observation);
-  }
-  return landmark;
-}
+using testing::kHours;
+using testing::ObservationOf;
+using testing::SeenAt;
 
 TEST(Landmark, KeepsEveryViewOfAShortRun) {
   const Landmark landmark = SeenAt(100.0, 1500);
@@ -44,82 +30,6 @@ TEST(Landmark, KeepsAnEvenShareOfViewsOfALongRun) {
         std::count_if(landmark.views.begin(), landmark.views.end(),
                       [&](const BoxView& v) { return v.frame_index < std::int64_t{stride} * kHours / 2; });
     EXPECT_NEAR(static_cast<double>(first_half) / static_cast<double>(landmark.views.size()), 0.5, 0.05);
-  }
-}
-
-// Two things that stand side by side in every image must never be taken for one.
-TEST(Landmark, ThoseSeenTogetherAreKnownToBeTwoHoweverLongTheRun) {
-  const Landmark old_one = SeenAt(100.0, kHours);
-  const Landmark young_one = SeenAt(300.0, 5000);
-  EXPECT_GE(FramesSeenApart(old_one, young_one), 10);
-  EXPECT_EQ(FramesSeenApart(old_one, SeenAt(300.0, kHours)), static_cast<int>(old_one.views.size()));
-}
-
-ObjectObservation ObservationOf(const std::string& label, const Box2d& box, std::int64_t frame_index) {
-  ObjectObservation observation;
-  observation.frame_index = frame_index;
-  observation.detection = {label, 0.5, box};
-  return observation;
-}
-
-TEST(Landmark, APartSeenWithItsWholeIsNotApart) {
-  Landmark chair;
-  Landmark back;
-  for (int frame = 0; frame < 8; ++frame) {
-    chair.Add(ObservationOf("chair", {100, 100, 100, 300}, frame));
-    back.Add(ObservationOf("chair", {105, 100, 90, 100}, frame));
-  }
-  for (int frame = 8; frame < 16; ++frame) {
-    chair.Add(ObservationOf("chair", {100, 100, 100, 300}, frame));
-    back.Add(ObservationOf("chair", {105, 100, 90, 100}, 100 + frame));
-  }
-  EXPECT_EQ(FramesSeenApart(chair, back), 8);
-  EXPECT_EQ(FramesSeenApart(chair, back, true), 0);
-  // And they are one where their volumes share nearly all of the smaller.
-  chair.estimated = back.estimated = true;
-  chair.superquadric.shape = {{0.2, 0.2, 0.4}, 0.2, 0.2};
-  back.superquadric.shape = {{0.15, 0.05, 0.15}, 0.2, 0.2};
-  back.superquadric.T_map_object.translation.z() = 0.2;
-  EXPECT_TRUE(AreSameObject(chair, back, ObjectOptions(), Camera()));
-  back.superquadric.T_map_object.translation.z() = 0.4;  // half outside
-  EXPECT_FALSE(AreSameObject(chair, back, ObjectOptions(), Camera()));
-  // One nearly always boxed with the other is another thing, however much the two have in common.
-  back.superquadric.T_map_object.translation.z() = 0.2;
-  for (int frame = 0; frame < 20; ++frame) {
-    chair.Add(ObservationOf("chair", {100, 100, 100, 300}, 200 + frame));
-    back.Add(ObservationOf("chair", {105, 100, 90, 100}, 200 + frame));
-  }
-  EXPECT_FALSE(AreSameObject(chair, back, ObjectOptions(), Camera()));
-}
-
-// A detector that boxes a chair and its back at once, on the same points, while the chair is near; of what
-// stands behind a chair in as many frames the points are others.
-TEST(Landmark, AThingBoxedTwiceForAWhileIsOne) {
-  for (const bool same_points : {true, false}) {
-    Landmark back;
-    Landmark chair;
-    for (int frame = 0; frame < 100; ++frame) {
-      ObjectObservation part = ObservationOf("chair", {105, 100, 90, 100}, frame);
-      ObjectObservation whole = ObservationOf("chair", {100, 100, 100, 300}, frame);
-      for (std::int64_t point = 0; point < 20; ++point) {
-        part.point_ids.push_back(point);
-        whole.point_ids.push_back(same_points ? point + 5 : point + 100);
-      }
-      back.Add(part);
-      if (frame < 20) {
-        chair.Add(whole);
-      }
-    }
-    chair.estimated = back.estimated = true;
-    chair.superquadric.shape = back.superquadric.shape = {{0.2, 0.2, 0.4}, 0.2, 0.2};
-    chair.superquadric.T_map_object.translation.x() = 0.45;  // their estimates don't meet
-    EXPECT_EQ(AreSameObject(chair, back, ObjectOptions(), Camera()), same_points);
-    if (same_points) {
-      back.Absorb(std::move(chair));
-      EXPECT_EQ(back.views.size(), 100U) << "one box a frame";
-      EXPECT_EQ(back.views.front().box.height, 300.0) << "the whole";
-      EXPECT_EQ(back.views.back().box.height, 100.0);
-    }
   }
 }
 
@@ -194,143 +104,6 @@ TEST(Landmark, GoesWithTheFramesThatSawIt) {
   EXPECT_NEAR(distance(landmark), distance(before), 1e-6);
 }
 
-TEST(Landmark, TwoOfAKindAcrossEachOtherAreOne) {
-  Landmark a = SeenAt(100.0, 10);
-  Landmark b;
-  for (int frame = 50; frame < 60; ++frame) {
-    b.Add(ObservationOf("cup", {100, 100, 40, 50}, frame));
-  }
-  a.superquadric.shape = b.superquadric.shape = {{0.3, 0.02, 0.2}, 0.1, 0.1};
-  b.superquadric.T_map_object = {Eigen::Quaterniond(Eigen::AngleAxisd(1.3, Eigen::Vector3d::UnitZ())),
-                                 {0.03, 0.0, 0.0}};
-  a.estimated = b.estimated = true;
-  const auto same = [&] { return AreSameObject(a, b, ObjectOptions(), Camera()); };
-  EXPECT_TRUE(same());
-  b.superquadric.T_map_object.translation.x() = 0.06;
-  EXPECT_FALSE(same());
-  b.superquadric.T_map_object.translation.x() = 0.03;
-  b.labels = LabelVotes();
-  b.labels.Add("bowl", 0.9);
-  EXPECT_FALSE(same());
-}
-
-TEST(Landmark, TwoOfAKindThatReachIntoEachOtherAreOneUnlessSeenTogether) {
-  const Landmark a = [] {
-    Landmark seen = SeenAt(100.0, 20);
-    seen.superquadric.shape = {{0.1, 0.1, 0.1}, 0.1, 0.1};
-    seen.estimated = true;
-    return seen;
-  }();
-  const auto same_at = [&](double distance, std::int64_t first_frame) {
-    Landmark b = a;
-    b.views.clear();
-    for (int i = 0; i < 20; ++i) {
-      b.Add(ObservationOf("cup", {180, 100, 40, 50}, i == 0 ? first_frame : 50 + i));
-    }
-    b.superquadric.T_map_object.translation.x() = distance;
-    return AreSameObject(a, b, ObjectOptions(), Camera());
-  };
-  EXPECT_TRUE(same_at(0.15, 50));
-  EXPECT_FALSE(same_at(0.19, 50)) << "side by side, as far as anyone can tell";
-  EXPECT_FALSE(same_at(0.15, 10));
-  EXPECT_TRUE(same_at(0.1, 10));
-}
-
-TEST(Landmark, AYoungTableOverAChairIsNotTheChair) {
-  const Camera camera = testing::TestCamera();
-  const auto known = [&](const char* label, const Eigen::Vector3d& half_size, int first, int frames) {
-    Landmark landmark;
-    landmark.superquadric.shape = {half_size, 0.1, 0.1};
-    landmark.superquadric.T_map_object.translation = {0.0, 0.0, half_size.z()};
-    landmark.estimated = true;
-    for (int frame = first; frame < first + frames; ++frame) {
-      ObjectObservation observation;
-      observation.frame_index = frame;
-      observation.T_map_camera.rotation = Eigen::AngleAxisd(-M_PI / 2.0, Eigen::Vector3d::UnitX());
-      observation.T_map_camera.translation = {0.02 * (frame - first), -4.0, 0.5};
-      const auto box = ProjectToBox(landmark.superquadric, observation.T_map_camera, camera);
-      observation.detection = {label, 0.5, *box};
-      observation.edge_free = {true, true, true, true};
-      landmark.Add(observation);
-    }
-    return landmark;
-  };
-  const Landmark chair = known("chair", {0.25, 0.25, 0.4}, 0, 40);
-  const auto same = [&](const Landmark& other) {
-    return AreSameObject(chair, other, ObjectOptions(), camera);
-  };
-  EXPECT_FALSE(same(known("dining_table", {0.8, 0.5, 0.36}, 60, 5)));
-  EXPECT_TRUE(same(known("bench", {0.26, 0.27, 0.42}, 60, 5))) << "the chair by another name";
-  EXPECT_TRUE(same(known("book", {0.1, 0.1, 0.1}, 60, 5))) << "a part of it";
-}
-
-// Two tables in one place, one of which was given boxes of a chair beside it.
-TEST(Landmark, TwoOfAKindCannotShareTheirPlace) {
-  Landmark a = SeenAt(100.0, 40);
-  a.superquadric.shape = {{0.1, 0.1, 0.1}, 0.1, 0.1};
-  a.estimated = a.refined = true;
-  const auto see = [&](Landmark b, int apart) {
-    b.views.clear();
-    for (int i = 0; i < 40; ++i) {
-      b.Add(ObservationOf("cup", {100.0, 100, 40, 50}, 30 + i));
-    }
-    for (int i = 0; i < apart; ++i) {
-      b.views[static_cast<std::size_t>(i)].box.x = 300.0;
-    }
-    return b;
-  };
-  Landmark b = see(a, 8);
-  EXPECT_FALSE(AreSameObject(a, b, ObjectOptions(), Camera()));
-  EXPECT_TRUE(ShareTheirPlace(a, b));
-  b.superquadric.T_map_object.translation.x() = 0.1;  // half of it
-  EXPECT_FALSE(ShareTheirPlace(a, b));
-  EXPECT_FALSE(ShareTheirPlace(a, see(a, 11))) << "too often apart";
-  b = see(a, 0);
-  b.labels = LabelVotes();
-  b.labels.Add("bowl", 0.9);
-  EXPECT_FALSE(ShareTheirPlace(a, b));
-}
-
-// A screen and what boxes of the picture on it gave: thin, and mostly behind the screen's surface.
-TEST(Landmark, APictureOnAScreenIsTheScreen) {
-  const Camera camera = testing::TestCamera();
-  Landmark screen;
-  screen.superquadric.shape = {{0.4, 0.02, 0.25}, 0.1, 0.1};
-  Landmark picture;
-  picture.superquadric.shape = {{0.2, 0.02, 0.15}, 0.1, 0.1};
-  picture.superquadric.T_map_object.translation = {0.1, 0.035, 0.0};
-  screen.estimated = picture.estimated = true;
-  const auto see = [&](Landmark& landmark, int first, int count) {
-    for (int frame = first; frame < first + count; ++frame) {
-      ObjectObservation observation;
-      observation.frame_index = frame;
-      observation.T_map_camera.rotation = Eigen::AngleAxisd(-M_PI / 2.0, Eigen::Vector3d::UnitX());
-      observation.T_map_camera.translation = {0.02 * (frame - first), -2.0, 0.0};
-      const auto box = ProjectToBox(landmark.superquadric, observation.T_map_camera, camera);
-      observation.detection = {"tv", 0.5, *box};
-      landmark.Add(observation);
-    }
-  };
-  see(screen, 0, 20);
-  see(picture, 50, 8);
-  const auto same = [&] { return AreSameObject(screen, picture, ObjectOptions(), camera); };
-  ASSERT_LT(OverlapOfSmaller(screen.superquadric, picture.superquadric), MergingOptions().overlap);
-  EXPECT_TRUE(same());
-  // On another screen behind it.
-  picture.superquadric.T_map_object.translation.y() = 0.2;
-  EXPECT_FALSE(same());
-  // Boxed beside the screen again and again: something that stands before it.
-  picture.superquadric.T_map_object.translation.y() = 0.035;
-  Landmark sticker = picture;
-  see(sticker, 10, 5);
-  EXPECT_FALSE(AreSameObject(screen, sticker, ObjectOptions(), camera));
-  // The same size, not a part of the screen.
-  picture.superquadric.T_map_object.translation.y() = 0.035;
-  EXPECT_TRUE(same());
-  see(picture, 80, 8);
-  EXPECT_FALSE(same());
-}
-
 TEST(Landmark, AbsorbingCountsAllObservations) {
   Landmark landmark = SeenAt(100.0, 1500);
   landmark.Absorb(SeenAt(100.0, kHours));
@@ -393,47 +166,6 @@ TEST(LabelVotes, ScoresDecideNotCounts) {
   EXPECT_EQ(votes.Best(), "bowl");
   EXPECT_NEAR(votes.BestScore(), 1.1 / 3.0, 1e-12);
   EXPECT_EQ(LabelVotes().Best(), "");
-}
-
-Landmark WithCentroids(const Eigen::Vector3d& centre, int first_frame) {
-  Landmark landmark;
-  for (int i = 0; i < 8; ++i) {
-    ObjectObservation observation;
-    observation.frame_index = first_frame + i;
-    observation.detection = {"cup", 0.5, {100.0, 100.0, 40.0, 50.0}};
-    observation.centroid =
-        centre + 0.01 * Eigen::Vector3d(std::sin(3.0 * i), std::cos(5.0 * i), std::sin(7.0 * i));
-    landmark.Add(observation);
-  }
-  landmark.estimated = true;
-  landmark.superquadric.shape.half_size.setConstant(0.05);
-  landmark.superquadric.T_map_object.translation = centre;
-  return landmark;
-}
-
-TEST(Merging, FollowsTheAssociationMethod) {
-  using enum AssociationMethod;
-  const Landmark a = WithCentroids({0, 0, 0}, 0);
-  const Landmark same = WithCentroids({0.002, 0, 0}, 100);
-  // One inside the other, but with centroids that differ: only the volumes tell.
-  Landmark inside = WithCentroids({0.04, 0.04, 0.04}, 100);
-  inside.superquadric = a.superquadric;
-  const auto merges = [&](AssociationMethod method, const Landmark& b) {
-    ObjectOptions options;
-    options.association.method = method;
-    return AreSameObject(a, b, options, Camera());
-  };
-  for (const auto method : {kIou, kIouPoints, kNonparametric}) {
-    EXPECT_FALSE(merges(method, same)) << NameOf(method);
-    EXPECT_FALSE(merges(method, inside)) << NameOf(method);
-  }
-  for (const auto method : {kIouTTest, kEnsemble}) {
-    EXPECT_TRUE(merges(method, same)) << NameOf(method);
-    EXPECT_FALSE(merges(method, inside)) << NameOf(method);
-  }
-  EXPECT_TRUE(merges(kFull, same));
-  EXPECT_TRUE(merges(kFull, inside));
-  EXPECT_FALSE(merges(kFull, WithCentroids({0.3, 0, 0}, 100)));
 }
 
 }  // namespace

@@ -1,32 +1,17 @@
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <limits>
-#include <random>
+#include <cmath>
 
-#include "slam/geometry/angles.h"
-#include "slam/objects/joint_refinement.h"
-#include "slam/objects/landmark_estimation.h"
-#include "slam/objects/landmark_geometry.h"
-#include "slam/objects/landmark_refinement.h"
+#include "refinement_scene.h"
 #include "solid_overlap.h"
-#include "synthetic_desk.h"
 
 namespace sqslam {
 namespace {
 
+using testing::Bottom;
+using testing::InputOf;
 using testing::SolidIoU;
 using testing::SyntheticDesk;
-
-RefinementInput InputOf(const SyntheticDesk& desk, const PosedSuperquadric& truth) {
-  RefinementInput input;
-  input.camera = desk.Camera();
-  for (int frame = 0; frame < SyntheticDesk::kFrames; frame += 6) {
-    const auto box = ProjectToBox(truth, desk.Pose(frame), desk.Camera());
-    input.views.push_back({desk.Pose(frame), *box, {true, true, true, true}});
-  }
-  return input;
-}
 
 TEST(RefineJointly, GetsTheSizeOfABoxFromItsSilhouettesAlone) {
   const SyntheticDesk desk(1);
@@ -233,152 +218,6 @@ TEST(RefineJointly, WhatNoViewShowsComesFromTheClass) {
     return RefineJointly(start, input, RefinementOptions()).superquadric.shape.half_size.y();
   };
   EXPECT_LT(thickness(10.0), 0.6 * thickness(2.0));
-}
-
-double Bottom(const PosedSuperquadric& s) { return s.T_map_object.translation.z() - s.shape.half_size.z(); }
-
-TEST(RefineStanding, PullsToTheSupportButNotFromFarAbove) {
-  const SyntheticDesk desk(1);
-  const SupportHeights supports{{0.0}, {}};
-  PosedSuperquadric truth = desk.Objects()[3].superquadric;
-  PosedSuperquadric start = truth;
-  start.shape.half_size.z() *= 0.8;  // its lowest part was never seen
-  const StandingFit standing = RefineStanding({&start, 1}, InputOf(desk, truth), supports,
-                                              RefinementOptions(), SearchEffort::kPromising);
-  EXPECT_EQ(standing.support, 0.0);
-  EXPECT_NEAR(Bottom(standing.superquadric), 0.0, 0.005);
-  truth = desk.Objects()[5].superquadric;
-  truth.T_map_object.translation.z() += 0.3;  // on a shelf
-  const StandingFit floating = RefineStanding({&truth, 1}, InputOf(desk, truth), supports,
-                                              RefinementOptions(), SearchEffort::kPromising);
-  EXPECT_EQ(floating.support, std::nullopt);
-  EXPECT_NEAR(Bottom(floating.superquadric), 0.3, 0.01);
-}
-
-TEST(RefineStanding, PromisingStartsLeadNearToWhereAThoroughSearchLeads) {
-  const SyntheticDesk desk(1);
-  const SupportHeights supports{{0.0, -0.2}, {}};
-  for (const std::size_t index : {0U, 3U, 5U}) {
-    const PosedSuperquadric truth = desk.Objects()[index].superquadric;
-    RefinementInput input = InputOf(desk, truth);
-    std::vector<PosedSuperquadric> starts;
-    for (const double yaw : {0.0, 0.6}) {
-      for (const auto& [e1, e2] : {std::pair(0.25, 0.25), std::pair(0.25, 1.0), std::pair(1.0, 1.0)}) {
-        PosedSuperquadric start = truth;
-        start.shape = {0.7 * truth.shape.half_size, e1, e2};
-        start.T_map_object.rotation = Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ());
-        starts.push_back(start);
-      }
-    }
-    const StandingFit thorough =
-        RefineStanding(starts, input, supports, RefinementOptions(), SearchEffort::kThorough);
-    const StandingFit promising =
-        RefineStanding(starts, input, supports, RefinementOptions(), SearchEffort::kPromising);
-    EXPECT_GT(SolidIoU(promising.superquadric, thorough.superquadric), 0.8) << index;
-    EXPECT_LE(thorough.cost, promising.cost) << index;
-  }
-}
-
-TEST(RefineStanding, ThoroughSearchFindsASurfaceThatGoesOnUnseen) {
-  const SyntheticDesk desk(1);
-  const PosedSuperquadric truth = desk.Objects()[3].superquadric;
-  const double in_the_way = 0.6 * truth.shape.half_size.z();  // the top of a book beside it
-  const SupportHeights supports{{in_the_way}, {0.0}};
-  const RefinementInput input = InputOf(desk, truth);
-  const auto fit = [&](SearchEffort effort) {
-    return RefineStanding({&truth, 1}, input, supports, RefinementOptions(), effort);
-  };
-  EXPECT_NE(fit(SearchEffort::kPromising).support, 0.0);
-  EXPECT_EQ(fit(SearchEffort::kThorough).support, 0.0);
-  EXPECT_GT(SolidIoU(fit(SearchEffort::kThorough).superquadric, truth),
-            SolidIoU(fit(SearchEffort::kPromising).superquadric, truth) + 0.05);
-}
-
-// The floor is found all around an object on a table of which no point was found beside it.
-TEST(RefineStanding, ATableOverTheFloorIsTriedThoughItsPointsAreElsewhere) {
-  const SyntheticDesk desk(1);
-  const PosedSuperquadric truth = desk.Objects()[3].superquadric;
-  const SupportHeights supports{{-0.7}, {0.0}};
-  const StandingFit fit = RefineStanding({&truth, 1}, InputOf(desk, truth), supports, RefinementOptions(),
-                                         SearchEffort::kPromising);
-  EXPECT_EQ(fit.support, 0.0);
-}
-
-TEST(RefineStanding, ThoroughSearchLeavesAWrongStartBehind) {
-  const SyntheticDesk desk(1);
-  const SupportHeights supports{{0.0}, {}};
-  PosedSuperquadric truth = desk.Objects()[5].superquadric;
-  truth.shape = {{0.09, 0.03, 0.13}, 0.1, 0.1};
-  truth.T_map_object.translation.z() = 0.13;
-  RefinementInput input = InputOf(desk, truth);
-  PosedSuperquadric start = truth;  // a ball within it
-  start.shape = {{0.03, 0.03, 0.03}, 1.0, 1.0};
-  const auto fit = [&](SearchEffort effort) {
-    return RefineStanding({&start, 1}, input, supports, RefinementOptions(), effort);
-  };
-  EXPECT_LT(fit(SearchEffort::kThorough).cost, fit(SearchEffort::kPromising).cost - 5.0);
-  EXPECT_GT(SolidIoU(fit(SearchEffort::kThorough).superquadric, truth), 0.9);
-}
-
-// Views of which the lower part is hidden; `shown`: the rest as share of the box.
-RefinementInput HiddenBelow(const SyntheticDesk& desk, const PosedSuperquadric& truth, double shown) {
-  RefinementInput input = InputOf(desk, truth);
-  for (SilhouetteView& view : input.views) {
-    view.box.height *= shown;
-    view.edge_exact[kBottomEdge] = false;
-  }
-  return input;
-}
-
-TEST(RefineStanding, AHiddenLowerPartReachesDownToTheSupport) {
-  const SyntheticDesk desk(1);
-  const PosedSuperquadric truth = desk.Objects()[5].superquadric;
-  PosedSuperquadric upper = StretchedTo(truth, truth.T_map_object.translation.z());
-  EXPECT_NEAR(Bottom(upper), truth.T_map_object.translation.z(), 1e-12);
-  const RefinementInput input = HiddenBelow(desk, truth, 1.0);
-  const SupportHeights supports{{0.0}, {}};
-  const StandingFit fit =
-      RefineStanding({&upper, 1}, input, supports, RefinementOptions(), SearchEffort::kPromising);
-  EXPECT_EQ(fit.support, 0.0);
-  EXPECT_GT(SolidIoU(fit.superquadric, truth), 0.7);
-}
-
-TEST(RefineStanding, HowLittleTheBoxesShowDoesNotBoundTheHeightOverAHiddenEnd) {
-  const SyntheticDesk desk(1);
-  PosedSuperquadric truth = desk.Objects()[5].superquadric;
-  truth.shape.half_size.z() *= 6.0;
-  truth.T_map_object.translation.z() = truth.shape.half_size.z();
-  const RefinementInput input = HiddenBelow(desk, truth, 0.15);
-  const PosedSuperquadric upper = StretchedTo(truth, 1.7 * truth.shape.half_size.z());
-  const SupportHeights supports{{0.0}, {}};
-  const StandingFit fit =
-      RefineStanding({&upper, 1}, input, supports, RefinementOptions(), SearchEffort::kPromising);
-  EXPECT_EQ(fit.support, 0.0);
-  EXPECT_GT(SolidIoU(fit.superquadric, truth), 0.7);
-}
-
-TEST(RefineStanding, AnObjectOfKnownSizeReachesPastASurfaceThatHidesItsLowerPart) {
-  const SyntheticDesk desk(1);
-  PosedSuperquadric truth = desk.Objects()[5].superquadric;
-  truth.shape.half_size.z() *= 2.0;
-  truth.T_map_object.translation.z() = truth.shape.half_size.z();
-  RefinementInput input = HiddenBelow(desk, truth, 0.4);
-  const double table = truth.shape.half_size.z();
-  const PosedSuperquadric upper = StretchedTo(truth, 1.2 * truth.shape.half_size.z());
-  const SupportHeights supports{{table, 0.0}, {}};
-  const auto support = [&] {
-    return RefineStanding({&upper, 1}, input, supports, RefinementOptions(), SearchEffort::kPromising)
-        .support;
-  };
-  EXPECT_EQ(support(), table);
-  input.prior.log_metres = LogSize(truth.shape);
-  input.prior.size_sigma = 0.1;
-  input.prior.log_height_ratio =
-      std::log(truth.shape.half_size.z() / std::sqrt(truth.shape.half_size.x() * truth.shape.half_size.y()));
-  input.prior.height_sigma = 0.2;
-  EXPECT_EQ(support(), table) << "the map has no scale";
-  input.scale = MetricScale{0.0, 0.05};
-  EXPECT_EQ(support(), 0.0);
 }
 
 TEST(RefineJointly, NothingReachesThroughTheSurfaceUnderIt) {
