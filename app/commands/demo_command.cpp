@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <chrono>
 #include <memory>
 #include <string>
 
@@ -13,6 +12,7 @@
 #include "slam/run/run_pipeline.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/data_path.h"
+#include "slam/util/stopwatch.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -40,23 +40,21 @@ class Steps {
   explicit Steps(bool quiet) : quiet_(quiet) {}
 
   void Begin(const std::string& what) {
-    start_ = Clock::now();
+    stopwatch_ = {};
     if (!quiet_) {
       PrintLine(fmt::format("{}/3  {}", ++number_, what));
     }
   }
   void End(const std::string& result) const {
     if (!quiet_) {
-      const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
-      PrintLine(fmt::format("     {} ({:.1f} s)", result, seconds));
+      PrintLine(fmt::format("     {} ({:.1f} s)", result, stopwatch_.Seconds()));
     }
   }
 
  private:
-  using Clock = std::chrono::steady_clock;
   bool quiet_;
   int number_ = 0;
-  Clock::time_point start_;
+  Stopwatch stopwatch_;
 };
 
 void RenderSequence(const DemoArguments& arguments, const fs::path& sequence, Steps& steps) {

@@ -2,12 +2,12 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <chrono>
 
 #include "app/experiment/cell_run.h"
 #include "app/experiment/runner.h"
 #include "app/terminal/terminal.h"
 #include "slam/util/error.h"
+#include "slam/util/stopwatch.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -65,8 +65,7 @@ class FollowedCells {
 
  private:
   void Say(const std::string& name, const std::string& what, double seconds) {
-    const double elapsed = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-    print_(ProgressLine(done_, todo_, elapsed, name, what, seconds));
+    print_(ProgressLine(done_, todo_, stopwatch_.Seconds(), name, what, seconds));
   }
 
   const ExperimentPlan& plan_;
@@ -74,7 +73,7 @@ class FollowedCells {
   std::vector<std::optional<CellResult>> results_;
   std::size_t todo_ = 0;
   std::size_t done_ = 0;
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  Stopwatch stopwatch_;
 };
 
 }  // namespace

@@ -4,22 +4,17 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <mutex>
 #include <set>
 #include <thread>
 
 #include "app/experiment/cell_run.h"
 #include "slam/util/error.h"
+#include "slam/util/stopwatch.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
-using Clock = std::chrono::steady_clock;
 namespace {
-
-double SecondsSince(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 // Runs the unfinished cells of a plan in several threads.
 class Workers {
@@ -39,7 +34,7 @@ class Workers {
     outcome.cells = static_cast<int>(plan_.cells.size());
     outcome.reused = outcome.cells - static_cast<int>(todo_.size());
     PrepareInputs();
-    start_ = Clock::now();
+    stopwatch_ = {};
     {
       std::vector<std::jthread> threads;
       for (std::size_t i = 0; i < std::min<std::size_t>(plan_.config.jobs, todo_.size()); ++i) {
@@ -91,7 +86,7 @@ class Workers {
       if (next >= todo_.size()) {
         return;
       }
-      const Clock::time_point start = Clock::now();
+      const Stopwatch stopwatch;
       ChildResult child;
       try {
         child = Run(todo_[next]);
@@ -99,7 +94,7 @@ class Workers {
         child = {3, false, error.what()};
       }
       if (!child.stopped) {
-        Report(todo_[next], child, SecondsSince(start));
+        Report(todo_[next], child, stopwatch.Seconds());
       }
     }
   }
@@ -132,7 +127,7 @@ class Workers {
       const int code = child.exit_code > 0 && child.exit_code < 128 ? child.exit_code : 1;
       failures_[index] = {cell.name, code, child.exit_code == 0 ? what : child.message};
     }
-    print_(ProgressLine(done_, todo_.size(), SecondsSince(start_), cell.name, what, seconds));
+    print_(ProgressLine(done_, todo_.size(), stopwatch_.Seconds(), cell.name, what, seconds));
   }
 
   const ExperimentPlan& plan_;
@@ -143,7 +138,7 @@ class Workers {
   std::set<std::string> attempted_;            // inputs: names of sequences and of limited boxes
   std::map<std::string, std::string> broken_;  // inputs that cannot be used, and why
   std::atomic<std::size_t> next_ = 0;          // in todo_
-  Clock::time_point start_;
+  Stopwatch stopwatch_;
 
   std::mutex mutex_;  // guards the members below
   std::size_t done_ = 0;

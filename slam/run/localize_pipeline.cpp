@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
-
 #include "slam/io/cameras.h"
 #include "slam/io/result_files.h"
 #include "slam/io/trajectory.h"
@@ -12,6 +10,7 @@
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"
+#include "slam/util/stopwatch.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -72,7 +71,7 @@ LocalizedRun LocalizeSequence(const LocalizeRequest& request, RunHost& host) {
   Localizer localizer(map.map, map.recording.string(), map.options);
   CreateResultFolder(request.output);
 
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch stopwatch;
   FrameSource frames(sequence, request.range);
   LocalizedRun run;
   run.interrupted = PlayInto(localizer, frames, request.range.SizeIn(sequence), host);
@@ -84,7 +83,7 @@ LocalizedRun LocalizeSequence(const LocalizeRequest& request, RunHost& host) {
   run.stats.objects = static_cast<int>(last->objects.size());
   run.stats.counters = run.result.counters;
   run.stats.interrupted = run.interrupted;
-  run.stats.wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  run.stats.wall_seconds = stopwatch.Seconds();
   run.stats.timing_ms = run.result.timing_ms;
   WriteStats(request.output / "stats.json", run.stats);
   if (run.result.poses.empty()) {

@@ -1,7 +1,5 @@
 #include "slam/run/merge_pipeline.h"
 
-#include <chrono>
-
 #include "slam/io/cameras.h"
 #include "slam/map_merge.h"
 #include "slam/run/joined_sequence.h"
@@ -11,14 +9,14 @@
 #include "slam/snapshot/recording.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/options.h"
+#include "slam/util/stopwatch.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
 
 FinishedRun MergeResults(const fs::path& first, const fs::path& second, const fs::path& output,
                          RunHost& host) {
-  using Clock = std::chrono::steady_clock;
-  const Clock::time_point start = Clock::now();
+  const Stopwatch stopwatch;
   const KnownMap a = ReadKnownMap(first);
   const KnownMap b = ReadKnownMap(second);
   CheckSameCamera(b.recording, b.map.camera, a);
@@ -30,7 +28,7 @@ FinishedRun MergeResults(const fs::path& first, const fs::path& second, const fs
                                      run.result.kept.camera)
                      .string();
   run.stats = StatsOf(run.result);
-  run.stats.wall_seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  run.stats.wall_seconds = stopwatch.Seconds();
   AttemptAll({[&] { WriteCamera(output / "camera.yaml", run.result.kept.camera); },
               [&] { WriteMapFiles(output, run.result); },
               [&] {

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <chrono>
 #include <cmath>
 #include <memory>
 #include <utility>
@@ -25,10 +24,10 @@
 #include "slam/util/error.h"
 #include "slam/util/host.h"
 #include "slam/util/options.h"
+#include "slam/util/stopwatch.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
-using Clock = std::chrono::steady_clock;
 namespace {
 
 DetectionFeed MakeFeed(const RunRequest& request, const RunInput& input, RunHost& host) {
@@ -279,7 +278,7 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
   CreateResultFolder(request.output);
   DetectionFeed feed = MakeFeed(request, input, host);
 
-  const Clock::time_point start = Clock::now();
+  const Stopwatch stopwatch;
   AutoCamera camera = LearnCamera(input.sequence, request.range, request.options, host);
   const SystemOptions options = OptionsFor(camera, request.options);
   Recorder recorder(request.output / "map.sqmap",
@@ -310,7 +309,7 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
   run.stats.job = SlurmJob();
   run.stats.command = request.command;
   run.stats.camera = camera.IsGuessed() ? camera.Text() : "calibrated";
-  run.stats.wall_seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  run.stats.wall_seconds = stopwatch.Seconds();
   if (!run.result.map.snapshot) {
     run.stats.warnings = warnings.Lines();
     SaveWithoutMap(run, recorder);
