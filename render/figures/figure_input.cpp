@@ -11,6 +11,7 @@
 
 #include "render/camera/scene_framing.h"
 #include "slam/evaluation/comparison.h"
+#include "slam/geometry/span_in_box.h"
 #include "slam/io/result_files.h"
 #include "slam/util/error.h"
 #include "slam/util/text_lines.h"
@@ -213,23 +214,9 @@ void ImageCrop::DrawLine(FigurePage& page, const Eigen::Vector2d& from, const Ei
                          const FigureStroke& stroke) const {
   const Eigen::Vector2d low(cut_.x - 0.5, cut_.y - 0.5);
   const Eigen::Vector2d high = low + Eigen::Vector2d(cut_.width, cut_.height);
-  double begin = 0.0;
-  double end = 1.0;
   const Eigen::Vector2d d = to - from;
-  for (int axis = 0; axis < 2; ++axis) {
-    if (std::abs(d[axis]) < 1e-12) {
-      if (from[axis] < low[axis] || from[axis] > high[axis]) {
-        return;
-      }
-      continue;
-    }
-    const double a = (low[axis] - from[axis]) / d[axis];
-    const double b = (high[axis] - from[axis]) / d[axis];
-    begin = std::max(begin, std::min(a, b));
-    end = std::min(end, std::max(a, b));
-  }
-  if (begin < end) {
-    page.Line(ToPage(from + begin * d), ToPage(from + end * d), stroke);
+  if (const auto span = SpanInBox(from, d, low, high, 1.0)) {
+    page.Line(ToPage(from + (*span)[0] * d), ToPage(from + (*span)[1] * d), stroke);
   }
 }
 

@@ -5,6 +5,8 @@
 #include <numbers>
 #include <opencv2/core/utility.hpp>
 
+#include "slam/geometry/span_in_box.h"
+
 namespace sqslam {
 namespace {
 
@@ -126,25 +128,13 @@ constexpr double kLift = 2e-3;         // metres; offset to avoid self-shadowing
 // Returns true if the segment from a to b (object frame) enters the body. The radial scale is a norm and thus
 // convex along the segment: a golden-section search finds its minimum.
 bool Enters(const Superquadric& shape, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  double begin = 0.0;
-  double end = 1.0;
   const Eigen::Vector3d d = b - a;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double h = shape.half_size[axis];
-    if (std::abs(d[axis]) < 1e-12) {
-      if (std::abs(a[axis]) > h) {
-        return false;
-      }
-      continue;
-    }
-    const double t0 = (-h - a[axis]) / d[axis];
-    const double t1 = (h - a[axis]) / d[axis];
-    begin = std::max(begin, std::min(t0, t1));
-    end = std::min(end, std::max(t0, t1));
-  }
-  if (begin >= end) {
+  const Eigen::Vector3d low = -shape.half_size;
+  const auto span = SpanInBox(a, d, low, shape.half_size, 1.0);
+  if (!span) {
     return false;
   }
+  auto [begin, end] = *span;
   constexpr double kGolden = 0.381966;
   double left = begin + kGolden * (end - begin);
   double right = end - kGolden * (end - begin);

@@ -5,6 +5,8 @@
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
+#include "slam/geometry/span_in_box.h"
+
 namespace sqslam {
 namespace {
 
@@ -16,16 +18,12 @@ double HitSolid(const Solid& solid, const Eigen::Vector3d& origin, const Eigen::
   const Rigid3d T_object_world = solid.T_map_object.Inverse();
   const Eigen::Vector3d start = T_object_world * origin;
   const Eigen::Vector3d way = T_object_world.rotation * ray;
-  double enter = 0.0, leave = kFar;
-  for (int i = 0; i < 3; ++i) {
-    const double a = (-solid.half_size[i] - start[i]) / way[i];
-    const double b = (solid.half_size[i] - start[i]) / way[i];
-    enter = std::max(enter, std::min(a, b));
-    leave = std::min(leave, std::max(a, b));
-  }
-  if (!(enter < leave)) {
+  const Eigen::Vector3d low = -solid.half_size;
+  const auto span = SpanInBox(start, way, low, solid.half_size, kFar);
+  if (!span) {
     return kFar;
   }
+  const auto [enter, leave] = *span;
   for (int step = 0; step <= kSteps; ++step) {
     const double along = enter + (leave - enter) * step / kSteps;
     if (solid.kind == SolidKind::kCuboid || solid.RadialScale(start + along * way) <= 1.0) {
