@@ -7,6 +7,7 @@
 #include <unordered_map>
 
 #include "slam/objects/landmark_geometry.h"
+#include "slam/objects/landmark_outliers.h"
 #include "slam/objects/landmark_refinement.h"
 #include "slam/util/statistics.h"
 #include "slam/util/to_vector.h"
@@ -19,28 +20,8 @@ std::vector<bool> InBoxes(std::span<const SurfacePoint> points, const std::vecto
                           const Camera& camera) {
   constexpr double kNearlyAll = 0.85;
   constexpr double kMargin = 0.02;  // of a box
-  std::vector<int> inside(points.size(), 0);
-  std::vector<int> seen(points.size(), 0);
-  for (const BoxView& view : views) {
-    const Rigid3d T_camera_map = view.T_map_camera.Inverse();
-    const Box2d box = UndistortBox(view.box, camera);
-    const double margin = 1.0 + kMargin * std::max(box.width, box.height);
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const Eigen::Vector3d p = T_camera_map * points[i].p_map;
-      if (p.z() <= 0.0) {
-        continue;
-      }
-      const Eigen::Vector2d pixel = camera.Project(p);
-      const bool in_box = box.Contains(pixel, margin);
-      inside[i] += in_box ? 1 : 0;
-      seen[i] += in_box || IsBeyondEdge(box, view.edge_free, pixel, margin) ? 1 : 0;
-    }
-  }
-  std::vector<bool> result(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    result[i] = seen[i] > 0 && inside[i] >= kNearlyAll * seen[i];
-  }
-  return result;
+  return ToVector(BoxVotes::Of(ToVector(points, &SurfacePoint::p_map), views, camera, kMargin, true),
+                  [](const BoxVotes& v) { return v.seen > 0 && v.inside >= kNearlyAll * v.seen; });
 }
 
 using CellKey = std::array<int, 3>;

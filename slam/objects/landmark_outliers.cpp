@@ -7,6 +7,8 @@
 #include <ranges>
 
 #include "slam/objects/isolation_forest.h"
+#include "slam/objects/landmark_geometry.h"
+#include "slam/util/largest.h"
 #include "slam/util/statistics.h"
 #include "slam/util/to_vector.h"
 
@@ -57,41 +59,16 @@ NamedPoints ResolvePoints(Landmark& landmark, const PointLookup& lookup, const O
 std::vector<bool> InsideBoxes(const NamedPoints& points, const std::vector<BoxView>& views,
                               const EstimationContext& context) {
   const OutlierOptions& options = context.options->outliers;
-  std::vector<int> inside(points.size(), 0);
-  std::vector<int> seen(points.size(), 0);
-  for (const BoxView& view : views) {
-    const Rigid3d T_camera_map = view.T_map_camera.Inverse();
-    const double margin = 1.0 + options.box_margin * std::max(view.box.width, view.box.height);
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const Eigen::Vector3d p = T_camera_map * points[i].second;
-      if (p.z() <= 0.0) {
-        continue;
-      }
-      const Eigen::Vector2d pixel = context.camera.ProjectDistorted(p);
-      if (!context.camera.InImage(pixel)) {
-        continue;
-      }
-      // Beyond an edge that is not free the object may continue.
-      const bool in_box = view.box.Contains(pixel, margin);
-      const bool unknown = !in_box && !IsBeyondEdge(view.box, view.edge_free, pixel, margin);
-      seen[i] += unknown ? 0 : 1;
-      inside[i] += in_box ? 1 : 0;
-    }
-  }
-  std::vector<bool> keep(points.size(), true);
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    keep[i] = inside[i] >= options.min_inside_share * seen[i];
-  }
-  return keep;
+  return ToVector(
+      BoxVotes::Of(Positions(points), views, context.camera, options.box_margin, false),
+      [&](const BoxVotes& votes) { return votes.inside >= options.min_inside_share * votes.seen; });
 }
 
 // Drops points of a support surface, which lie in every box that looks down on the object, if enough of the
 // object rises above it.
 NamedPoints WithoutSurface(const NamedPoints& points, double height) {
-  double top = -std::numeric_limits<double>::infinity();
-  for (const auto& [id, p] : points) {
-    top = std::max(top, p.z());
-  }
+  const double top = Largest(points, -std::numeric_limits<double>::infinity(),
+                             [](const auto& point) { return point.second.z(); });
   const double tolerance = 0.06 * std::max(0.0, top - height);
   std::vector<bool> above = ToVector(points | std::views::values,
                                      [&](const Eigen::Vector3d& p) { return p.z() > height + tolerance; });
@@ -134,6 +111,31 @@ std::vector<PointVerdict> Verdicts(const Landmark& landmark, const NamedPoints& 
 }
 
 }  // namespace
+
+std::vector<BoxVotes> BoxVotes::Of(const std::vector<Eigen::Vector3d>& points,
+                                   const std::vector<BoxView>& views, const Camera& camera, double margin,
+                                   bool undistorted) {
+  std::vector<BoxVotes> votes(points.size());
+  for (const BoxView& view : views) {
+    const Rigid3d T_camera_map = view.T_map_camera.Inverse();
+    const Box2d box = undistorted ? UndistortBox(view.box, camera) : view.box;
+    const double pixels = 1.0 + margin * std::max(box.width, box.height);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const Eigen::Vector3d p = T_camera_map * points[i];
+      if (p.z() <= 0.0) {
+        continue;
+      }
+      const Eigen::Vector2d pixel = undistorted ? camera.Project(p) : camera.ProjectDistorted(p);
+      if (!undistorted && !camera.InImage(pixel)) {
+        continue;
+      }
+      const bool in_box = box.Contains(pixel, pixels);
+      votes[i].inside += in_box ? 1 : 0;
+      votes[i].seen += in_box || IsBeyondEdge(box, view.edge_free, pixel, pixels) ? 1 : 0;
+    }
+  }
+  return votes;
+}
 
 std::vector<Eigen::Vector3d> Positions(const NamedPoints& points) {
   return ToVector(points | std::views::values);
