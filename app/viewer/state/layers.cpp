@@ -69,12 +69,12 @@ void LayerSession::Update(Layers& layers, const Document& document, Messages& me
                fs::is_regular_file(document.file, none)) {  // right after a run it is a folder
       own_.Want(document.file, [](const fs::path& recording) {
         const CloudLayerPtr cloud = ReadCloudLayer(recording);
-        return cloud ? *cloud : CloudLayer();
+        return cloud ? cloud : std::make_shared<const CloudLayer>();
       });
       if (layers.mesh) {
         mesh_.Want(document.file, [](const fs::path& recording) {
           const SurfaceMeshPtr mesh = app::ReadMesh(recording, true);
-          return mesh ? *mesh : SurfaceMesh();
+          return mesh ? mesh : std::make_shared<const SurfaceMesh>();
         });
       }
     }

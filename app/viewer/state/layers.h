@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "app/viewer/state/document.h"
 #include "render/scene/style.h"
@@ -42,13 +43,13 @@ class BackgroundFile {
  public:
   using ValuePtr = std::shared_ptr<const Value>;
 
-  // Starts reading `source` by read(source), unless it is read already or another file is being read.
+  // Starts reading `source` by read(source), which returns a value or a pointer that is not null, unless it
+  // is read already or another file is being read.
   void Want(const std::filesystem::path& source, auto read) {
     if (!task_.valid() && (source != source_ || !value_)) {
       source_ = source;
       value_.reset();
-      task_ = std::async(std::launch::async,
-                         [source, read] { return std::make_shared<const Value>(read(source)); });
+      task_ = std::async(std::launch::async, [source, read] { return Shared(read(source)); });
     }
   }
   // Takes the value if it is ready and `source` is still wanted; returns the error, if any.
@@ -59,6 +60,9 @@ class BackgroundFile {
   const std::filesystem::path& Source() const { return source_; }
 
  private:
+  static ValuePtr Shared(ValuePtr value) { return value; }
+  static ValuePtr Shared(Value value) { return std::make_shared<const Value>(std::move(value)); }
+
   std::filesystem::path source_;
   std::future<ValuePtr> task_;
   ValuePtr value_;
