@@ -11,7 +11,6 @@
 #include "app/export/view_history.h"
 #include "app/report/report.h"
 #include "render/picture/outlines.h"
-#include "render/picture/picture_text.h"
 #include "slam/evaluation/trajectory_error.h"
 #include "slam/geometry/angles.h"
 #include "slam/io/input_images.h"
@@ -20,6 +19,7 @@
 #include "slam/util/markup.h"
 #include "slam/util/options.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -45,23 +45,12 @@ std::string GapsText(const Trajectory& trajectory) {
 // Returns key, value and default of each setting that differs from its default.
 std::vector<std::array<std::string, 3>> ChangedSettings(const std::string& config) {
   SystemOptions used;
-  SystemOptions defaults;
   try {
     ParseOptions(config, "map.sqmap", used);
   } catch (const UsageError&) {  // recorded by another version of the program
     return {};
   }
-  const std::vector<OptionField> fields = OptionFields(used);
-  const std::vector<OptionField> plain = OptionFields(defaults);
-  std::vector<std::array<std::string, 3>> changed;
-  for (std::size_t i = 0; i < fields.size(); ++i) {
-    const std::string value = OptionText(fields[i]);
-    const std::string before = OptionText(plain[i]);
-    if (value != before) {
-      changed.push_back({fields[i].key, value, before});
-    }
-  }
-  return changed;
+  return ChangedOptions(used, SystemOptions());
 }
 
 // Name and text of each line.
@@ -171,11 +160,7 @@ std::optional<OutlinedPhoto> BestPhoto(const RecordingReader& reader, const View
   }
   const std::size_t best = std::ranges::max_element(worth, {}, [](const auto& w) { return w.second; })->first;
   const SnapshotKeyframe keyframe = map.keyframes[best];
-  std::vector<SnapshotObject> objects;
-  for (const std::size_t object : shown[best]) {
-    objects.push_back(map.objects[object]);
-  }
-  map.objects = std::move(objects);
+  map.objects = ToVector(shown[best], [&map](std::size_t object) { return map.objects[object]; });
   InputImages images(reader);
   const cv::Mat image = images.Read(history.image_files, keyframe.frame_index);
   if (image.empty()) {

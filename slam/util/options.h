@@ -120,6 +120,24 @@ std::string OptionExpectation(const OptionField& field);
 // Returns the value as ReadOption takes it; empty if the field does not allow its present value.
 std::string OptionText(const OptionField& field);
 
+// Returns key, value and other value of each option in which two structs differ, as `text` writes values.
+template <typename Options>
+std::vector<std::array<std::string, 3>> ChangedOptions(
+    Options options, Options others,
+    const std::function<std::string(const OptionField&)>& text = OptionText) {
+  const std::vector<OptionField> fields = OptionFields(options);
+  const std::vector<OptionField> other_fields = OptionFields(others);
+  std::vector<std::array<std::string, 3>> changed;
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    const std::string value = text(fields[i]);
+    const std::string other = text(other_fields[i]);
+    if (value != other) {
+      changed.push_back({fields[i].key, value, other});
+    }
+  }
+  return changed;
+}
+
 // Assign from a parsed document: one value, or a map of them with groups, in which keys among `others` are
 // ignored. Throw UsageError that begins with `where`, or with SOURCE:LINE.
 void AssignOption(const YAML::Node& node, const OptionField& field, const std::string& where);

@@ -10,6 +10,7 @@
 #include "slam/util/error.h"
 #include "slam/util/options.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam::viewer {
 namespace fs = std::filesystem;
@@ -37,18 +38,8 @@ bool IsThroughCamera(const SceneView& view, const Document& document) {
 }  // namespace
 
 std::vector<std::string> StyleChanges(const SceneStyle& style, const SceneStyle& from) {
-  SceneStyle a = style;
-  SceneStyle b = from;
-  const std::vector<OptionField> fields = OptionFields(a);
-  const std::vector<OptionField> others = OptionFields(b);
-  std::vector<std::string> changes;
-  for (std::size_t i = 0; i < fields.size(); ++i) {
-    const std::string value = ValueText(fields[i]);
-    if (value != ValueText(others[i])) {
-      changes.push_back(fields[i].key + "=" + value);
-    }
-  }
-  return changes;
+  return ToVector(ChangedOptions(style, from, ValueText),
+                  [](const auto& change) { return change[0] + "=" + change[1]; });
 }
 
 ShownFramePtr PhotoBeneath(const SceneView& view, const Document& document) {
