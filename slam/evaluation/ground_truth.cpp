@@ -139,12 +139,7 @@ Rigid3d ReadMatrix(const fs::path& path) {
   }
   Eigen::Matrix4d matrix;
   for (std::size_t i = 0; i < 4; ++i) {
-    if (lines[i].words.size() != 4) {
-      ThrowBadLine(path, lines[i], kExpected);
-    }
-    for (std::size_t j = 0; j < 4; ++j) {
-      matrix(static_cast<int>(i), static_cast<int>(j)) = NumberAt(path, lines[i], j, kExpected);
-    }
+    matrix.row(static_cast<int>(i)) = Eigen::RowVector4d::Map(NumbersIn<4>(path, lines[i], kExpected).data());
   }
   const Eigen::Matrix3d rotation = matrix.topLeftCorner<3, 3>();
   if (!(rotation.transpose() * rotation - Eigen::Matrix3d::Identity()).isZero(kTolerance) ||
@@ -193,13 +188,7 @@ Trajectory ReadScenesV2(const fs::path& path, double fps) {
   constexpr const char* kExpected = "'qw qx qy qz x y z'";
   Trajectory trajectory;
   for (const TextLine& line : ReadTextLines(path, "lines 'qw qx qy qz x y z', one a frame")) {
-    if (line.words.size() != 7) {
-      ThrowBadLine(path, line, kExpected);
-    }
-    std::array<double, 7> v{};
-    for (std::size_t i = 0; i < v.size(); ++i) {
-      v[i] = NumberAt(path, line, i, kExpected);
-    }
+    const std::array<double, 7> v = NumbersIn<7>(path, line, kExpected);
     const Eigen::Quaterniond rotation =
         UnitQuaternion(path, line, {v[0], v[1], v[2], v[3]}, "a quaternion qw qx qy qz of length 1");
     trajectory.push_back({static_cast<double>(trajectory.size()) / fps, {rotation, {v[4], v[5], v[6]}}});

@@ -11,6 +11,7 @@
 #include "slam/io/sequence.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 
@@ -18,13 +19,7 @@ Trajectory ReadTrajectory(const std::filesystem::path& path) {
   constexpr const char* kExpected = "'timestamp tx ty tz qx qy qz qw'";
   Trajectory trajectory;
   for (const TextLine& line : ReadTextLines(path, "a trajectory in TUM format")) {
-    if (line.words.size() != 8) {
-      ThrowBadLine(path, line, kExpected);
-    }
-    std::array<double, 8> v{};
-    for (std::size_t i = 0; i < v.size(); ++i) {
-      v[i] = NumberAt(path, line, i, kExpected);
-    }
+    const std::array<double, 8> v = NumbersIn<8>(path, line, kExpected);
     const Eigen::Quaterniond rotation(v[7], v[4], v[5], v[6]);
     if (std::abs(rotation.norm() - 1.0) > 0.01) {
       ThrowBadLine(path, line, "a quaternion qx qy qz qw of length 1");
@@ -40,11 +35,9 @@ Trajectory ReadTrajectory(const std::filesystem::path& path) {
 }
 
 Trajectory KeyframeTrajectory(const MapSnapshot& map) {
-  Trajectory trajectory;
-  for (const SnapshotKeyframe& keyframe : map.keyframes) {
-    trajectory.push_back({keyframe.timestamp, keyframe.T_map_camera});
-  }
-  return trajectory;
+  return ToVector(map.keyframes, [](const SnapshotKeyframe& keyframe) {
+    return TimedPose{keyframe.timestamp, keyframe.T_map_camera};
+  });
 }
 
 Trajectory TrackedPoses(const std::filesystem::path& recording, const MapSnapshot& map) {

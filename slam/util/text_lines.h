@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <charconv>
 #include <filesystem>
 #include <optional>
@@ -51,6 +52,20 @@ std::vector<TextLine> ReadTextLines(const std::filesystem::path& path, std::stri
 // Returns the finite number in words[index]. Throws as ThrowBadLine if there is none.
 double NumberAt(const std::filesystem::path& path, const TextLine& line, std::size_t index,
                 std::string_view expected);
+
+// Returns the finite numbers of a line that has just these. Throws as ThrowBadLine otherwise.
+template <std::size_t count>
+std::array<double, count> NumbersIn(const std::filesystem::path& path, const TextLine& line,
+                                    std::string_view expected) {
+  std::array<double, count> numbers;
+  if (line.words.size() != count) {
+    ThrowBadLine(path, line, expected);
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    numbers[i] = NumberAt(path, line, i, expected);
+  }
+  return numbers;
+}
 
 // Returns the whole file. Throws InputError "FILE: cannot be read (reason), expected EXPECTED".
 std::string ReadFile(const std::filesystem::path& path, std::string_view expected);
