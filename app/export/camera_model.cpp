@@ -5,6 +5,7 @@
 #include <iterator>
 #include <map>
 
+#include "slam/io/pose_json.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/json_file.h"
 
@@ -210,11 +211,7 @@ void WriteTransforms(const std::filesystem::path& file, const CameraModel& model
     Eigen::Matrix4d matrix = image.T_camera_map.Inverse().Matrix();
     matrix.col(1) = -matrix.col(1);
     matrix.col(2) = -matrix.col(2);
-    nlohmann::ordered_json rows = nlohmann::ordered_json::array();
-    for (int i = 0; i < 4; ++i) {
-      rows.push_back({matrix(i, 0), matrix(i, 1), matrix(i, 2), matrix(i, 3)});
-    }
-    frames.push_back({{"file_path", "images/" + image.name}, {"transform_matrix", rows}});
+    frames.push_back({{"file_path", "images/" + image.name}, {"transform_matrix", RowsOf(matrix)}});
   }
   const nlohmann::ordered_json root = {{"camera_model", "OPENCV"},
                                        {"w", c.width},

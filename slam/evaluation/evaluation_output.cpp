@@ -8,6 +8,7 @@
 #include "slam/geometry/angles.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/json_file.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -59,10 +60,6 @@ ordered_json ObjectsJson(const Evaluation& evaluation) {
                   {"footprint_iou", match.footprint_iou}});
     matched.push_back(std::move(entry));
   }
-  ordered_json missed = ordered_json::array();
-  for (const int index : evaluation.objects.missed) {
-    missed.push_back(TruthJson(evaluation.Truth(index)));
-  }
   ordered_json extra = ordered_json::array();
   for (const ExtraLandmark& landmark : evaluation.extra) {
     const SnapshotObject& mapped = evaluation.Mapped(landmark.mapped);
@@ -81,11 +78,12 @@ ordered_json ObjectsJson(const Evaluation& evaluation) {
     }
     extra.push_back(std::move(entry));
   }
-  ordered_json doubles = ordered_json::array();
-  for (const ObjectDuplicate& twice : evaluation.objects.duplicates) {
-    doubles.push_back(
-        {{"object", evaluation.Mapped(twice.mapped).id}, {"ground_truth", evaluation.Truth(twice.truth).id}});
-  }
+  const auto doubles = ToVector(evaluation.objects.duplicates, [&](const ObjectDuplicate& twice) {
+    return ordered_json{{"object", evaluation.Mapped(twice.mapped).id},
+                        {"ground_truth", evaluation.Truth(twice.truth).id}};
+  });
+  const auto missed =
+      ToVector(evaluation.objects.missed, [&](int index) { return TruthJson(evaluation.Truth(index)); });
   return {{"matched", matched}, {"missed", missed}, {"extra", extra}, {"doubles", doubles}};
 }
 
@@ -112,16 +110,12 @@ ordered_json SummaryJson(const Evaluation& evaluation) {
     summary["mean_iou_scored_ellipsoid"] = evaluation.scored_iou.mean_ellipsoid;
     summary["mean_iou_scored_all"] = evaluation.scored_iou.mean_all;
   }
-  summary["reliability"] = ordered_json::array();
-  for (const ReliabilityBin& bin : evaluation.reliability) {
-    summary["reliability"].push_back(
-        {{"least", bin.least}, {"objects", bin.objects}, {"mean_iou", bin.mean_iou}});
-  }
-  summary["coverage"] = ordered_json::array();
-  for (const CoverageCount& count : evaluation.coverage) {
-    summary["coverage"].push_back(
-        {{"min_detections", count.min_detections}, {"mapped", count.mapped}, {"total", count.total}});
-  }
+  summary["reliability"] = ToVector(evaluation.reliability, [](const ReliabilityBin& bin) {
+    return ordered_json{{"least", bin.least}, {"objects", bin.objects}, {"mean_iou", bin.mean_iou}};
+  });
+  summary["coverage"] = ToVector(evaluation.coverage, [](const CoverageCount& c) {
+    return ordered_json{{"min_detections", c.min_detections}, {"mapped", c.mapped}, {"total", c.total}};
+  });
   return summary;
 }
 

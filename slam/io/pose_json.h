@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <array>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,13 @@ Rigid3d PoseFromJson(const Json& json, const std::string& key) {
     throw InputError("expected a rotation in " + key);
   }
   return {Eigen::Quaterniond(rotation).normalized(), {v[3], v[7], v[11]}};
+}
+
+// Returns the rows of a matrix, as a JSON document writes them.
+inline std::array<std::array<double, 4>, 4> RowsOf(const Eigen::Matrix4d& matrix) {
+  std::array<std::array<double, 4>, 4> rows;
+  Eigen::Matrix<double, 4, 4, Eigen::RowMajor>::Map(rows.front().data()) = matrix;
+  return rows;
 }
 
 }  // namespace sqslam

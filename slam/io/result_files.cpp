@@ -10,6 +10,7 @@
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 #include "slam/util/json_file.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -35,18 +36,13 @@ Json ToJson(const ObjectFit& fit) {
 Json ToJson(const SnapshotObject& object) {
   const Superquadric& shape = object.superquadric.shape;
   const Rigid3d& pose = object.superquadric.T_map_object;
-  const Eigen::Matrix4d matrix = pose.Matrix();
-  Json rows = Json::array();
-  for (int i = 0; i < 4; ++i) {
-    rows.push_back({matrix(i, 0), matrix(i, 1), matrix(i, 2), matrix(i, 3)});
-  }
   Json json = {{"id", object.id},
                {"label", object.label},
                {"score", object.score},
                {"observations", object.observations},
                {"center", ToJson(pose.translation)},
                {"yaw", object.yaw},
-               {"T_map_object", rows},
+               {"T_map_object", RowsOf(pose.Matrix())},
                {"half_size", ToJson(shape.half_size)},
                {"shape", {shape.e1, shape.e2}},
                {"points", object.points},
@@ -131,12 +127,8 @@ void WritePoints(const fs::path& path, const std::vector<SnapshotPoint>& points)
 }
 
 void WriteObjects(const fs::path& path, const std::vector<SnapshotObject>& objects) {
-  Json list = Json::array();
-  for (const SnapshotObject& object : objects) {
-    list.push_back(ToJson(object));
-  }
-  const Json root = {{"format", "sqslam-objects"}, {"version", 1}, {"objects", list}};
-  WriteJsonFile(path, root);
+  const auto list = ToVector(objects, [](const SnapshotObject& object) { return ToJson(object); });
+  WriteJsonFile(path, Json{{"format", "sqslam-objects"}, {"version", 1}, {"objects", list}});
 }
 
 std::vector<SnapshotObject> ReadObjects(const fs::path& path) {

@@ -10,10 +10,12 @@
 #include "slam/evaluation/evaluation.h"
 #include "slam/evaluation/ground_truth.h"
 #include "slam/evaluation/trajectory_error.h"
+#include "slam/io/pose_json.h"
 #include "slam/io/trajectory.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 #include "slam/util/json_file.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam::viewer {
 namespace fs = std::filesystem;
@@ -41,21 +43,10 @@ double Rounded(double value) {
   return rounded == 0.0 ? 0.0 : std::stod(fmt::format("{:.12g}", rounded));
 }
 
-Json Numbers(const Eigen::RowVectorXd& values) {
-  Json numbers = Json::array();
-  for (const double value : values) {
-    numbers.push_back(Rounded(value));
-  }
-  return numbers;
-}
+Json Numbers(const Eigen::Vector3d& v) { return {Rounded(v.x()), Rounded(v.y()), Rounded(v.z())}; }
 
 Json ToJson(const AnnotatedSolid& annotated, const Sim3d& S_file_annotation) {
   const Solid solid = Transform(S_file_annotation, annotated.solid);
-  const Eigen::Matrix4d matrix = solid.T_map_object.Matrix();
-  Json pose = Json::array();
-  for (const auto& row : matrix.rowwise()) {
-    pose.push_back(Numbers(row));
-  }
   Json entry = {{"id", annotated.id}};
   if (!annotated.name.empty()) {
     entry["name"] = annotated.name;
@@ -64,7 +55,8 @@ Json ToJson(const AnnotatedSolid& annotated, const Sim3d& S_file_annotation) {
   entry["primitive"] = NameOf(solid.kind);
   entry["center"] = Numbers(solid.T_map_object.translation);
   entry["yaw"] = Rounded(YawOf(solid));
-  entry["T_world_object"] = std::move(pose);
+  entry["T_world_object"] =
+      ToVector(RowsOf(solid.T_map_object.Matrix()), [](const auto& row) { return ToVector(row, Rounded); });
   entry["half_size"] = Numbers(solid.half_size);
   entry["shape"] = {solid.e1, solid.e2};
   if (!annotated.more.empty()) {
