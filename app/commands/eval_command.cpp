@@ -70,11 +70,18 @@ void PrintEvaluations(const std::vector<NamedEvaluation>& results) {
   }
 }
 
-// Evaluates the depth maps of densified results.
-void EvaluateDepth(const EvalArguments& arguments, const std::vector<std::string>& names) {
-  DenseEvaluationOptions options;
+// Returns the options of an evaluation with those set by the user.
+template <typename Options>
+Options OptionsSetBy(const EvalArguments& arguments) {
+  Options options;
   SetOptions(arguments.set, options);
   CheckOptions(options);
+  return options;
+}
+
+// Evaluates the depth maps of densified results.
+void EvaluateDepth(const EvalArguments& arguments, const std::vector<std::string>& names) {
+  const auto options = OptionsSetBy<DenseEvaluationOptions>(arguments);
   for (std::size_t i = 0; i < names.size(); ++i) {
     const std::filesystem::path result = arguments.results[i];
     const DenseEvaluation evaluation = EvaluateDense(result, arguments.ground_truth, options);
@@ -87,9 +94,7 @@ void EvaluateDepth(const EvalArguments& arguments, const std::vector<std::string
 
 // Evaluates the error budgets of results, each with the options of its run.
 void EvaluateBudgets(const EvalArguments& arguments, const std::vector<std::string>& names) {
-  EvaluationOptions options;
-  SetOptions(arguments.set, options);
-  CheckOptions(options);
+  const auto options = OptionsSetBy<EvaluationOptions>(arguments);
   for (std::size_t i = 0; i < names.size(); ++i) {
     const std::filesystem::path result = arguments.results[i];
     SystemOptions run;
@@ -113,9 +118,7 @@ void Evaluate(const EvalArguments& arguments) {
     EvaluateDepth(arguments, names);
     return;
   }
-  EvaluationOptions options;
-  SetOptions(arguments.set, options);
-  CheckOptions(options);
+  const auto options = OptionsSetBy<EvaluationOptions>(arguments);
   if (!arguments.output.empty()) {
     CheckComparisonPath(arguments.output);
   }
