@@ -10,13 +10,14 @@
 #include "app/export/map_export.h"
 #include "app/export/view_history.h"
 #include "render/camera/scene_framing.h"
-#include "render/picture/picture_text.h"
 #include "render/scene/style.h"
 #include "slam/io/image_files.h"
 #include "slam/io/input_images.h"
 #include "slam/io/trajectory.h"
+#include "slam/snapshot/snapshot.h"
 #include "slam/util/error.h"
 #include "slam/util/json_file.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -266,9 +267,7 @@ class MapViewWriter {
   // seen up to it.
   template <typename Point>
   ViewJson SortByFirstView(std::vector<Point>& points) const {
-    std::vector<Eigen::Vector3f> places;
-    std::ranges::transform(points, std::back_inserter(places), &Point::p_map);
-    const std::vector<std::size_t> first = FirstViews(map_, places);
+    const std::vector<std::size_t> first = FirstViews(map_, ToVector(points, &Point::p_map));
     std::vector<std::size_t> order(points.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::ranges::stable_sort(order, {}, [&](std::size_t i) { return first[i]; });

@@ -11,8 +11,8 @@
 
 #include "app/export/map_view.h"
 #include "app/result/map_input.h"
-#include "render/picture/picture_text.h"
 #include "slam/snapshot/recording.h"
+#include "slam/snapshot/snapshot.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/data_path.h"
 #include "slam/util/error.h"

@@ -8,7 +8,7 @@
 #include "app/report/report.h"
 #include "render/figures/figures.h"
 #include "render/page/page.h"
-#include "render/picture/picture_text.h"
+#include "slam/snapshot/snapshot.h"
 #include "slam/util/markup.h"
 #include "slam/util/text_lines.h"
 

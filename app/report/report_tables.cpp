@@ -6,8 +6,9 @@
 #include <map>
 
 #include "app/report/report.h"
-#include "render/picture/picture_text.h"
 #include "slam/geometry/angles.h"
+#include "slam/snapshot/snapshot.h"
+#include "slam/util/largest.h"
 #include "slam/util/markup.h"
 #include "slam/util/text_lines.h"
 
@@ -134,10 +135,8 @@ void AppendTiming(std::string& page, const ReportData& data) {
   if (!data.stats || data.stats->timing_ms.empty()) {
     return;
   }
-  double largest = 1e-9;
-  for (const auto& [stage, summary] : data.stats->timing_ms) {
-    largest = std::max(largest, summary.mean);
-  }
+  const double largest =
+      Largest(data.stats->timing_ms, 1e-9, [](const auto& timing) { return timing.second.mean; });
   fmt::format_to(
       out,
       "<section><h2>Time</h2>\n<div class=\"scroll\"><table><thead><tr><th class=\"l\">Stage, milliseconds"

@@ -7,23 +7,16 @@
 
 #include "render/figures/figure_input.h"
 #include "render/picture/picture.h"
-#include "render/picture/picture_text.h"
 #include "slam/fitting/fixed_shape_fit.h"
 #include "slam/fitting/surface_measures.h"
 #include "slam/geometry/nearest_solid.h"
+#include "slam/snapshot/snapshot.h"
 #include "slam/util/error.h"
 #include "slam/util/statistics.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
-
-std::vector<Eigen::Vector3d> PointsOf(const MapSnapshot& map) {
-  std::vector<Eigen::Vector3d> points;
-  for (const SnapshotPoint& point : map.points) {
-    points.push_back(point.p_map.cast<double>());
-  }
-  return points;
-}
 
 // Returns a map of the object's points and one of its solids.
 MapSnapshot WithSolid(const CompareFigure::Object& object, const CompareFigure::Kind& kind,
@@ -82,8 +75,8 @@ FigurePage DrawComparison(const CompareFigure& figure, const FigureOptions& opti
   Tell(progress, done, total);
   for (const CompareFigure::Object& object : figure.objects) {
     const MapSnapshot first = WithSolid(object, figure.kinds.front(), object.solids.front());
-    const ViewCamera eye =
-        options.camera.ApplyTo(EyeOn(first, object.solids, PointsOf(first), 1.5, grid.width / grid.height));
+    const ViewCamera eye = options.camera.ApplyTo(
+        EyeOn(first, object.solids, PositionsOf(first), 1.5, grid.width / grid.height));
     for (std::size_t k = 0; k < figure.kinds.size(); ++k) {
       const MapSnapshot map = WithSolid(object, figure.kinds[k], object.solids.at(k));
       k == 0 ? renderer.SetMap(map) : renderer.SetMapKeepingFrame(map);
@@ -185,8 +178,7 @@ std::vector<int> MostDifferent(const MapSnapshot& map) {
     }
     taken.push_back(next);
   }
-  std::vector<int> ids;
-  std::transform(taken.begin(), taken.end(), std::back_inserter(ids), [](const auto* o) { return o->id; });
+  std::vector<int> ids = ToVector(taken, &SnapshotObject::id);
   std::ranges::sort(ids);
   return ids;
 }
@@ -209,10 +201,8 @@ std::string DistanceNote(const PosedSuperquadric& solid, const std::vector<Eigen
   }
   const SurfaceDistance distance(solid.shape);
   const Rigid3d T_object_map = solid.T_map_object.Inverse();
-  std::vector<double> distances;
-  for (const Eigen::Vector3d& p : points) {
-    distances.push_back(std::abs(distance(T_object_map * p)));
-  }
+  std::vector<double> distances =
+      ToVector(points, [&](const Eigen::Vector3d& p) { return std::abs(distance(T_object_map * p)); });
   const double median = UpperMedian(std::move(distances));
   return fmt::format("median {:.2g} ({:.0f} %)", median, 100.0 * median / mean_half_size);
 }
@@ -225,7 +215,7 @@ CompareFigure::Object Compared(const MapSnapshot& map, const SnapshotObject& obj
   compared.map = map;
   std::erase_if(compared.map.points,
                 [&](const SnapshotPoint& point) { return point.object_id != object.id; });
-  const std::vector<Eigen::Vector3d> points = PointsOf(compared.map);
+  const std::vector<Eigen::Vector3d> points = PositionsOf(compared.map);
   for (SnapshotPoint& point : compared.map.points) {  // own colours are hard to see on solids
     for (int c = 0; c < 3; ++c) {
       point.rgb[static_cast<std::size_t>(c)] = static_cast<std::uint8_t>(std::lround(255.0 * ink[c]));

@@ -8,11 +8,12 @@
 
 #include "render/figures/figure_input.h"
 #include "render/page/chart.h"
-#include "render/picture/picture_text.h"
 #include "slam/geometry/angles.h"
 #include "slam/io/result_files.h"
+#include "slam/snapshot/snapshot.h"
 #include "slam/util/error.h"
 #include "slam/util/json_file.h"
+#include "slam/util/largest.h"
 
 namespace sqslam {
 namespace {
@@ -85,10 +86,8 @@ struct NameRoom {
 std::string MeanName(const IouFigure& figure) { return fmt::format("mean of {}", AllObjects(figure)); }
 
 NameRoom MeasureNames(const IouFigure& figure, double slot, const FigureTheme& theme) {
-  double widest = TextWidth(MeanName(figure), theme.small, true);
-  for (const std::string& name : figure.objects) {
-    widest = std::max(widest, TextWidth(name, theme.small));
-  }
+  const double widest = Largest(figure.objects, TextWidth(MeanName(figure), theme.small, true),
+                                [&](const std::string& name) { return TextWidth(name, theme.small); });
   NameRoom names;
   names.slanted = widest > slot - 3.0;
   const double angle = kSlant * kRadiansPerDegree;

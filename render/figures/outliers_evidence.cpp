@@ -3,8 +3,9 @@
 #include <algorithm>
 
 #include "render/figures/figure_input.h"
-#include "render/picture/picture_text.h"
+#include "slam/snapshot/snapshot.h"
 #include "slam/util/error.h"
+#include "slam/util/largest.h"
 
 // Input of the outliers figure: the fate of each point, and the image that shows it best.
 namespace sqslam {
@@ -88,10 +89,7 @@ const ObjectView& ClearestView(const std::vector<ObjectView>& views,
                                const std::vector<OutliersFigure::Point>& points, const Camera& camera) {
   constexpr double kLarge = 0.4;  // of the largest box's area
   constexpr double kNear = 0.35;  // of the box; the margin that the figure shows
-  double largest = 0.0;
-  for (const ObjectView& view : views) {
-    largest = std::max(largest, view.box.Area());
-  }
+  const double largest = Largest(views, 0.0, [](const ObjectView& view) { return view.box.Area(); });
   const ObjectView* best = &views.front();
   std::ptrdiff_t most = -1;
   for (const ObjectView& view : views) {

@@ -6,9 +6,10 @@
 
 #include "render/figures/figure_input.h"
 #include "render/page/chart.h"
-#include "render/picture/picture_text.h"
 #include "slam/io/result_files.h"
+#include "slam/snapshot/snapshot.h"
 #include "slam/util/error.h"
+#include "slam/util/largest.h"
 
 namespace sqslam {
 namespace {
@@ -148,10 +149,9 @@ FigurePage DrawTiming(const TimingFigure& figure, const FigureOptions& options) 
   TimingRows rows;
   rows.row = (area.height - AroundBars(figure, groups, theme, area.width)) / row_count;
   rows.bar = rows.row / (series + 0.6);
-  double names = 0.0;
-  for (const std::string& stage : figure.stages) {
-    names = std::max(names, TextWidth(RowName(stage), theme.small) + 6.0);
-  }
+  const double names = Largest(figure.stages, 0.0, [&](const std::string& stage) {
+    return TextWidth(RowName(stage), theme.small) + 6.0;
+  });
   if (rows.bar < 1.5 || names > 0.7 * area.width) {
     throw UsageError("the figure is too small for its bars, expected a larger size or fewer stages");
   }

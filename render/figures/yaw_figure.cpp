@@ -7,11 +7,11 @@
 
 #include "render/figures/figure_input.h"
 #include "render/picture/photo.h"
-#include "render/picture/picture_text.h"
 #include "slam/geometry/angles.h"
 #include "slam/objects/box_lines.h"
 #include "slam/objects/landmark_geometry.h"
 #include "slam/objects/yaw.h"
+#include "slam/snapshot/snapshot.h"
 #include "slam/util/error.h"
 
 namespace sqslam {

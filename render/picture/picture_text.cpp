@@ -67,11 +67,6 @@ cv::Mat Rasterize(const std::string& text, int pixels) {
 
 }  // namespace
 
-std::string ReadableLabel(std::string label) {
-  std::ranges::replace(label, '_', ' ');
-  return label;
-}
-
 cv::Scalar ToBgr(const Eigen::Vector3d& color) {
   return {255.0 * color.z(), 255.0 * color.y(), 255.0 * color.x()};
 }

@@ -11,9 +11,6 @@ namespace sqslam {
 
 inline constexpr int kFractionalBits = 4;  // in OpenCV's drawing coordinates
 
-// Returns "potted plant" for "potted_plant".
-std::string ReadableLabel(std::string label);
-
 cv::Scalar ToBgr(const Eigen::Vector3d& color);  // of OpenCV, 0 to 255
 
 // Returns all pixels from `low` to `high`, with a margin.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -84,6 +85,12 @@ struct SnapshotObject {
 // Returns the object's name, or its label if it has none.
 inline const std::string& ShownName(const SnapshotObject& object) {
   return object.name.empty() ? object.label : object.name;
+}
+
+// Returns "potted plant" for "potted_plant".
+inline std::string ReadableLabel(std::string label) {
+  std::ranges::replace(label, '_', ' ');
+  return label;
 }
 
 // Returns false for an object that is more likely wrong than right: drawn faintly and counted separately.

@@ -13,6 +13,7 @@
 #include "slam/fitting/surface_measures.h"
 #include "slam/io/point_cloud.h"
 #include "slam/util/error.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam::viewer {
 namespace {
@@ -29,14 +30,6 @@ std::vector<int> Select(std::span<const Eigen::Vector3d> points, Predicate predi
 }
 
 }  // namespace
-
-Points PointsOf(const MapSnapshot& map) {
-  Points points;
-  for (const SnapshotPoint& point : map.points) {
-    points.push_back(point.p_map.cast<double>());
-  }
-  return points;
-}
 
 Points ReadPoints(const std::filesystem::path& path, const Sim3d& S_annotation_file) {
   Points points = ReadPointCloud(path).points;
@@ -56,10 +49,9 @@ std::vector<int> SelectInBox(std::span<const Eigen::Vector3d> points, const Sele
 std::vector<int> SelectInLasso(std::span<const Eigen::Vector3d> points,
                                std::span<const Eigen::Vector2d> polygon, const Camera& camera,
                                const Rigid3d& T_map_camera) {
-  std::vector<cv::Point2f> contour;
-  for (const Eigen::Vector2d& corner : polygon) {
-    contour.emplace_back(cv::Point2d(corner.x(), corner.y()));
-  }
+  const std::vector<cv::Point2f> contour = ToVector(polygon, [](const Eigen::Vector2d& corner) {
+    return cv::Point2f(cv::Point2d(corner.x(), corner.y()));
+  });
   const Rigid3d T_camera_map = T_map_camera.Inverse();
   return Select(points, [&](const Eigen::Vector3d& p) {
     const Eigen::Vector3d p_camera = T_camera_map * p;
@@ -91,7 +83,7 @@ std::vector<int> Combine(std::span<const int> old, std::span<const int> chosen, 
 }
 
 std::optional<double> GroundHeight(const MapSnapshot& map) {
-  return map.support_height ? map.support_height : GroundHeight(PointsOf(map));
+  return map.support_height ? map.support_height : GroundHeight(PositionsOf(map));
 }
 
 std::optional<double> GroundHeight(std::span<const Eigen::Vector3d> points) {
@@ -111,11 +103,7 @@ std::optional<double> GroundHeight(std::span<const Eigen::Vector3d> points) {
 }
 
 Points PointsAt(std::span<const Eigen::Vector3d> points, std::span<const int> chosen) {
-  Points at;
-  for (const int index : chosen) {
-    at.push_back(points[static_cast<std::size_t>(index)]);
-  }
-  return at;
+  return ToVector(chosen, [&](int index) { return points[static_cast<std::size_t>(index)]; });
 }
 
 namespace {

@@ -16,7 +16,6 @@ namespace sqslam::viewer {
 // Points to annotate on: those of a map, or a dense cloud of a PLY or text file (slam/io/point_cloud.h),
 // transformed to the frame of the annotation. Selections are indices into them. Reading throws InputError.
 using Points = std::vector<Eigen::Vector3d>;
-Points PointsOf(const MapSnapshot& map);
 Points ReadPoints(const std::filesystem::path& path, const Sim3d& S_annotation_file = {});
 
 // An oriented box.

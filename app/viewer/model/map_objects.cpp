@@ -14,6 +14,7 @@
 #include "slam/geometry/nearest_solid.h"
 #include "slam/util/options.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam::viewer {
 namespace {
@@ -103,17 +104,14 @@ std::string ObjectName(const SnapshotObject& object) {
   return object.name.empty() ? NumberedLabel(object.label, object.id) : object.name;
 }
 
-std::string NumberedLabel(std::string label, int id) {
-  std::ranges::replace(label, '_', ' ');
-  return fmt::format("{} {}", label, id);
+std::string NumberedLabel(const std::string& label, int id) {
+  return fmt::format("{} {}", ReadableLabel(label), id);
 }
 
 std::vector<ObjectRow> ObjectRows(const MapSnapshot& map, const ObjectEdits& edits) {
-  std::vector<ObjectRow> rows;
-  for (const SnapshotObject& object : map.objects) {
-    rows.push_back({object, edits.Of(object.id).hidden, edits.PartsOf(object.id)});
-  }
-  return rows;
+  return ToVector(map.objects, [&](const SnapshotObject& object) {
+    return ObjectRow{object, edits.Of(object.id).hidden, edits.PartsOf(object.id)};
+  });
 }
 
 std::string CellText(const ObjectRow& row, ObjectColumn column) {

@@ -25,7 +25,7 @@ std::vector<ObjectRow> ObjectRows(const MapSnapshot& map, const ObjectEdits& edi
 
 // Returns the given name of an object, or its label with blanks and its number: "potted plant 3".
 std::string ObjectName(const SnapshotObject& object);
-std::string NumberedLabel(std::string label, int id);
+std::string NumberedLabel(const std::string& label, int id);
 
 enum class ObjectColumn {
   kId,

@@ -82,7 +82,7 @@ void PrepareAnnotation(const EditContext& context) {
   tool.prepared_for = map;
   tool.ground = GroundHeight(*map);
   if (tool.cloud_file.empty()) {
-    auto cloud = std::make_shared<Points>(PointsOf(*map));
+    auto cloud = std::make_shared<Points>(PositionsOf(*map));
     if (!tool.cloud || cloud->size() != tool.cloud->size()) {
       tool.chosen.clear();
     }
@@ -254,7 +254,7 @@ void OpenCloudFile(const EditContext& context) {
   AnnotationTool& tool = context.editing.annotation;
   context.messages.Try([&] {
     tool.cloud = std::make_shared<Points>(
-        tool.cloud_file.empty() ? (context.document.last ? PointsOf(*context.document.last) : Points())
+        tool.cloud_file.empty() ? (context.document.last ? PositionsOf(*context.document.last) : Points())
                                 : ReadPoints(tool.cloud_file, FileFrame(tool).Inverse()));
     tool.chosen.clear();
     context.messages.Say(fmt::format("{} points", tool.cloud->size()));
