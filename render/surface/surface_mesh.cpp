@@ -14,12 +14,13 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numeric>
 #include <set>
 #include <unordered_map>
 
 #include "render/solids/poly_data.h"
+#include "slam/util/disjoint_sets.h"
 #include "slam/util/parallel.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -200,27 +201,19 @@ SurfaceMesh Without(const SurfaceMesh& mesh, const std::vector<bool>& drop) {
 }
 
 SurfaceMesh WithoutIslands(const SurfaceMesh& mesh, int min_triangles) {
-  std::vector<std::uint32_t> parent(mesh.vertices.size());  // disjoint sets of connected vertices
-  std::iota(parent.begin(), parent.end(), 0U);
-  const auto root = [&parent](std::uint32_t v) {
-    while (parent[v] != v) {
-      v = parent[v] = parent[parent[v]];
-    }
-    return v;
-  };
+  DisjointSets connected(mesh.vertices.size());
   for (const auto& [a, b, c] : mesh.triangles) {
-    parent[root(a)] = root(b);
-    parent[root(b)] = root(c);
+    connected.Join(static_cast<std::int32_t>(a), static_cast<std::int32_t>(b));
+    connected.Join(static_cast<std::int32_t>(b), static_cast<std::int32_t>(c));
   }
-  std::vector<int> size(mesh.vertices.size());
-  for (const auto& triangle : mesh.triangles) {
-    ++size[root(triangle[0])];
+  const auto roots = ToVector(mesh.triangles, [&](const auto& triangle) {
+    return static_cast<std::size_t>(connected.Root(static_cast<std::int32_t>(triangle[0])));
+  });
+  std::vector<int> sizes(mesh.vertices.size());
+  for (const std::size_t root : roots) {
+    ++sizes[root];
   }
-  std::vector<bool> drop;
-  for (const auto& triangle : mesh.triangles) {
-    drop.push_back(size[root(triangle[0])] < min_triangles);
-  }
-  return Without(mesh, drop);
+  return Without(mesh, ToVector(roots, [&](std::size_t root) { return sizes[root] < min_triangles; }));
 }
 
 SurfaceMesh FromPolyData(vtkPolyData& data) {
