@@ -16,6 +16,7 @@
 #include "slam/util/json_file.h"
 #include "slam/util/options.h"
 #include "slam/util/statistics.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam::app {
 namespace {
@@ -42,11 +43,7 @@ struct DoctorArguments {
 
 std::string LimitNames() {
   InspectionOptions options;
-  std::vector<std::string> names;
-  for (const OptionField& field : OptionFields(options)) {
-    names.push_back(field.key);
-  }
-  return fmt::format("{}", fmt::join(names, ", "));
+  return fmt::format("{}", fmt::join(ToVector(OptionFields(options), &OptionField::key), ", "));
 }
 
 Sequence OpenSmall(const SequenceArguments& arguments) {
@@ -63,10 +60,7 @@ Sequence OpenSmall(const SequenceArguments& arguments) {
 // Prints the median of the samples, and the bound of their worst tenth.
 void PrintValue(const std::vector<FilmMoment>& moments, double FilmMoment::*value, const char* name,
                 double factor, const char* unit, bool high_is_bad) {
-  std::vector<double> values;
-  for (const FilmMoment& moment : moments) {
-    values.push_back(factor * (moment.*value));
-  }
+  const auto values = ToVector(moments, [&](const FilmMoment& moment) { return factor * (moment.*value); });
   fmt::print("  {:<34} {:>7.2f} {:>9.2f}  {}\n", name, MeanMedian(values),
              LinearQuantile(values, high_is_bad ? 0.9 : 0.1), unit);
 }

@@ -11,6 +11,7 @@
 #include "slam/util/error.h"
 #include "slam/util/fingerprint.h"
 #include "slam/util/json_file.h"
+#include "slam/util/largest.h"
 #include "slam/util/text_lines.h"
 
 namespace sqslam::app {
@@ -155,10 +156,7 @@ void ReadScores(const json& eval, CellResult& result) {
 }  // namespace
 
 std::vector<ExperimentCell> ListCells(const ExperimentConfig& config) {
-  int repetitions = 0;
-  for (const ExperimentGrid& grid : config.grids) {
-    repetitions = std::max(repetitions, grid.repetitions);
-  }
+  const int repetitions = Largest(config.grids, 0, &ExperimentGrid::repetitions);
   std::vector<ExperimentCell> cells;
   std::set<std::string> seen;
   for (int repetition = 1; repetition <= repetitions; ++repetition) {

@@ -12,6 +12,7 @@
 #include "slam/util/error.h"
 #include "slam/util/options.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -164,9 +165,7 @@ void CheckName(const Group& group, const std::string& name, const Words& taken) 
 
 template <typename Item>
 Words NamesOf(const std::vector<Item>& items) {
-  Words names;
-  std::ranges::transform(items, std::back_inserter(names), &Item::name);
-  return names;
+  return ToVector(items, &Item::name);
 }
 
 // Returns the names of the variants as in a configuration: the unnamed one is `default`.

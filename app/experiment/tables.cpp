@@ -10,6 +10,8 @@
 #include <set>
 
 #include "slam/util/atomic_file.h"
+#include "slam/util/largest.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -43,9 +45,7 @@ Pointers AtUsual(const Pointers& results, const Key& key, const std::string& pre
 }
 
 Pointers All(const Results& results) {
-  Pointers all;
-  std::ranges::transform(results, std::back_inserter(all), [](const auto& r) { return &r; });
-  return all;
+  return ToVector(results, [](const CellResult& result) { return &result; });
 }
 
 Pointers WithObjects(Pointers results) {
@@ -123,9 +123,7 @@ Cell CountCell(std::vector<double> counts) {
 }
 
 Cell CountCell(const Pointers& runs, const std::function<double(const CellResult&)>& count) {
-  std::vector<double> counts;
-  std::ranges::transform(runs, std::back_inserter(counts), [&](const auto* run) { return count(*run); });
-  return CountCell(std::move(counts));
+  return CountCell(ToVector(runs, [&](const CellResult* run) { return count(*run); }));
 }
 
 // Table I or II: a column per configuration, rows per class, object or sequence.
@@ -353,10 +351,7 @@ Table RuntimeTable(const Results& all) {
       AddRuntimeRows(sequence, method.empty() ? runs.front()->cell.method : method, runs, table);
     }
   }
-  int jobs = 1;
-  for (const CellResult* result : results) {
-    jobs = std::max(jobs, result->jobs);
-  }
+  const int jobs = Largest(results, 1, &CellResult::jobs);
   if (jobs > 1) {
     table.notes.push_back(fmt::format(
         "Measured with up to {} runs at a time on one machine, which makes all of them slower.", jobs));

@@ -15,6 +15,7 @@
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam::app {
 namespace {
@@ -109,10 +110,8 @@ class MapWriter {
 
   void AddTrajectory(const Trajectory& trajectory) {
     path_ = trajectory;
-    std::vector<Eigen::Vector3f> centers;
-    for (const TimedPose& pose : path_) {
-      centers.push_back(pose.T_map_camera.translation.cast<float>());
-    }
+    const std::vector<Eigen::Vector3f> centers = ToVector(
+        path_, [](const TimedPose& pose) { return pose.T_map_camera.translation.cast<float>().eval(); });
     if (centers.size() >= 2) {
       AddDrawing("trajectory", GlbFile::Mode::kLineStrip, centers, -1, ParseColor(style_.cameras.color));
     }

@@ -16,6 +16,7 @@
 #include "slam/system_parts.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -70,11 +71,9 @@ void WriteImages(const Sequence& sequence, const CameraModel& model, const fs::p
 }
 
 std::vector<SnapshotPoint> CloudOf(const CameraModel& model) {
-  std::vector<SnapshotPoint> cloud;
-  for (const CameraModel::Point& point : model.points) {
-    cloud.push_back({.p_map = point.p_map.cast<float>(), .rgb = point.rgb});
-  }
-  return cloud;
+  return ToVector(model.points, [](const CameraModel::Point& point) {
+    return SnapshotPoint{.p_map = point.p_map.cast<float>(), .rgb = point.rgb};
+  });
 }
 
 // Drops keyframes that the sequence does not have (from an older run that was extended), their observations,

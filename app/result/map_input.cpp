@@ -10,6 +10,7 @@
 #include "slam/io/result_files.h"
 #include "slam/snapshot/depth_recording.h"
 #include "slam/util/error.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -115,11 +116,9 @@ void AddLayerOptions(Command& command, LayerArguments& a) {
 
 CloudLayerPtr PlaceCloud(const PointCloud& cloud, const Sim3d& S_map_file, const Eigen::Vector3d& color) {
   const Eigen::Vector3i plain = (255.0 * color).array().round().cast<int>();
-  std::vector<Eigen::Vector3f> points;
-  points.reserve(cloud.points.size());
-  for (const Eigen::Vector3d& p : cloud.points) {
-    points.push_back((S_map_file * p).cast<float>());
-  }
+  const std::vector<Eigen::Vector3f> points = ToVector(cloud.points, [&](const Eigen::Vector3d& p) {
+    return Eigen::Vector3f((S_map_file * p).cast<float>());
+  });
   const double spacing = SpacingOf(points);
   CloudLayerBuilder builder(0.5 * spacing);  // cubes so small that hardly any two points are merged
   for (std::size_t i = 0; i < points.size(); ++i) {

@@ -13,6 +13,7 @@
 #include "slam/geometry/angles.h"
 #include "slam/util/error.h"
 #include "slam/util/statistics.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -20,11 +21,7 @@ namespace {
 Eigen::Vector3d Percentiles(const std::vector<Eigen::Vector3d>& points, double q) {
   Eigen::Vector3d result;
   for (int axis = 0; axis < 3; ++axis) {
-    std::vector<double> values;
-    for (const Eigen::Vector3d& p : points) {
-      values.push_back(p[axis]);
-    }
-    result[axis] = LowerQuantile(std::move(values), q);
+    result[axis] = LowerQuantile(ToVector(points, [axis](const Eigen::Vector3d& p) { return p[axis]; }), q);
   }
   return result;
 }
@@ -50,15 +47,11 @@ std::vector<Eigen::Vector3d> ObjectCorners(const MapSnapshot& map) {
   if (map.objects.empty()) {
     return {};
   }
-  std::vector<Eigen::Vector3d> centers;
-  for (const SnapshotObject& object : map.objects) {
-    centers.push_back(object.superquadric.T_map_object.translation);
-  }
+  const std::vector<Eigen::Vector3d> centers =
+      ToVector(map.objects, [](const SnapshotObject& o) { return o.superquadric.T_map_object.translation; });
   const Eigen::Vector3d middle = Percentiles(centers, 0.5);
-  std::vector<double> distances;
-  for (const Eigen::Vector3d& center : centers) {
-    distances.push_back((center - middle).norm());
-  }
+  std::vector<double> distances =
+      ToVector(centers, [&](const Eigen::Vector3d& center) { return (center - middle).norm(); });
   const double limit = 4.0 * LowerQuantile(distances, 0.7);
   std::vector<Eigen::Vector3d> corners;
   for (std::size_t i = 0; i < centers.size(); ++i) {
@@ -183,10 +176,9 @@ SceneFocus FindFocus(const MapSnapshot& map) {
   focus.center = 0.5 * (box.min() + box.max());
   focus.radius = std::max(0.5 * box.diagonal().norm(), 1e-6);
   focus.ground_height = GroundHeight(map, focus);
-  std::vector<double> depths;
-  for (const SnapshotKeyframe& keyframe : map.keyframes) {
-    depths.push_back((keyframe.T_map_camera.translation - focus.center).norm());
-  }
+  std::vector<double> depths = ToVector(map.keyframes, [&](const SnapshotKeyframe& keyframe) {
+    return (keyframe.T_map_camera.translation - focus.center).norm();
+  });
   focus.front = FrontDirection(map, focus);
   focus.view_depth = depths.empty() ? 2.0 * focus.radius : LowerQuantile(depths, 0.5);
   for (const SnapshotKeyframe& keyframe : map.keyframes) {  // the path does not affect the scale
@@ -211,9 +203,7 @@ void IncludeCloud(const std::vector<Eigen::Vector3d>& cloud, SceneFocus& focus) 
     const double z = (i + 0.5) / kDirections, turn = kGoldenAngle * i;
     const double level = std::sqrt(1.0 - z * z);
     const Eigen::Vector3d direction(level * std::cos(turn), level * std::sin(turn), z);
-    std::vector<double> along;
-    std::ranges::transform(bulk, std::back_inserter(along),
-                           [&](const Eigen::Vector3d& p) { return p.dot(direction); });
+    std::vector<double> along = ToVector(bulk, [&](const Eigen::Vector3d& p) { return p.dot(direction); });
     if (along.empty()) {
       return;
     }
@@ -350,9 +340,7 @@ double RoundLength(double length) {
 }
 
 std::vector<std::string> ViewPresetNames() {
-  std::vector<std::string> names;
-  std::ranges::transform(kPresets, std::back_inserter(names), &Direction::name);
-  return names;
+  return ToVector(kPresets, [](const Direction& preset) { return std::string(preset.name); });
 }
 
 ViewCamera PresetView(const std::string& name, const SceneFocus& focus, double aspect, double view_angle) {

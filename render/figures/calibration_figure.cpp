@@ -8,6 +8,7 @@
 #include "render/page/chart.h"
 #include "slam/util/error.h"
 #include "slam/util/statistics.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -16,11 +17,8 @@ constexpr double kCalibrationGap = 14.0;  // points between panels
 constexpr int kCells = 8;                 // of the coverage grid, along the longer side
 
 std::vector<double> ErrorLengths(const CalibrationFigure& figure) {
-  std::vector<double> lengths;
-  for (const CalibrationFigure::Corner& corner : figure.corners) {
-    lengths.push_back(corner.error.norm());
-  }
-  return lengths;
+  return ToVector(figure.corners,
+                  [](const CalibrationFigure::Corner& corner) { return corner.error.norm(); });
 }
 
 void DrawPanelTitle(FigurePage& page, const FigureRect& panel, const std::string& text,

@@ -12,6 +12,7 @@
 #include "slam/geometry/superquadric.h"
 #include "slam/io/result_files.h"
 #include "slam/util/error.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -54,10 +55,9 @@ std::vector<LegendEntry> ClassLegend(const MapsFigure& figure, UncertainObjects 
       labels.insert(box.label);
     }
   }
-  std::vector<LegendEntry> entries;
-  for (const std::string& label : labels) {
-    entries.push_back(LegendEntry::Bar(ReadableLabel(label), {colors.at(label), {}, 0}));
-  }
+  std::vector<LegendEntry> entries = ToVector(labels, [&](const std::string& label) {
+    return LegendEntry::Bar(ReadableLabel(label), {colors.at(label), {}, 0});
+  });
   if (faint) {
     entries.push_back(LegendEntry::Line("uncertain", theme.Axis()));
   }

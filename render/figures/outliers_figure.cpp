@@ -9,6 +9,7 @@
 #include "render/picture/picture.h"
 #include "render/picture/picture_overlay.h"
 #include "slam/util/error.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -166,9 +167,7 @@ void DrawImagePanel(FigurePage& page, const OutliersFigure::Object& object, cons
 
 // Returns a view of the solid and of its points, except those farther away than kPointReach.
 ViewCamera EyeOnOutliers(const OutliersFigure::Object& object, double aspect) {
-  std::vector<Eigen::Vector3d> points;
-  std::transform(object.points.begin(), object.points.end(), std::back_inserter(points),
-                 [](const FatedPoint& point) { return point.p_map; });
+  const std::vector<Eigen::Vector3d> points = ToVector(object.points, &FatedPoint::p_map);
   return EyeOn(object.map, {object.map.objects.front().superquadric}, points, kPointReach, aspect);
 }
 

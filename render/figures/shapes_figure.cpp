@@ -8,6 +8,7 @@
 #include "render/picture/picture.h"
 #include "slam/geometry/angles.h"
 #include "slam/util/error.h"
+#include "slam/util/largest.h"
 
 namespace sqslam {
 namespace {
@@ -48,11 +49,8 @@ std::string ExponentText(double e) { return fmt::format("{:.3g}", e); }
 double HeadRoom(const FigureTheme& theme) { return 2.6 * theme.font; }
 
 double SideRoom(const ShapesFigure& figure, const FigureTheme& theme) {
-  double widest = 0.0;
-  for (const double e : figure.e1) {
-    widest = std::max(widest, TextWidth(ExponentText(e), theme.font));
-  }
-  return widest + 2.3 * theme.font;
+  return Largest(figure.e1, 0.0, [&](double e) { return TextWidth(ExponentText(e), theme.font); }) +
+         2.3 * theme.font;
 }
 
 ShapesGrid PlaceGrid(const FigureSheet& sheet, const ShapesFigure& figure) {

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "slam/util/largest.h"
+
 namespace sqslam {
 namespace {
 
@@ -248,10 +250,8 @@ double XAxisHeight(const FigureTheme& theme, bool label) {
 }
 
 double YAxisWidth(const ChartAxis& axis, const FigureTheme& theme, bool label) {
-  double widest = 0.0;
-  for (const double tick : axis.Ticks()) {
-    widest = std::max(widest, TextWidth(axis.TickText(tick), theme.small));
-  }
+  const double widest =
+      Largest(axis.Ticks(), 0.0, [&](double tick) { return TextWidth(axis.TickText(tick), theme.small); });
   return kTickGap + widest + (label ? 1.5 * theme.font : 0.0);
 }
 

@@ -14,6 +14,7 @@
 #include "render/solids/scene_order.h"
 #include "slam/geometry/silhouette.h"
 #include "slam/util/error.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -114,12 +115,9 @@ ImagePlacement PlaceImage(const Camera& camera, const cv::Rect& part) {
 
 std::vector<ObjectOutline> OutlinesOf(const std::vector<SnapshotObject>& objects, const Camera& camera,
                                       const Rigid3d& T_map_camera) {
-  std::vector<PosedSuperquadric> solids;
-  for (const SnapshotObject& object : objects) {
-    solids.push_back(object.superquadric);
-  }
+  const SolidOrder solids(ToVector(objects, &SnapshotObject::superquadric));
   std::vector<int> order;  // interpenetrating solids form one entry, in any order
-  for (const std::vector<int>& entry : SolidOrder(std::move(solids)).BackToFront(T_map_camera.translation)) {
+  for (const std::vector<int>& entry : solids.BackToFront(T_map_camera.translation)) {
     order.insert(order.end(), entry.begin(), entry.end());
   }
   std::ranges::reverse(order);

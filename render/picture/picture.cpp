@@ -11,6 +11,7 @@
 #include "slam/geometry/angles.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -140,11 +141,8 @@ struct PictureRenderer::Impl {
     const auto share = [&](const cv::Point& pixel) {
       return Eigen::Vector2d(double(pixel.x) / size.width, double(pixel.y) / size.height);
     };
-    std::vector<PicturePart> parts;
-    for (const cv::Rect& area : CaptionAreas(size, map, captions, options.style, text)) {
-      parts.emplace_back(share(area.tl()), share(area.br()));
-    }
-    return parts;
+    return ToVector(CaptionAreas(size, map, captions, options.style, text),
+                    [&](const cv::Rect& area) { return PicturePart(share(area.tl()), share(area.br())); });
   }
 
   PictureOptions options;

@@ -16,6 +16,8 @@
 #include <numbers>
 #include <utility>
 
+#include "slam/util/to_vector.h"
+
 namespace sqslam {
 namespace {
 
@@ -87,10 +89,8 @@ std::vector<PointSplats::Vertex> MapPoints(const MapSnapshot& map, const SceneSt
 }
 
 vtkSmartPointer<vtkPolyData> TrajectoryLine(const MapSnapshot& map, const SceneStyle& style) {
-  std::vector<Eigen::Vector3d> centers;
-  for (const SnapshotKeyframe& keyframe : map.keyframes) {
-    centers.push_back(keyframe.T_map_camera.translation);
-  }
+  std::vector<Eigen::Vector3d> centers =
+      ToVector(map.keyframes, [](const SnapshotKeyframe& k) { return k.T_map_camera.translation; });
   if (map.T_map_camera && style.cameras.current) {
     centers.push_back(map.T_map_camera->translation);
   }

@@ -11,12 +11,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <utility>
 
 #include "picture_shaders.h"
 #include "render/scene/solid_meshes.h"
 #include "render/scene/studio_light.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -98,11 +98,7 @@ SolidActors::Solid SolidActors::MakeSolid(int number) const {
   return solid;
 }
 
-std::vector<Eigen::Vector3d> SolidActors::Colors() const {
-  std::vector<Eigen::Vector3d> colors;
-  std::ranges::transform(solids_, std::back_inserter(colors), &Solid::color);
-  return colors;
-}
+std::vector<Eigen::Vector3d> SolidActors::Colors() const { return ToVector(solids_, &Solid::color); }
 
 void SolidActors::Show(const std::vector<SnapshotObject>& objects, const LabelColors& colors,
                        ObjectLook look) {

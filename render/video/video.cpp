@@ -17,6 +17,7 @@
 #include "render/video/video_alignment.h"
 #include "render/video/video_encoder.h"
 #include "slam/util/error.h"
+#include "slam/util/to_vector.h"
 #include "slam/util/worker_thread.h"
 
 namespace sqslam {
@@ -206,12 +207,11 @@ std::pair<int, int> RangeOf(const VideoOptions& options, int total) {
 // Returns the views along the given poses.
 std::vector<ViewCamera> PathAlong(const std::vector<Rigid3d>& poses, CameraPath path, const Camera& camera,
                                   const PictureRenderer& renderer) {
-  std::vector<ViewCamera> views;
-  for (const Rigid3d& pose : poses) {
-    views.push_back(path == CameraPath::kFirstPerson
-                        ? FirstPerson(pose, camera, renderer.Focus().radius)
-                        : Behind(pose, renderer.Focus().up, 0.6 * renderer.Focus().radius));
-  }
+  std::vector<ViewCamera> views = ToVector(poses, [&](const Rigid3d& pose) {
+    return path == CameraPath::kFirstPerson
+               ? FirstPerson(pose, camera, renderer.Focus().radius)
+               : Behind(pose, renderer.Focus().up, 0.6 * renderer.Focus().radius);
+  });
   return path == CameraPath::kFollow ? Smooth(views, 4.0) : views;
 }
 

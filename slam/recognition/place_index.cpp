@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <map>
 
+#include "slam/util/largest.h"
+
 namespace sqslam {
 
 void PlaceIndex::Add(PlaceId id, const BagOfWords& bow) {
@@ -37,10 +39,7 @@ std::vector<PlaceCandidate> PlaceIndex::SimilarKeyframes(const PlaceQuery& query
     }
   }
   std::erase_if(shared, [&](const auto& entry) { return query.exclude && query.exclude(entry.first); });
-  int most = 0;
-  for (const auto& [id, with] : shared) {
-    most = std::max(most, with.words);
-  }
+  const int most = Largest(shared, 0, [](const auto& place) { return place.second.words; });
   std::vector<PlaceCandidate> similar;
   for (const auto& [id, with] : shared) {
     if (with.words >= query.min_shared_words * most && with.score >= query.min_score) {

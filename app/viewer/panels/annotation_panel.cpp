@@ -9,6 +9,7 @@
 #include "app/viewer/state/editing.h"
 #include "app/viewer/widgets/widgets.h"
 #include "slam/geometry/angles.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam::viewer {
 namespace {
@@ -120,10 +121,7 @@ class AnnotationPanel : public Panel {
     };
     ImGui::SetNextItemWidth(-7.0F * ImGui::GetFontSize());
     field(ImGui::InputText("label", &solid.label));
-    std::vector<std::string> kinds;
-    for (const SolidKind kind : kSolidKinds) {
-      kinds.push_back(NameOf(kind));
-    }
+    const auto kinds = ToVector(kSolidKinds, [](SolidKind kind) { return std::string(NameOf(kind)); });
     if (const auto chosen = Choice("shape", NameOf(solid.solid.kind), kinds, -7.0F)) {
       SetKind(solid.solid, kSolidKinds[*chosen]);
       changed = finished = true;

@@ -10,6 +10,7 @@
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/widgets/widgets.h"
 #include "render/picture/outlines.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam::viewer {
 namespace {
@@ -136,10 +137,7 @@ class ImagePanel : public Panel {
       const bool selected = it->object->id == selection_.selected;
       const bool pointed = it->object->id == selection_.hovered;
       if (outlines_ || selected || pointed) {
-        std::vector<ImVec2> points;
-        for (const cv::Point2d& p : it->polygon) {
-          points.push_back(At({p.x, p.y}));
-        }
+        const auto points = ToVector(it->polygon, [this](const cv::Point2d& p) { return At({p.x, p.y}); });
         Stroke(points,
                selected ? PaletteOf(window_.theme).accent : Packed(document_.colors(it->object->label)),
                (selected  ? 3.0F

@@ -13,6 +13,7 @@
 #include "app/viewer/widgets/widgets.h"
 #include "render/page/chart.h"
 #include "slam/geometry/silhouette.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam::viewer {
 namespace {
@@ -27,10 +28,7 @@ void DrawWires(const EditContext& context, const WindowState& window, const Came
         selected ? PaletteOf(window.theme).accent : Packed(context.document.colors(solid.label));
     const float width = (selected ? selected_width : 1.6F) * static_cast<float>(window.scale);
     for (const WireLine& line : ProjectWireframe(solid.solid, camera, T_map_camera)) {
-      std::vector<ImVec2> points;
-      for (const Eigen::Vector2d& pixel : line.pixels) {
-        points.push_back(at(pixel));
-      }
+      const std::vector<ImVec2> points = ToVector(line.pixels, at);
       if (line.hidden) {
         Line(points, (color & 0x00FFFFFFU) | 0x60000000U, 1.0F);
       } else {
@@ -158,11 +156,7 @@ class SceneMarks {
     return cut_ && !cut_->Keeps(p_map) ? std::nullopt : Project(p_map);
   }
   std::vector<ImVec2> OnScreen(const std::vector<Eigen::Vector2d>& pixels) const {
-    std::vector<ImVec2> points;
-    for (const Eigen::Vector2d& pixel : pixels) {
-      points.push_back(OnScreen(pixel));
-    }
-    return points;
+    return ToVector(pixels, [this](const Eigen::Vector2d& pixel) { return OnScreen(pixel); });
   }
   std::vector<ImVec2> OutlineOf(const SnapshotObject& object) const {
     return OnScreen(Silhouette(object.superquadric, pinhole_, T_map_view_, 0.1, 64.0));

@@ -10,6 +10,7 @@
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/widgets/widgets.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam::viewer {
 namespace {
@@ -82,11 +83,7 @@ class TimelinePanel : public Panel {
   template <typename Name>
   static std::optional<double> NumberChoice(const char* id, double current,
                                             const std::vector<double>& numbers, Name name, float width) {
-    std::vector<std::string> words;
-    for (const double number : numbers) {
-      words.push_back(name(number));
-    }
-    const std::optional<std::size_t> chosen = Choice(id, name(current), words, width);
+    const std::optional<std::size_t> chosen = Choice(id, name(current), ToVector(numbers, name), width);
     return chosen ? std::optional(numbers[*chosen]) : std::nullopt;
   }
 
