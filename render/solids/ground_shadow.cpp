@@ -114,7 +114,7 @@ cv::Mat SumOfShadows(const std::vector<PosedSuperquadric>& solids,
 }  // namespace
 
 GroundShadow CastGroundShadow(std::span<const PosedSuperquadric> solids, const Eigen::Vector3d& up,
-                              double height, const ShadowLight& light, int resolution) {
+                              double height, const ShadowLight& light) {
   const PlaneAxes plane = AxesOf(up);
   std::vector<PosedSuperquadric> casting;
   Eigen::AlignedBox2d bounds;
@@ -133,8 +133,8 @@ GroundShadow CastGroundShadow(std::span<const PosedSuperquadric> solids, const E
     return shadow;
   }
   // Always a square of the same size: a software renderer recompiles its programs for other shapes.
-  const ShadowPlane picture{
-      plane, height, bounds.min(), bounds.sizes().maxCoeff() / resolution, {resolution, resolution}};
+  constexpr int kSide = 512;
+  const ShadowPlane picture{plane, height, bounds.min(), bounds.sizes().maxCoeff() / kSide, {kSide, kSide}};
   cv::Mat sum;
   cv::addWeighted(SumOfShadows(casting, LampDirections(light), picture),
                   light.lamp / std::max(1, light.lamp_samples),
@@ -144,8 +144,8 @@ GroundShadow CastGroundShadow(std::span<const PosedSuperquadric> solids, const E
   constexpr double kUnseen = 16.0;
   sum.convertTo(shadow.darkness, CV_8U, 255.0 / (255.0 - kUnseen), -255.0 * kUnseen / (255.0 - kUnseen));
   shadow.corner = picture.corner.x() * plane.x + picture.corner.y() * plane.y + height * up;
-  shadow.across = resolution * picture.pixel * plane.x;
-  shadow.down = resolution * picture.pixel * plane.y;
+  shadow.across = kSide * picture.pixel * plane.x;
+  shadow.down = kSide * picture.pixel * plane.y;
   return shadow;
 }
 

@@ -28,6 +28,6 @@ struct ShadowLight {
 // projects the solids' convex outlines onto the plane, so that higher edges cast softer shadows. Parts below
 // the plane count as lying on it.
 GroundShadow CastGroundShadow(std::span<const PosedSuperquadric> solids, const Eigen::Vector3d& up,
-                              double height, const ShadowLight& light, int resolution = 512);
+                              double height, const ShadowLight& light);
 
 }  // namespace sqslam

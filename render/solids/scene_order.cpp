@@ -7,6 +7,8 @@
 #include <tuple>
 #include <utility>
 
+#include "slam/util/disjoint_sets.h"
+
 namespace sqslam {
 namespace {
 
@@ -92,7 +94,8 @@ std::vector<std::vector<int>> SolidOrder::BackToFront(const Eigen::Vector3d& eye
   return order;
 }
 
-Separation Separate(const PosedSuperquadric& a, const PosedSuperquadric& b, int rounds) {
+Separation Separate(const PosedSuperquadric& a, const PosedSuperquadric& b) {
+  constexpr int kRounds = 40;
   const Eigen::Matrix3d axes_a = a.T_map_object.RotationMatrix();
   const Eigen::Matrix3d axes_b = b.T_map_object.RotationMatrix();
   const Eigen::Vector3d centers = b.T_map_object.translation - a.T_map_object.translation;
@@ -112,7 +115,7 @@ Separation Separate(const PosedSuperquadric& a, const PosedSuperquadric& b, int 
   // Finds the point of b - a (Minkowski difference) nearest to the origin, starting at the centres'
   // difference.
   Eigen::Vector3d v = centers;
-  for (int round = 0; round < rounds && best.gap < 0.0 && v.squaredNorm() > 1e-18; ++round) {
+  for (int round = 0; round < kRounds && best.gap < 0.0 && v.squaredNorm() > 1e-18; ++round) {
     const Eigen::Vector3d w = SupportPoint(b, -v) - SupportPoint(a, v);
     const Eigen::Vector3d step = w - v;
     if (step.squaredNorm() < 1e-18) {
@@ -127,35 +130,28 @@ Separation Separate(const PosedSuperquadric& a, const PosedSuperquadric& b, int 
   return best;
 }
 
-std::vector<std::vector<int>> InterpenetratingGroups(std::span<const PosedSuperquadric> solids,
-                                                     double slack) {
+std::vector<std::vector<int>> InterpenetratingGroups(std::span<const PosedSuperquadric> solids) {
+  constexpr double kSlack = 0.03;  // share by which solids are shrunk: mere contact does not count
   const std::size_t count = solids.size();
   std::vector<PosedSuperquadric> shrunk(solids.begin(), solids.end());
   for (PosedSuperquadric& solid : shrunk) {
-    solid.shape.half_size *= 1.0 - slack;
+    solid.shape.half_size *= 1.0 - kSlack;
   }
-  std::vector<std::size_t> root(count);
-  std::iota(root.begin(), root.end(), std::size_t{0});
-  const auto find = [&root](std::size_t i) {
-    while (root[i] != i) {
-      i = root[i];
-    }
-    return i;
-  };
+  DisjointSets sets(count);
+  const auto root = [&sets](std::size_t i) { return sets.Root(static_cast<std::int32_t>(i)); };
   for (std::size_t i = 0; i < count; ++i) {
     for (std::size_t j = i + 1; j < count; ++j) {
       const double apart = (shrunk[i].T_map_object.translation - shrunk[j].T_map_object.translation).norm();
       const double reach = shrunk[i].shape.half_size.norm() + shrunk[j].shape.half_size.norm();
       if (apart < reach && Separate(shrunk[i], shrunk[j]).gap < 0.0) {
-        const std::size_t a = find(i);
-        const std::size_t b = find(j);
-        root[std::max(a, b)] = std::min(a, b);
+        const auto [a, b] = std::pair(root(i), root(j));
+        sets.Join(std::max(a, b), std::min(a, b));
       }
     }
   }
   std::vector<std::vector<int>> of_root(count);
   for (std::size_t i = 0; i < count; ++i) {
-    of_root[find(i)].push_back(static_cast<int>(i));
+    of_root[static_cast<std::size_t>(root(i))].push_back(static_cast<int>(i));
   }
   std::erase_if(of_root, [](const std::vector<int>& group) { return group.size() < 2; });
   return of_root;

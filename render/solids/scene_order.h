@@ -45,13 +45,11 @@ struct Separation {
   double middle = 0.0;  // direction . p of the plane halfway between a and b
 };
 
-// Tries the directions of the centres and axes, then at most `rounds` steps of Gilbert's algorithm for the
-// nearest points of two convex sets (1966).
-Separation Separate(const PosedSuperquadric& a, const PosedSuperquadric& b, int rounds = 40);
+// Tries the directions of the centres and axes, then a few steps of Gilbert's algorithm for the nearest
+// points of two convex sets (1966).
+Separation Separate(const PosedSuperquadric& a, const PosedSuperquadric& b);
 
-// Returns groups of two or more interpenetrating solids (ascending indices). `slack`: share by which solids
-// are shrunk, so that mere contact does not count.
-std::vector<std::vector<int>> InterpenetratingGroups(std::span<const PosedSuperquadric> solids,
-                                                     double slack = 0.03);
+// Returns groups of two or more interpenetrating solids (ascending indices).
+std::vector<std::vector<int>> InterpenetratingGroups(std::span<const PosedSuperquadric> solids);
 
 }  // namespace sqslam

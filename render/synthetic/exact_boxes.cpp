@@ -40,7 +40,9 @@ double SilhouetteArea(const PosedSuperquadric& superquadric, const Camera& camer
 }  // namespace
 
 std::vector<ExactBox> FindExactBoxes(const SceneDescription& scene, const Rigid3d& T_world_camera,
-                                     const cv::Mat& ids, int supersampling, const ExactBoxOptions& options) {
+                                     const cv::Mat& ids, int supersampling) {
+  constexpr double kMinVisible = 0.3;    // of the object
+  constexpr double kMinOfImage = 0.001;  // visible area, relative to the image
   const double s = supersampling;
   std::vector<ExactBox> boxes;
   for (const SceneBody& body : scene.bodies) {
@@ -49,12 +51,12 @@ std::vector<ExactBox> FindExactBoxes(const SceneDescription& scene, const Rigid3
     }
     const cv::Mat mask = ids == body.id;
     const double visible = cv::countNonZero(mask) / (s * s);
-    if (visible < options.min_image_fraction * scene.camera.width * scene.camera.height) {
+    if (visible < kMinOfImage * scene.camera.width * scene.camera.height) {
       continue;
     }
     const double whole = SilhouetteArea(body.superquadric, scene.camera, T_world_camera);
     const double fraction = whole > 0.0 ? std::min(1.0, visible / whole) : 0.0;
-    if (fraction < options.min_visible_fraction) {
+    if (fraction < kMinVisible) {
       continue;
     }
     const cv::Rect seen = cv::boundingRect(mask);

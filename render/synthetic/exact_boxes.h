@@ -17,15 +17,10 @@ struct ExactBox {
   double visible_fraction = 0.0;  // visible pixels / pixels of the whole silhouette, also outside the image
 };
 
-struct ExactBoxOptions {
-  double min_visible_fraction = 0.3;  // objects less visible are not listed
-  double min_image_fraction = 0.001;  // minimum visible area, relative to the image
-};
-
-// Computes boxes from SceneRenderer::RenderIds' picture, in the order of the scene's objects.
+// Computes boxes from SceneRenderer::RenderIds' picture, in the order of the scene's objects, without those
+// of which little is visible.
 std::vector<ExactBox> FindExactBoxes(const SceneDescription& scene, const Rigid3d& T_world_camera,
-                                     const cv::Mat& ids, int supersampling,
-                                     const ExactBoxOptions& options = {});
+                                     const cv::Mat& ids, int supersampling);
 
 // Perturbs exact boxes like a detector: edges with Gaussian noise of 3 % of the box's size, one box in ten
 // missed, 3 % of the labels wrong, scores from 0.4 to 0.95.
