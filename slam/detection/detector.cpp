@@ -57,7 +57,8 @@ fs::path FindWeights(const fs::path& yaml, const std::string& file) {
   }
   std::vector<std::string> names;
   for (const fs::path& place : places) {
-    if (fs::is_regular_file(place)) {
+    std::error_code overlong_name;
+    if (fs::is_regular_file(place, overlong_name)) {
       return fs::absolute(place);
     }
     names.push_back(place.string());

@@ -245,6 +245,10 @@ void AssignOption(const YAML::Node& node, const OptionField& field, const std::s
 
 void AssignOptions(const YAML::Node& map, const std::string& source, const std::vector<OptionField>& fields,
                    const std::vector<std::string>& others) {
+  if (!map.IsMap() && !map.IsNull()) {
+    throw UsageError("{}:{}: '{}', expected options, 'name: value'", source, map.Mark().line + 1,
+                     NodeText(map));
+  }
   AssignGroup(map, "", source, fields, others);
 }
 
