@@ -57,8 +57,7 @@ fs::path FindWeights(const fs::path& yaml, const std::string& file) {
   }
   std::vector<std::string> names;
   for (const fs::path& place : places) {
-    std::error_code overlong_name;
-    if (fs::is_regular_file(place, overlong_name)) {
+    if (fs::is_regular_file(place)) {
       return fs::absolute(place);
     }
     names.push_back(place.string());

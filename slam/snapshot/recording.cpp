@@ -63,6 +63,11 @@ class SnapshotPacker {
     return packed;
   }
 
+  // Returns the last snapshot complete; nothing if it is.
+  std::optional<std::string> PackLast() const {
+    return patches_ > 0 && !last_.empty() ? std::optional(PackPatch(last_, {})) : std::nullopt;
+  }
+
  private:
   std::string last_;  // serialized
   std::size_t complete_bytes_ = 0;
@@ -78,6 +83,15 @@ struct RecordingWriter::Impl {
   std::optional<MapScale> scale;
   SnapshotPacker packer;
   std::int64_t next = 0;
+
+  // Stores the newest snapshot, which is read most, complete: damage to others does not reach it.
+  void CompleteLast() {
+    if (const std::optional<std::string> data = packer.PackLast()) {
+      Statement(db.get(), path, "UPDATE snapshots SET base = NULL, data = ? WHERE id = ?", Blob{*data},
+                next - 1)
+          .Run();
+    }
+  }
 
   void SetMeta(std::string_view key, std::string_view value) {
     Statement(db.get(), path, "INSERT INTO meta (key, value) VALUES (?, ?)", key, value).Run();
@@ -140,6 +154,7 @@ void RecordingWriter::Close() {
   if (!impl_->db) {
     return;
   }
+  impl_->CompleteLast();
   const Database db = std::move(impl_->db);
   Execute(db.get(), impl_->path,
           "PRAGMA journal_mode=DELETE");  // one plain file, readable from read-only media
@@ -203,7 +218,7 @@ RecordingReader::Impl::Row RecordingReader::Impl::ReadRow(std::int64_t id) const
 // Returns a snapshot's serialized bytes: the nearest complete one before it, or what was read last, with the
 // patches from there.
 std::string RecordingReader::Impl::ReadRaw(std::int64_t id) {
-  const std::string what = "its bytes";
+  const std::string what = "its state";
   if (version < kFirstVersionOfPatches) {
     return UnpackBytes(ReadRow(id).data, what);
   }

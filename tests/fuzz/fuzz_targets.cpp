@@ -283,6 +283,8 @@ std::string ReadFuzzed(const FuzzTarget& target, const fs::path& folder, std::st
     return error.what();
   } catch (const UsageError& error) {
     return error.what();
+  } catch (const fs::filesystem_error& error) {  // an overlong path, which `main` shortens
+    return error.path1().string();
   }
   return "";
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "slam/geometry/lie.h"
+#include "slam/snapshot/snapshot_codec.h"
 #include "tests/support/synthetic_map.h"
 
 namespace sqslam {
@@ -173,7 +174,7 @@ TEST_F(SubmapObjects, SnapshotsShowThePointsThatOutlierRemovalTook) {
   MapSnapshot snapshot;
   submap_->FillSnapshot(snapshot);
   const auto at = [&](PointId id) {
-    const Eigen::Vector3f p = submap_->Map().Point(id).p_map.cast<float>();
+    const Eigen::Vector3f p = RecordedPosition(submap_->Map().Point(id).p_map);
     const auto it = std::find_if(snapshot.points.begin(), snapshot.points.end(),
                                  [&](const SnapshotPoint& point) { return point.p_map == p; });
     return it != snapshot.points.end() ? *it : SnapshotPoint();

@@ -272,12 +272,28 @@ TEST(Recording, StoresWhatChangesAndReadsInAnyOrder) {
   }
 }
 
+TEST(Recording, ItsLastSnapshotNeedsNoOther) {
+  const TemporaryFolder folder;
+  const auto path = folder.Path() / "map.sqmap";
+  {
+    RecordingWriter writer(path, {});
+    for (int i = 0; i < 5; ++i) {
+      writer.Add(MakeGrowing(i));
+    }
+  }
+  ExecuteIn(path, "UPDATE snapshots SET data = x'00' WHERE id = 1");
+  const RecordingReader reader(path);
+  EXPECT_EQ(reader.Read(0)->sequence_number, 0);
+  EXPECT_THAT(InputErrorOf([&] { reader.Read(3); }), HasSubstr("map.sqmap: snapshot 3: its state is broken"));
+  EXPECT_EQ(reader.Last()->sequence_number, 4);
+}
+
 TEST(Recording, PatchesThatLeadNowhereAreRefused) {
   const TemporaryFolder folder;
   const auto path = folder.Path() / "map.sqmap";
   {
     RecordingWriter writer(path, {});
-    for (int i = 0; i < 3; ++i) {
+    for (int i = 0; i < 4; ++i) {
       writer.Add(MakeGrowing(i));
     }
   }
