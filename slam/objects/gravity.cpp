@@ -137,10 +137,12 @@ double JustBelow(const Scene& scene, const Plane& plane) {
   return below;
 }
 
-double Score(const Scene& scene, const Plane& plane) {
+// Returns the plane's score, or 0 if it cannot exceed `best`.
+double Score(const Scene& scene, const Plane& plane, double best) {
   constexpr double kBelowWeight = 0.5;
-  return (Support(scene, plane, scene.tolerance) - kBelowWeight * JustBelow(scene, plane)) *
-         Levelness(scene, plane.normal);
+  const double levelness = Levelness(scene, plane.normal);
+  const double support = Support(scene, plane, scene.tolerance);
+  return support * levelness <= best ? 0.0 : (support - kBelowWeight * JustBelow(scene, plane)) * levelness;
 }
 
 std::optional<Plane> PlaneThrough(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
@@ -166,7 +168,7 @@ std::optional<Plane> BestPlane(const Scene& scene, const GravityOptions& options
     if (!plane || !IsPlausible(scene, *plane, options)) {
       continue;
     }
-    const double score = Score(scene, *plane);
+    const double score = Score(scene, *plane, best_score);
     if (score > best_score) {
       best_score = score;
       best = plane;
