@@ -24,7 +24,7 @@ sq.placeAt = (view, x, y) => {
   for (const points of [view.points, view.cloud]) {
     if (!points || !points.visible) continue;
     const positions = points.geometry.attributes.position;
-    const count = Math.min(positions.count, view.coarse ? positions.count : points.geometry.drawRange.count);
+    const count = Math.min(positions.count, view.cloudStep > 1 ? positions.count : points.geometry.drawRange.count);
     for (let i = 0; i < count; ++i) {
       place.fromBufferAttribute(positions, i).applyMatrix4(matrix);
       const away = Math.hypot(((place.x + 1) / 2) * view.canvas.clientWidth - x, ((1 - place.y) / 2) * view.canvas.clientHeight - y);

@@ -40,19 +40,21 @@ sq.makePoints = (view, name, size, contrast, spacing) => {
   return found;
 };
 
-sq.cloudStep = 5;  // of the points of a dense cloud that are drawn while the map turns and drawing is slow
+sq.coarsePoints = 10000;  // of a dense cloud that are drawn while the map turns and drawing is slow
 
 // Every so many points of the dense cloud, larger ones; or all of them.
 sq.setCoarse = (view, coarse) => {
   if (!view.cloud) return;
   const {geometry, material} = view.cloud;
+  const {count} = geometry.attributes.position;
+  const every = Math.max(1, Math.ceil(count / sq.coarsePoints));
   if (!view.coarseIndex) {
-    const index = new Uint32Array(Math.ceil(geometry.attributes.position.count / sq.cloudStep)).map((_, i) => i * sq.cloudStep);
+    const index = new Uint32Array(Math.ceil(count / every)).map((_, i) => i * every);
     view.coarseIndex = new THREE.BufferAttribute(index, 1);
   }
-  view.coarse = coarse;
+  view.cloudStep = coarse ? every : 1;
   geometry.setIndex(coarse ? view.coarseIndex : null);
-  material.uniforms.spacing.value = 1.4 * (view.data.cloud_spacing || 0) * (coarse ? Math.sqrt(sq.cloudStep) : 1);
+  material.uniforms.spacing.value = 1.4 * (view.data.cloud_spacing || 0) * Math.sqrt(view.cloudStep);
   sq.applyTime(view);
 };
 

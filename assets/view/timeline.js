@@ -44,7 +44,7 @@ sq.applyTime = (view) => {
   const shown = done ? data.keyframes.length : sq.keyframesShown(view);
   const upTo = (counts) => (shown > 0 ? counts[Math.min(shown, counts.length) - 1] : 0);
   if (view.points) view.points.geometry.setDrawRange(0, done ? Infinity : upTo(data.points));
-  const share = view.coarse ? sq.cloudStep : 1;
+  const share = view.cloudStep || 1;
   if (view.cloud) view.cloud.geometry.setDrawRange(0, done ? Infinity : Math.ceil(upTo(data.cloud) / share));
   view.frusta.geometry.setDrawRange(0, 16 * shown);
   const passed = done ? view.pathTimes.length : sq.countUpTo(view.pathTimes, state.time);
