@@ -49,7 +49,8 @@ class SnapshotPacker {
   Packed Pack(std::string raw, std::int64_t id) {
     constexpr std::size_t kPatchesPerComplete = 4;
     Packed packed;
-    if (patches_ < kMaxPatches && patch_bytes_ <= kPatchesPerComplete * complete_bytes_) {
+    const bool follows = last_id_ && id == *last_id_ + 1;  // else the last one could not be stored
+    if (follows && patches_ < kMaxPatches && patch_bytes_ <= kPatchesPerComplete * complete_bytes_) {
       packed = {id - 1, PackPatch(raw, last_)};
       patch_bytes_ += packed.data.size();
       ++patches_;
@@ -60,19 +61,20 @@ class SnapshotPacker {
       patches_ = 0;
     }
     last_ = std::move(raw);
+    last_id_ = id;
     return packed;
   }
 
-  // Returns the last snapshot complete; nothing if it is.
-  std::optional<std::string> PackLast() const {
-    return patches_ > 0 && !last_.empty() ? std::optional(PackPatch(last_, {})) : std::nullopt;
-  }
+  std::int64_t LastId() const { return last_id_.value(); }
+  bool IsLastComplete() const { return patches_ == 0; }
+  std::string LastComplete() const { return PackPatch(last_, {}); }
 
  private:
   std::string last_;  // serialized
+  std::optional<std::int64_t> last_id_;
   std::size_t complete_bytes_ = 0;
   std::size_t patch_bytes_ = 0;  // since the last complete one
-  int patches_ = kMaxPatches;    // the first one is complete
+  int patches_ = 0;
 };
 
 }  // namespace
@@ -86,9 +88,10 @@ struct RecordingWriter::Impl {
 
   // Stores the newest snapshot, which is read most, complete: damage to others does not reach it.
   void CompleteLast() {
-    if (const std::optional<std::string> data = packer.PackLast()) {
-      Statement(db.get(), path, "UPDATE snapshots SET base = NULL, data = ? WHERE id = ?", Blob{*data},
-                next - 1)
+    if (!packer.IsLastComplete()) {
+      const std::string data = packer.LastComplete();
+      Statement(db.get(), path, "UPDATE snapshots SET base = NULL, data = ? WHERE id = ?", Blob{data},
+                packer.LastId())
           .Run();
     }
   }

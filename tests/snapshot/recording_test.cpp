@@ -230,21 +230,27 @@ TEST(Recording, AFullDiskIsReportedAndKeepsWhatWasAdded) {
   getrlimit(RLIMIT_FSIZE, &old_limit);
   const auto old_handler = std::signal(SIGXFSZ, SIG_IGN);
   std::string message;
+  int next = 1;
   {
     RecordingWriter writer(path, {});
     writer.Add(MakeSnapshot(0));
     const rlimit limit{200000, old_limit.rlim_max};
     setrlimit(RLIMIT_FSIZE, &limit);
     message = InputErrorOf([&] {
-      for (int i = 1; i < 1000; ++i) {
-        writer.Add(MakeSnapshot(i, 5000));
+      for (; next < 1000; ++next) {
+        writer.Add(MakeSnapshot(next, 5000));
       }
     });
     setrlimit(RLIMIT_FSIZE, &old_limit);
+    writer.Add(MakeSnapshot(next, 100));  // there is room again
   }
   std::signal(SIGXFSZ, old_handler);
   EXPECT_THAT(message, HasSubstr("map.sqmap: "));
-  EXPECT_EQ(RecordingReader(path).Read(0)->sequence_number, 0);
+  const RecordingReader reader(path);
+  ASSERT_EQ(reader.Size(), next + 1);
+  for (int i = 0; i <= next; ++i) {
+    EXPECT_EQ(reader.Read(i)->sequence_number, i);
+  }
 }
 
 TEST(Recording, TellsFramesAndTimesWithoutReading) {
