@@ -9,6 +9,7 @@
 
 #include "slam/io/box_text.h"
 #include "slam/io/coco.h"
+#include "slam/io/coco_masks.h"
 #include "slam/util/error.h"
 #include "slam/util/json_file.h"
 #include "slam/util/limits.h"
@@ -109,13 +110,22 @@ struct CocoTables {
   std::map<std::int64_t, std::string> categories;
 };
 
+// Segmenters often write no box beside a mask.
+Box2d CocoBounds(const nlohmann::ordered_json& entry, const std::string& place) {
+  if (!entry.contains("bbox") && entry.contains("segmentation")) {
+    return BoundsOfMask(entry.at("segmentation"), place);
+  }
+  const nlohmann::ordered_json& corners = entry.at("bbox");
+  return {corners.at(0).get<double>(), corners.at(1).get<double>(), corners.at(2).get<double>(),
+          corners.at(3).get<double>()};
+}
+
 FileBox BoxOf(const fs::path& path, std::string place, const nlohmann::ordered_json& entry,
               const CocoTables& tables) {
-  const nlohmann::ordered_json& corners = entry.at("bbox");
-  const Box2d box{corners.at(0).get<double>(), corners.at(1).get<double>(), corners.at(2).get<double>(),
-                  corners.at(3).get<double>()};
+  const Box2d box = CocoBounds(entry, place);
   if (!(box.width > 0.0) || !(box.height > 0.0)) {
-    throw InputError("{}: expected a bbox [x, y, w, h] with w and h above 0", place);
+    throw InputError("{}: expected a bbox [x, y, w, h] with w and h above 0, or a mask with something in it",
+                     place);
   }
   const auto category = entry.at("category_id").get<std::int64_t>();
   const auto name = tables.categories.find(category);

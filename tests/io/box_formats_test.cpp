@@ -98,6 +98,33 @@ TEST_F(BoxFormats, ReadCocosResults) {
   EXPECT_THAT(ErrorOf(file), HasSubstr("boxes.json: box 0: image_id 1 is no image's name"));  // a video
 }
 
+// The same three columns as a list, as pycocotools writes them, and as a polygon.
+TEST_F(BoxFormats, ReadMasksWhereThereAreNoBoxes) {
+  const auto box_of = [&](const std::string& segmentation) {
+    const auto file = folder_.Write("masks.json", R"([{"image_id": 1, "category_id": 47, "score": 0.5, )" +
+                                                      (R"("segmentation": )" + segmentation) + "}]");
+    return Read(file, images_)[1];
+  };
+  ExpectBox(box_of(R"({"size": [100, 200], "counts": [10050, 40, 50, 44, 76, 10, 9730]})"), "cup", 0.5,
+            {100, 40, 3, 50});
+  ExpectBox(box_of(R"({"size": [100, 200], "counts": "Rj9X1b14j0nNf]9"})"), "cup", 0.5, {100, 40, 3, 50});
+  ExpectBox(box_of("[[100, 40, 103, 40, 103, 60], [101, 60, 102, 90, 101, 90]]"), "cup", 0.5,
+            {100, 40, 3, 50});
+  const auto error_of = [&](const std::string& segmentation) {
+    return ErrorOf(folder_.Write("bad.json", R"([{"image_id": 1, "category_id": 47, "segmentation": )" +
+                                                 segmentation + "}]"),
+                   images_);
+  };
+  EXPECT_THAT(error_of(R"({"size": [100, 200], "counts": [20000]})"),
+              HasSubstr("a mask with something in it"));
+  EXPECT_THAT(error_of(R"({"size": [4, 6], "counts": [5, 20]})"),
+              HasSubstr("bad.json: box 0: its mask has other runs"));
+  EXPECT_THAT(error_of(R"({"size": [4, 6], "counts": "oooooooooooooo"})"),
+              HasSubstr("as pycocotools writes them"));
+  EXPECT_THAT(error_of(R"({"size": [0, 6], "counts": []})"), HasSubstr("expected sides of 1 to 16384"));
+  EXPECT_THAT(error_of("[[1, 2, 3]]"), HasSubstr("expected polygons"));
+}
+
 TEST_F(BoxFormats, NameTheAnnotationThatIsBroken) {
   EXPECT_THAT(ErrorOf(folder_.Write("a.json", R"([{"image_id": 1, "category_id": 1}])"), images_),
               HasSubstr("a.json: box 0: expected COCO's annotations"));
