@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <sqlite3.h>
 #include <zlib.h>
+#include <zstd.h>
 
 #include <opencv2/core/version.hpp>
 #include <string>
@@ -10,6 +11,7 @@
 #include "app/commands/commands.h"
 #include "app/terminal/terminal.h"
 #include "render/gl/offscreen_context.h"
+#include "slam/detection/network.h"
 
 namespace sqslam::app {
 namespace {
@@ -44,17 +46,19 @@ std::string BackEnd(RenderBackend backend) {
 
 // Several lines: the program's version, how it was built, the libraries, the rendering back ends.
 std::string VersionText() {
+  const std::string onnx_runtime = OnnxRuntimeVersion();
   return fmt::format(
       "sqslam {}\n"
       "build      {}, {} {}\n"
-      "libraries  OpenCV {}, Ceres {}, Eigen {}.{}.{}, VTK {}, SQLite {}, zlib {}, fmt {}.{}.{}, JSON "
-      "{}.{}.{}\n"
+      "libraries  OpenCV {}, Ceres {}, Eigen {}.{}.{}, VTK {}, SQLite {}, zlib {}, Zstandard {}, fmt "
+      "{}.{}.{}, JSON {}.{}.{}, ONNX Runtime {}\n"
       "rendering  {}\n           {}",
       SQSLAM_VERSION, SQSLAM_BUILD_TYPE, SQSLAM_COMPILER, __VERSION__, CV_VERSION, CERES_VERSION_STRING,
       EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION, SQSLAM_VTK_VERSION, sqlite3_libversion(),
-      zlibVersion(), FMT_VERSION / 10000, FMT_VERSION / 100 % 100, FMT_VERSION % 100,
+      zlibVersion(), ZSTD_versionString(), FMT_VERSION / 10000, FMT_VERSION / 100 % 100, FMT_VERSION % 100,
       NLOHMANN_JSON_VERSION_MAJOR, NLOHMANN_JSON_VERSION_MINOR, NLOHMANN_JSON_VERSION_PATCH,
-      BackEnd(RenderBackend::kOsmesa), BackEnd(RenderBackend::kEgl));
+      onnx_runtime.empty() ? "none" : onnx_runtime, BackEnd(RenderBackend::kOsmesa),
+      BackEnd(RenderBackend::kEgl));
 }
 
 int ParseAndRun(const std::vector<std::string>& words) {

@@ -79,7 +79,7 @@ struct Detector::Impl {
     try {
       Start();
     } catch (const NetworkError& e) {
-      if (!HasOnnxRuntime()) {
+      if (OnnxRuntimeVersion().empty()) {
         throw InputError("{}; {}", e.what(), kNoOnnxRuntime);
       }
       options.engine = NetworkEngine::kOnnxRuntime;
@@ -89,7 +89,7 @@ struct Detector::Impl {
 
   // Reads the network by the engine of the options, and tries it.
   void Start() {
-    if (options.engine == NetworkEngine::kOnnxRuntime && !HasOnnxRuntime()) {
+    if (options.engine == NetworkEngine::kOnnxRuntime && OnnxRuntimeVersion().empty()) {
       throw UsageError("engine 'onnxruntime': {}", kNoOnnxRuntime);
     }
     network = options.engine == NetworkEngine::kOnnxRuntime ? ReadByOnnxRuntime(options.file)

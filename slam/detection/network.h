@@ -28,7 +28,7 @@ class Network {
 std::unique_ptr<Network> ReadByOpenCv(const std::string& file);
 std::unique_ptr<Network> ReadByOnnxRuntime(const std::string& file);
 
-// Returns true if the build has found ONNX Runtime.
-bool HasOnnxRuntime();
+// Returns the version of the ONNX Runtime that was built in; empty if none was.
+std::string OnnxRuntimeVersion();
 
 }  // namespace sqslam

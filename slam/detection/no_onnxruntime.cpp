@@ -2,7 +2,7 @@
 
 namespace sqslam {
 
-bool HasOnnxRuntime() { return false; }
+std::string OnnxRuntimeVersion() { return ""; }
 
 std::unique_ptr<Network> ReadByOnnxRuntime(const std::string& file) {
   throw NetworkError("{}: needs ONNX Runtime, which this build has not", file);

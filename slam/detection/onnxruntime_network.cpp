@@ -82,7 +82,7 @@ class OnnxRuntimeNetwork final : public Network {
 
 }  // namespace
 
-bool HasOnnxRuntime() { return true; }
+std::string OnnxRuntimeVersion() { return Ort::GetVersionString(); }
 
 std::unique_ptr<Network> ReadByOnnxRuntime(const std::string& file) {
   try {

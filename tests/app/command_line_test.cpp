@@ -107,8 +107,8 @@ TEST(CommandLine, AssetsAreFoundWhereTheProgramIsFoundByPath) {
 TEST(CommandLine, VersionNamesLibrariesAndBackEnds) {
   const ProgramRun run = RunProgram("--version");
   EXPECT_EQ(run.exit_code, 0);
-  EXPECT_THAT(run.out,
-              AllOf(HasSubstr("sqslam "), HasSubstr("OpenCV"), HasSubstr("osmesa"), HasSubstr("egl")));
+  EXPECT_THAT(run.out, AllOf(HasSubstr("sqslam "), HasSubstr("OpenCV"), HasSubstr("ONNX Runtime "),
+                             HasSubstr("osmesa"), HasSubstr("egl")));
 }
 
 TEST(CommandLine, WrongUsageIsOneLineAndCodeTwo) {

@@ -127,7 +127,7 @@ TEST_F(DetectorTest, TheFingerprintNamesTheEngineIfItIsNotOpenCv) {
 }
 
 TEST_F(DetectorTest, WithoutOnnxRuntimeARefusalSaysHowToGetIt) {
-  if (HasOnnxRuntime()) {
+  if (!OnnxRuntimeVersion().empty()) {
     GTEST_SKIP() << "this build has ONNX Runtime";
   }
   WriteBlockFinder(HandMadeNetwork::UnknownToOpenCv());
@@ -151,7 +151,7 @@ TEST_F(DetectorTest, WithoutOnnxRuntimeARefusalSaysHowToGetIt) {
 class OnnxRuntimeTest : public DetectorTest {
  protected:
   void SetUp() override {
-    if (!HasOnnxRuntime()) {
+    if (OnnxRuntimeVersion().empty()) {
       GTEST_SKIP() << "this build has no ONNX Runtime";
     }
     DetectorTest::SetUp();
