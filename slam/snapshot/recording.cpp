@@ -10,6 +10,7 @@
 #include "slam/snapshot/byte_archive.h"
 #include "slam/snapshot/snapshot_codec.h"
 #include "slam/snapshot/sqlite_file.h"
+#include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 #include "slam/util/limits.h"
 
@@ -77,6 +78,30 @@ class SnapshotPacker {
   int patches_ = 0;
 };
 
+// Makes a recording without snapshots. It appears whole: a program killed on the way leaves none.
+void Create(const fs::path& path, const RecordingInfo& info) {
+  AtomicPath draft(path);
+  {
+    const Database db = Open(draft.Path(), SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE);
+    Execute(db.get(), path,
+            "PRAGMA page_size=8192; PRAGMA journal_mode=OFF; BEGIN;"
+            "CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL);"
+            "CREATE TABLE snapshots (id INTEGER PRIMARY KEY, frame_index INTEGER NOT NULL, timestamp REAL "
+            "NOT NULL,"
+            " base INTEGER, data BLOB NOT NULL);");
+    const auto set = [&](std::string_view key, std::string_view value) {
+      Statement(db.get(), path, "INSERT INTO meta (key, value) VALUES (?, ?)", key, value).Run();
+    };
+    set("format", kRecordingFormat);
+    set("version", std::to_string(kSnapshotFormatVersion));
+    set("sequence_path", info.sequence_path);
+    set("program_version", info.program_version);
+    set("config", info.config);
+    Execute(db.get(), path, "COMMIT");
+  }
+  draft.Commit();
+}
+
 }  // namespace
 
 struct RecordingWriter::Impl {
@@ -95,10 +120,6 @@ struct RecordingWriter::Impl {
           .Run();
     }
   }
-
-  void SetMeta(std::string_view key, std::string_view value) {
-    Statement(db.get(), path, "INSERT INTO meta (key, value) VALUES (?, ?)", key, value).Run();
-  }
 };
 
 RecordingWriter::RecordingWriter(const fs::path& path, const RecordingInfo& info)
@@ -107,22 +128,10 @@ RecordingWriter::RecordingWriter(const fs::path& path, const RecordingInfo& info
     throw InputError("{}: exists already, expected the name of a new recording", path.string());
   }
   impl_->path = path;
-  impl_->db = Open(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_FULLMUTEX);
-  sqlite3* db = impl_->db.get();
+  Create(path, info);
+  impl_->db = Open(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_FULLMUTEX);
   // WAL: a commit is one append; NORMAL: a killed process loses nothing, a power cut only the last snapshots.
-  Execute(db, path, "PRAGMA page_size=8192; PRAGMA journal_mode=WAL; PRAGMA synchronous=NORMAL;");
-  Execute(
-      db, path,
-      "BEGIN;"
-      "CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL);"
-      "CREATE TABLE snapshots (id INTEGER PRIMARY KEY, frame_index INTEGER NOT NULL, timestamp REAL NOT NULL,"
-      " base INTEGER, data BLOB NOT NULL);");
-  impl_->SetMeta("format", kRecordingFormat);
-  impl_->SetMeta("version", std::to_string(kSnapshotFormatVersion));
-  impl_->SetMeta("sequence_path", info.sequence_path);
-  impl_->SetMeta("program_version", info.program_version);
-  impl_->SetMeta("config", info.config);
-  Execute(db, path, "COMMIT");
+  Execute(impl_->db.get(), path, "PRAGMA journal_mode=WAL; PRAGMA synchronous=NORMAL;");
   if (info.scale) {
     KeepMapScale(path, info.scale);
     impl_->scale = info.scale;
