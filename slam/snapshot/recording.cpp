@@ -99,7 +99,7 @@ void Create(const fs::path& path, const RecordingInfo& info) {
     set("config", info.config);
     Execute(db.get(), path, "COMMIT");
   }
-  draft.Commit();
+  draft.CommitNew();  // of two programs in one folder only one goes on
 }
 
 }  // namespace
@@ -124,9 +124,6 @@ struct RecordingWriter::Impl {
 
 RecordingWriter::RecordingWriter(const fs::path& path, const RecordingInfo& info)
     : impl_(std::make_unique<Impl>()) {
-  if (fs::exists(path)) {
-    throw InputError("{}: exists already, expected the name of a new recording", path.string());
-  }
   impl_->path = path;
   Create(path, info);
   impl_->db = Open(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_FULLMUTEX);

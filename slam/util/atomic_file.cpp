@@ -81,6 +81,17 @@ void AtomicPath::Commit() {
   }
 }
 
+void AtomicPath::CommitNew() {
+  std::error_code error;
+  fs::create_hard_link(temporary_, path_, error);  // unlike a rename, it replaces nothing
+  if (error == std::errc::file_exists) {
+    throw InputError("{}: exists already, expected a name that is not taken", path_.string());
+  }
+  if (error) {  // FAT and some network file systems have no hard links
+    Commit();
+  }
+}
+
 void WriteFileAtomically(const fs::path& path, std::string_view contents) {
   const fs::path temporary = TemporaryName(path);
   std::FILE* file = std::fopen(temporary.c_str(), "wbe");

@@ -23,6 +23,9 @@ class AtomicPath {
   const std::filesystem::path& Path() const { return temporary_; }
   void Commit();  // throws InputError if nothing was written or the rename fails
 
+  // The same for a file that must be new: throws InputError also if another program has made one meanwhile.
+  void CommitNew();
+
  private:
   std::filesystem::path path_;
   std::filesystem::path temporary_;

@@ -71,6 +71,24 @@ TEST(AtomicPath, ThatIsNotCommittedLeavesNothing) {
   EXPECT_TRUE(fs::is_empty(folder.Path()));
 }
 
+TEST(AtomicPath, ThatMustBeNewReplacesNothing) {
+  const TemporaryFolder folder;
+  const fs::path path = folder.Write("map.bin", "of another program");
+  {
+    AtomicPath draft(path);
+    folder.Write(draft.Path().filename(), "ours");
+    EXPECT_THROW(draft.CommitNew(), InputError);
+  }
+  EXPECT_EQ(ReadFile(path, ""), "of another program");
+  {
+    AtomicPath draft(folder.Path() / "new.bin");
+    folder.Write(draft.Path().filename(), "ours");
+    draft.CommitNew();
+  }
+  EXPECT_EQ(ReadFile(folder.Path() / "new.bin", ""), "ours");
+  EXPECT_THAT(FileNames(folder.Path()), ::testing::UnorderedElementsAre("map.bin", "new.bin"));
+}
+
 TEST(ResultFolder, IsMadeButNeverOverwritten) {
   const TemporaryFolder folder;
   CreateResultFolder(folder.Path() / "a" / "b");
