@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <condition_variable>
-#include <deque>
 #include <exception>
 #include <mutex>
 #include <optional>
@@ -15,108 +13,10 @@
 #include "slam/mapping/mapper.h"
 #include "slam/recognition/vocabulary.h"
 #include "slam/system_parts.h"
+#include "slam/system_queues.h"
 #include "slam/tracking/tracker.h"
 
 namespace sqslam {
-namespace {
-
-using MappingTask = std::variant<TrackingReport, SeenObjects>;
-
-bool HasKeyframe(const MappingTask& task) {
-  const auto* report = std::get_if<TrackingReport>(&task);
-  return report != nullptr && report->keyframe.has_value();
-}
-
-bool BeginsMap(const MappingTask& task) {
-  const auto* report = std::get_if<TrackingReport>(&task);
-  return report != nullptr && report->initial_map != nullptr;
-}
-
-// Reports from tracking to mapping. Unbounded: reports are small except for keyframes, and the tracker makes
-// no keyframe while some are waiting.
-class ReportQueue {
- public:
-  void Push(MappingTask task) {
-    {
-      const std::lock_guard lock(mutex_);
-      keyframes_ += HasKeyframe(task) ? 1 : 0;
-      tasks_.push_back(std::move(task));
-    }
-    changed_.notify_one();
-  }
-
-  // Waits for a task; returns nullopt once closed and empty.
-  std::optional<MappingTask> Pop() {
-    std::unique_lock lock(mutex_);
-    keyframe_in_work_ = false;
-    idle_.notify_all();
-    changed_.wait(lock, [&] { return closed_ || !tasks_.empty(); });
-    if (tasks_.empty()) {
-      return std::nullopt;
-    }
-    MappingTask task = std::move(tasks_.front());
-    tasks_.pop_front();
-    keyframe_in_work_ = HasKeyframe(task) || BeginsMap(task);
-    keyframes_ -= HasKeyframe(task) ? 1 : 0;
-    return task;
-  }
-
-  // Waits until no keyframe is pending, or the queue is closed.
-  void WaitForKeyframes() {
-    std::unique_lock lock(mutex_);
-    idle_.wait(lock, [&] { return closed_ || (keyframes_ == 0 && !keyframe_in_work_); });
-  }
-
-  void Close() {
-    {
-      const std::lock_guard lock(mutex_);
-      closed_ = true;
-    }
-    changed_.notify_one();
-    idle_.notify_all();
-  }
-
-  // Returns the number of keyframes that were pushed and not popped yet.
-  int WaitingKeyframes() const {
-    const std::lock_guard lock(mutex_);
-    return keyframes_;
-  }
-
-  // Returns the same including the one in work.
-  int PendingKeyframes() const {
-    const std::lock_guard lock(mutex_);
-    return keyframes_ + (keyframe_in_work_ ? 1 : 0);
-  }
-
- private:
-  mutable std::mutex mutex_;
-  std::condition_variable changed_;
-  std::condition_variable idle_;
-  std::deque<MappingTask> tasks_;
-  int keyframes_ = 0;
-  bool keyframe_in_work_ = false;
-  bool closed_ = false;
-};
-
-// The newest value that one thread publishes and another reads.
-class ViewSlot {
- public:
-  void Set(AtlasViewPtr view) {
-    const std::lock_guard lock(mutex_);
-    view_ = std::move(view);
-  }
-  AtlasViewPtr Get() const {
-    const std::lock_guard lock(mutex_);
-    return view_;
-  }
-
- private:
-  mutable std::mutex mutex_;
-  AtlasViewPtr view_;
-};
-
-}  // namespace
-
 struct System::Impl {
   Impl(const Camera& camera, const SystemOptions& system_options, std::shared_ptr<const Vocabulary> words,
        SnapshotCallback on_snapshot, const KeptCallback& on_kept)
@@ -125,7 +25,7 @@ struct System::Impl {
         tracker(camera, options.tracking, options.objects, ids, vocabulary, times),
         mapper(camera, OptionsOfMapper(options), vocabulary,
                {[this](AtlasViewPtr new_view) { view.Set(std::move(new_view)); }, std::move(on_snapshot),
-                [this] { return !options.deterministic && queue.WaitingKeyframes() > 0; }, KeepBy(on_kept)},
+                [this] { return !Repeatable() && queue.WaitingKeyframes() > 0; }, KeepBy(on_kept)},
                times) {}
 
   std::function<void(std::string)> KeepBy(const KeptCallback& on_kept) {
@@ -139,6 +39,8 @@ struct System::Impl {
     return {mapper.GetCamera(), vocabulary ? vocabulary->Fingerprint() : "", std::move(state)};
   }
 
+  bool Repeatable() const { return options.deterministic || options.in_step; }
+
   void BeginMapping() {
     if (!options.deterministic) {
       mapping_thread = std::thread([this] { MapInBackground(); });
@@ -147,6 +49,7 @@ struct System::Impl {
 
   void BeginIn(const KeptMap& map, const std::string& name) {
     const std::int64_t main = mapper.Restore(map.state, name, ids).submap;
+    views.BeginWith(view.Get());
     tracker.BeginIn(view.Get(), main);
     end_of_map = mapper.NewestFrame();
   }
@@ -170,13 +73,32 @@ struct System::Impl {
   void MapInBackground() {
     try {
       while (std::optional<MappingTask> task = queue.Pop()) {
+        const bool changes_view = ChangesView(*task);
         Map(std::move(*task));
+        if (options.in_step && changes_view) {
+          views.Push(view.Get());
+        }
       }
     } catch (...) {
       const std::lock_guard lock(failure_mutex);
       failure = std::current_exception();
     }
+    views.Close();
     queue.Close();  // nobody takes a task any more
+  }
+
+  TrackingReport Track(const Frame& frame) {
+    if (!options.in_step || options.deterministic) {
+      return tracker.Track(frame, view.Get(), queue.PendingKeyframes());
+    }
+    // Counted before the view is taken: a frame that first sees a new view asks for keyframes that the next
+    // one does not need, twice as many in all.
+    const int pending = views.Expected();
+    TrackingReport report = tracker.Track(frame, views.At(frame.timestamp), pending);
+    if (report.keyframe || report.initial_map) {
+      views.Expect(frame.timestamp + options.tracking.keyframes.mapped_after);
+    }
+    return report;
   }
 
   void Map(MappingTask task) {
@@ -203,6 +125,7 @@ struct System::Impl {
   std::shared_ptr<IdSource> ids = std::make_shared<IdSource>();
   ReportQueue queue;
   ViewSlot view;
+  ViewsInStep views;
   Tracker tracker;
   Mapper mapper;
   std::optional<std::pair<std::int64_t, double>> end_of_map;  // newest frame of the extended map
@@ -211,7 +134,6 @@ struct System::Impl {
   std::optional<double> first_frame;  // its timestamp
   std::optional<std::int64_t> first_index;
   int frames = 0;
-  bool keyframe_due = false;  // the newest frame would have become one, had mapping been free
   std::mutex failure_mutex;
   std::exception_ptr failure;
   std::thread mapping_thread;
@@ -240,11 +162,10 @@ TrackingState System::Process(const Frame& new_frame) {
   ++s.frames;
   const Frame frame = s.Renumbered(new_frame);
   const auto started = std::chrono::steady_clock::now();
-  TrackingReport report = s.tracker.Track(frame, s.view.Get(), s.queue.PendingKeyframes());
+  TrackingReport report = s.Track(frame);
   if (s.options.deterministic) {  // the recording must not depend on the clock
     s.Map(std::move(report));
   } else {
-    s.keyframe_due = report.keyframe_postponed;
     report.tracking_ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - started).count();
     s.queue.Push(std::move(report));
@@ -252,12 +173,6 @@ TrackingState System::Process(const Frame& new_frame) {
   return !s.tracker.Initialized() ? TrackingState::kNotInitialized
          : s.tracker.Lost()       ? TrackingState::kLost
                                   : TrackingState::kTracking;
-}
-
-void System::WaitForMapping() {
-  if (impl_->keyframe_due) {
-    impl_->queue.WaitForKeyframes();
-  }
 }
 
 void System::AddDetections(std::int64_t frame_index, const std::vector<Detection>& detections) {

@@ -43,13 +43,12 @@ struct RunResult {
 //   System system(camera, options, [&](MapSnapshotPtr snapshot) { recorder.Add(*snapshot); });
 //   while (auto frame = source.Next()) {
 //     system.Process(*frame);
-//     system.WaitForMapping();  // recordings only
 //   }
 //   RunResult result = system.Finish();
 //
-// Process() tracks on the caller's thread; mapping runs on its own thread, or alternates with tracking if
-// options.deterministic is set. The mapping thread calls on_snapshot, one call at a time, and on_kept
-// whenever the live map has grown by a quarter.
+// Process() tracks on the caller's thread; mapping runs on its own thread, in step with tracking if
+// options.in_step is set, or alternates with it if options.deterministic is set. The mapping thread calls
+// on_snapshot, one call at a time, and on_kept whenever the live map has grown by a quarter.
 class System {
  public:
   using SnapshotCallback = std::function<void(MapSnapshotPtr)>;
@@ -68,11 +67,6 @@ class System {
   System& operator=(const System&) = delete;
 
   TrackingState Process(const Frame& frame);
-
-  // Waits until mapping has room if the newest frame should have become a keyframe and could not. Files are
-  // read faster than a camera delivers: without this, how many keyframes a recording gets depends on the
-  // machine's load. Call it after Process() for recordings, not for cameras.
-  void WaitForMapping();
 
   // Takes the boxes of a frame that was processed with detections_follow; call from the thread that calls
   // Process(), in the order of frames. Frames may be left out.

@@ -12,8 +12,12 @@
 namespace sqslam {
 
 struct SystemOptions {
-  bool deterministic = false;  // tracking and mapping alternate: bit-identical results from run to run
-  std::int64_t seed = 1;       // seeds every random source
+  bool deterministic = false;  // tracking and mapping alternate, and snapshots hold no times
+  // Tracking sees the map with a new keyframe after a set time of the recording, and waits for it if need be:
+  // the same images give the same map, however fast the machine. For recordings: a camera does not wait, nor
+  // is this read from a configuration.
+  bool in_step = false;
+  std::int64_t seed = 1;  // seeds every random source
   // The up direction: auto (from the map itself), level-start (the first camera was held level), or the
   // direction of gravity in the first camera's frame (x right, y down, z forward) as [x, y, z].
   std::string gravity = "auto";

@@ -10,9 +10,9 @@
 namespace sqslam {
 
 MapperOptions OptionsOfMapper(const SystemOptions& options) {
-  return {options.deterministic, static_cast<std::uint64_t>(options.seed),
-          options.gravity,       options.tracking,
-          options.mapping,       options.objects};
+  return {options.deterministic, options.in_step,  static_cast<std::uint64_t>(options.seed),
+          options.gravity,       options.tracking, options.mapping,
+          options.objects};
 }
 
 std::shared_ptr<const Vocabulary> LoadVocabulary(const SystemOptions& options) {

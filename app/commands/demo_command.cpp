@@ -121,7 +121,7 @@ void AddDemoCommand(Command& program) {
   command.Flag("--no-video", a->no_video, "Do not write a video of the growing map");
   command.Group("General");
   command.Flag("--deterministic", a->deterministic,
-               "Run tracking and mapping in turn, for reproducible results");
+               "Run tracking and mapping in turn, and record no times: all files are the same byte for byte");
   AddBackendOption(command, a->scene.options.backend);
   command.Flag("--quiet,-q", a->scene.quiet, "Print only the paths of the results");
   command.Notes(kDemoExamples);

@@ -140,7 +140,7 @@ void RunArguments::AddTo(Command& command) {
       "from one view, support, class proportions and texture symmetry, as in SO-SLAM");
   command.Option("--association NAME", association, "Tests that associate boxes with objects");
   command.Flag("--deterministic", deterministic,
-               "Run tracking and mapping in turn, for reproducible results");
+               "Run tracking and mapping in turn, and record no times: all files are the same byte for byte");
   command.Option("--seed N", seed, "Seed of all random numbers").AtLeast(0);
   command.Flag("--realtime", realtime,
                "Play at the recorded speed and drop frames that come too fast, like a live camera");

@@ -14,17 +14,17 @@ void BackgroundAdjustment::Start(Job job, const BundleSolverOptions& options) {
     const bool solved = SolveBundle(started.problem, options, [this] { return stop_.load(); });
     return solved ? std::optional(std::move(started)) : std::nullopt;
   };
-  running_ = std::async(in_background_ ? std::launch::async : std::launch::deferred, solve, std::move(job));
-  if (!in_background_) {
-    running_.wait();
-  }
+  running_ = std::async(std::launch::async, solve, std::move(job));
+  calls_ = 0;
 }
 
 std::optional<BackgroundAdjustment::Job> BackgroundAdjustment::TakeFinished() {
-  if (!running_.valid() || running_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
+  if (!running_.valid()) {
     return std::nullopt;
   }
-  return running_.get();
+  const bool due = in_step_ ? ++calls_ >= kCallsInStep
+                            : running_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+  return due ? running_.get() : std::nullopt;
 }
 
 void BackgroundAdjustment::Stop() {

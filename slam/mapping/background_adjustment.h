@@ -12,8 +12,11 @@ namespace sqslam {
 // Runs a full bundle adjustment on a copy of the map while mapping goes on. One at a time.
 class BackgroundAdjustment {
  public:
-  // If `in_background` is false, Start() solves at once on the caller's thread: for repeatable runs.
-  explicit BackgroundAdjustment(bool in_background) : in_background_(in_background) {}
+  static constexpr int kCallsInStep = 5;
+
+  // With `in_step` the solution is there at this call of TakeFinished(), which waits for it, so that a run
+  // can be repeated.
+  explicit BackgroundAdjustment(bool in_step) : in_step_(in_step) {}
   ~BackgroundAdjustment() { Stop(); }
   BackgroundAdjustment(const BackgroundAdjustment&) = delete;
   BackgroundAdjustment& operator=(const BackgroundAdjustment&) = delete;
@@ -34,7 +37,8 @@ class BackgroundAdjustment {
   void Stop();
 
  private:
-  bool in_background_;
+  bool in_step_;
+  int calls_ = 0;  // of TakeFinished() since the start
   std::atomic<bool> stop_ = false;
   std::future<std::optional<Job>> running_;
 };

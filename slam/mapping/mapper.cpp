@@ -17,7 +17,7 @@ Mapper::Mapper(const Camera& camera, const MapperOptions& options,
       times_(times),
       pose_tracker_(camera, options.tracking),
       places_(camera, options.mapping.loops, std::move(vocabulary)),
-      adjustment_(!options.deterministic),
+      adjustment_(options.deterministic || options.in_step),
       leftovers_(options.mapping.completion.max_frames) {}
 
 void Mapper::Process(TrackingReport report) {

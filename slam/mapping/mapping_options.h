@@ -131,7 +131,8 @@ struct MappingOptions {
 
 // The options of the mapping thread.
 struct MapperOptions {
-  bool deterministic = false;    // no dependence on the clock, no background threads
+  bool deterministic = false;    // no times in snapshots
+  bool in_step = false;          // no dependence on the clock
   std::uint64_t seed = 1;        // seeds every random source
   std::string gravity = "auto";  // see UprightEstimator
   TrackingOptions tracking;      // for backward tracking and frame refinement

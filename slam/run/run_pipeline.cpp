@@ -41,8 +41,10 @@ DetectionFeed MakeFeed(const RunRequest& request, const RunInput& input, RunHost
        request.output / "boxes.txt", input.sequence.path.string(), FilePixels(input.sequence)}};
 }
 
-// Lets the run refine a camera that is only guessed.
-SystemOptions OptionsFor(const AutoCamera& camera, SystemOptions options) {
+// A camera that is only guessed is refined in the run. A recording is mapped in step.
+SystemOptions OptionsFor(const RunRequest& request, const AutoCamera& camera) {
+  SystemOptions options = request.options;
+  options.in_step = !request.HasRealClock();
   if (camera.IsGuessed() && options.mapping.camera.what == LearntPart::kNone) {
     // Keypoints are undistorted by the radial coefficient: it stays.
     options.mapping.camera.what = LearntPart::kFocal;
@@ -84,9 +86,6 @@ int Play(const RunRequest& request, const RunInput& input, const Recorder& recor
     }
     const TrackingState state = feed.Process(*frame, system);
     host.Tracked(*frame, state, system);
-    if (!request.HasRealClock()) {
-      system.WaitForMapping();
-    }
     if (live != nullptr && state == TrackingState::kTracking) {
       const FrameView view = system.Newest();
       if (view.T_map_camera) {
@@ -280,7 +279,7 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
 
   const Stopwatch stopwatch;
   AutoCamera camera = LearnCamera(input.sequence, request.range, request.options, host);
-  const SystemOptions options = OptionsFor(camera, request.options);
+  const SystemOptions options = OptionsFor(request, camera);
   Recorder recorder(request.output / "map.sqmap",
                     {input.sequence.path.string(), SQSLAM_VERSION, DumpOptions(options)});
   std::unique_ptr<LiveDepth> live = MakeLiveDepth(request, input);

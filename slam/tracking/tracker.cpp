@@ -225,11 +225,9 @@ bool Tracker::Relocalize(TrackingReport& report) {
 }
 
 void Tracker::FinishTracked(int pending_keyframes, TrackingReport& report) {
-  const KeyframeDecision decision = DecideKeyframe(pending_keyframes);
   report.pose = current_.anchor;
   report.matches = MatchesOf(current_, pose_tracker_.Levels());
-  report.keyframe_postponed = decision == KeyframeDecision::kPostponed;
-  if (decision == KeyframeDecision::kYes) {
+  if (NeedsKeyframe(pending_keyframes)) {
     report.keyframe = KeyframeCandidate{current_.features, current_.points};
     last_keyframe_index_ = current_.index;
   }
@@ -287,7 +285,7 @@ void Tracker::ShareBacklog(TrackingReport& report) {
   }
 }
 
-Tracker::KeyframeDecision Tracker::DecideKeyframe(int pending_keyframes) const {
+bool Tracker::NeedsKeyframe(int pending_keyframes) const {
   const KeyframeOptions& options = options_.keyframes;
   const std::int64_t interval = current_.index - last_keyframe_index_;
   const bool young = view_->keyframes.size() <= 2;
@@ -298,10 +296,10 @@ Tracker::KeyframeDecision Tracker::DecideKeyframe(int pending_keyframes) const {
   constexpr double kSameView = 0.5;  // images far apart each show something new
   const bool too_soon = interval < options.min_interval && tracked_share >= kSameView;
   if (too_soon || (interval < options.max_interval && tracked_share >= options.tracked_share)) {
-    return KeyframeDecision::kNo;
+    return false;
   }
   const bool urgent = tracked_share < options.urgent_share && pending_keyframes <= options.max_pending;
-  return pending_keyframes == 0 || urgent ? KeyframeDecision::kYes : KeyframeDecision::kPostponed;
+  return pending_keyframes == 0 || urgent;
 }
 
 FrameStamp Tracker::StampOf(const Frame& frame) const {

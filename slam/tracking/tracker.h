@@ -68,8 +68,6 @@ class Tracker {
   std::string NoMapReason() const { return initializer_.Reason(); }
 
  private:
-  enum class KeyframeDecision { kNo, kPostponed, kYes };
-
   // A frame whose boxes have not come yet.
   struct WaitingFrame {
     SeenObjects seen;
@@ -88,7 +86,7 @@ class Tracker {
   void RememberUntracked();
   void FinishTracked(int pending_keyframes, TrackingReport& report);
   void ShareBacklog(TrackingReport& report);
-  KeyframeDecision DecideKeyframe(int pending_keyframes) const;
+  bool NeedsKeyframe(int pending_keyframes) const;
   void SeeObjects(const Frame& frame, bool tracked, TrackingReport& report);
   ObjectFrame MakeObjectFrame(const Frame& frame) const;
   bool FollowMap(WaitingFrame& waiting) const;

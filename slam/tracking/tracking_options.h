@@ -31,6 +31,7 @@ struct KeyframeOptions {
   double tracked_share = 0.9;  // a keyframe is made if a smaller share of the reference's points is tracked
   double urgent_share = 0.5;   // this share instead while the mapping thread is busy
   int max_pending = 2;         // keyframes that the mapping thread may lag behind
+  double mapped_after = 0.09;  // s of a recording until tracking sees the map with a new keyframe
 
   void VisitFields(auto&& visit) {
     visit("max_interval", max_interval, 1, 1000);
@@ -38,6 +39,7 @@ struct KeyframeOptions {
     visit("tracked_share", tracked_share, 0.0, 1.0);
     visit("urgent_share", urgent_share, 0.0, 1.0);
     visit("max_pending", max_pending, 1, 100);
+    visit("mapped_after", mapped_after, 0.0, 10.0);
   }
 };
 

@@ -41,7 +41,6 @@ struct TrackingReport : FrameStamp {
   std::vector<FrameMatch> matches;   // that give the pose
   SeenPoints seen;
   std::optional<KeyframeCandidate> keyframe;
-  bool keyframe_postponed = false;     // a keyframe was due, but the mapping thread is busy
   FrameFeaturesPtr unplaced;           // features of a frame without a pose
   std::optional<Backlog> backlog;      // set when tracking begins or resumes
   std::optional<SeenObjects> objects;  // empty until the detector has processed the frame

@@ -45,13 +45,13 @@ BackgroundAdjustment::Job WaitFor(BackgroundAdjustment& adjustment) {
   }
 }
 
-TEST(BackgroundAdjustment, SolvesOnACopyAndInTurnGivesTheSame) {
+TEST(BackgroundAdjustment, SolvesOnACopyAndInStepGivesTheSame) {
   SyntheticMap world = MakeSyntheticMap({});
   Disturb(world.map);
   const BundleProblem problem = ExtractBundleProblem(world.map, world.camera);
   std::vector<BundleProblem> solutions;
-  for (const bool in_background : {true, false}) {
-    BackgroundAdjustment adjustment(in_background);
+  for (const bool in_step : {true, false}) {
+    BackgroundAdjustment adjustment(in_step);
     EXPECT_FALSE(adjustment.TakeFinished());
     adjustment.Start({3, {}, problem}, {10, 10, 1});
     solutions.push_back(WaitFor(adjustment).problem);
@@ -62,10 +62,22 @@ TEST(BackgroundAdjustment, SolvesOnACopyAndInTurnGivesTheSame) {
   }
 }
 
-TEST(BackgroundAdjustment, AStoppedOneNeverComes) {
+TEST(BackgroundAdjustment, ComesAtASetCallInStep) {
   SyntheticMap world = MakeSyntheticMap({});
   Disturb(world.map);
   BackgroundAdjustment adjustment(true);
+  adjustment.Start({0, {}, ExtractBundleProblem(world.map, world.camera)}, {10, 10, 1});
+  for (int call = 1; call < BackgroundAdjustment::kCallsInStep; ++call) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    EXPECT_FALSE(adjustment.TakeFinished());
+  }
+  EXPECT_TRUE(adjustment.TakeFinished());
+}
+
+TEST(BackgroundAdjustment, AStoppedOneNeverComes) {
+  SyntheticMap world = MakeSyntheticMap({});
+  Disturb(world.map);
+  BackgroundAdjustment adjustment(false);
   adjustment.Start({0, {}, ExtractBundleProblem(world.map, world.camera)}, {10, 10, 1});
   adjustment.Stop();
   EXPECT_FALSE(adjustment.TakeFinished());

@@ -86,22 +86,30 @@ TEST(System, MapsOnAThreadOfItsOwn) {
   EXPECT_EQ(run.snapshots.back(), run.result.map.snapshot);
 }
 
-// However slow mapping is, a recording gets the keyframes that it needs.
-TEST(System, ARecordingWaitsForMapping) {
+// However slow mapping or tracking is, a recording gives the same map.
+TEST(System, InStepTheMapDoesNotDependOnTheMachine) {
   const TexturedWorld world;
   const std::vector<Rigid3d> path = HandHeldPath(120);
-  const auto keyframes = [&](std::chrono::milliseconds delay) {
-    System system(world.GetCamera(), TestOptions(false),
-                  [delay](const MapSnapshotPtr&) { std::this_thread::sleep_for(delay); });
+  SystemOptions options = TestOptions(false);
+  options.in_step = true;
+  const auto trajectory = [&](std::chrono::milliseconds tracking, std::chrono::milliseconds mapping) {
+    System system(world.GetCamera(), options,
+                  [mapping](const MapSnapshotPtr&) { std::this_thread::sleep_for(mapping); });
     for (std::size_t i = 0; i < path.size(); ++i) {
       system.Process(world.Render(static_cast<std::int64_t>(i), path[i]));
-      system.WaitForMapping();
+      std::this_thread::sleep_for(tracking);
     }
-    return system.Finish().map.keyframes.size();
+    std::vector<Eigen::Matrix4d> poses;
+    for (const TimedPose& pose : system.Finish().map.trajectory) {
+      poses.push_back(pose.T_map_camera.Matrix());
+    }
+    return poses;
   };
-  const std::size_t fast = keyframes(std::chrono::milliseconds(0));
-  EXPECT_GE(fast, 4U);
-  EXPECT_GE(keyframes(std::chrono::milliseconds(300)) + 1, fast);
+  using std::chrono_literals::operator""ms;
+  const std::vector<Eigen::Matrix4d> poses = trajectory(0ms, 0ms);
+  EXPECT_EQ(poses.size(), path.size());
+  EXPECT_EQ(trajectory(0ms, 300ms), poses);
+  EXPECT_EQ(trajectory(30ms, 0ms), poses);
 }
 
 TEST(System, MapsATexturedWorld) {
