@@ -47,15 +47,14 @@ double OverlapOfOne(const Landmark& a, const Landmark& b, bool same_label, const
   return AreSeenTogether(a, b, 0) ? options.overlap : std::min(kReachIn, options.overlap);
 }
 
-// A small thing of another label within a larger, better known one is taken for a part of it. The other way
-// round, a young table over a chair is the chair only if its boxes are those of the chair.
-bool MayBeOneOfTwoLabels(const Landmark& a, const Landmark& b, const Camera& camera) {
+// True if the boxes of the rarer one, which has another label, are those of the other. Overlap alone says
+// little: a chair pushed under a table lies within the table's superquadric.
+bool IsOneOfTwoLabels(const Landmark& a, const Landmark& b, const Camera& camera) {
   constexpr int kMaxViews = 10;
   constexpr double kAgrees = 0.5;  // mean IoU
   const Landmark& rarer = a.observations < b.observations ? a : b;
   const Landmark& other = a.observations < b.observations ? b : a;
-  return rarer.superquadric.shape.Volume() <= other.superquadric.shape.Volume() ||
-         BoxAgreement(other.superquadric, SpreadViews(rarer.views, kMaxViews), camera) >= kAgrees;
+  return BoxAgreement(other.superquadric, SpreadViews(rarer.views, kMaxViews), camera) >= kAgrees;
 }
 
 // A detector boxes many objects twice for a while, such as a chair and its back; but what it nearly always
@@ -165,9 +164,10 @@ bool AreSameObject(const Landmark& a, const Landmark& b, const ObjectOptions& al
   if (all.method == ObjectMethod::kPaper) {
     return passes_t_test();
   }
-  const int limit = std::max(options.max_seen_together,
-                             static_cast<int>(options.max_seen_together_share *
-                                              static_cast<double>(std::min(a.views.size(), b.views.size()))));
+  // A detector boxes one thing apart under one label now and then, but hardly ever under two at once.
+  const int share = static_cast<int>(options.max_seen_together_share *
+                                     static_cast<double>(std::min(a.views.size(), b.views.size())));
+  const int limit = same_label ? std::max(options.max_seen_together, share) : share;
   // Neighbours are soon seen apart, so nearly all pairs skip the costly overlap.
   if (FramesSeenApart(a, b, same_label, limit + 1) > limit || AreMostlySeenTogether(a, b)) {
     return false;
@@ -176,8 +176,7 @@ bool AreSameObject(const Landmark& a, const Landmark& b, const ObjectOptions& al
   bool is_part = false;
   if (!same && parts.merge_by_volume && a.estimated && b.estimated) {
     const double shared = OverlapOfSmaller(a.superquadric, b.superquadric);
-    same =
-        shared > OverlapOfOne(a, b, same_label, options) && (same_label || MayBeOneOfTwoLabels(a, b, camera));
+    same = shared > OverlapOfOne(a, b, same_label, options) && (same_label || IsOneOfTwoLabels(a, b, camera));
     is_part = same_label && (shared > kPart || ShowsPartOf(a, b, shared, options, camera) ||
                              ShowsPartOf(b, a, shared, options, camera) || IsBoxedTwice(a, b));
     same = same || is_part || (same_label && AreConcentric(a, b, options));

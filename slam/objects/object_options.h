@@ -231,8 +231,10 @@ struct MergingOptions {
   double overlap = 0.4;              // shared volume over the smaller volume: same label
   double overlap_other_label = 0.6;  // the same for different labels
   double concentric = 0.15;          // centre distance over the smaller one's largest half size: same label
-  int max_seen_together = 3;         // frames with a box for each of them above which the two stay apart,
-  double max_seen_together_share = 0.05;  // or, if that is more, this share of the views of the rarer one
+  // Frames with a box for each of them above which the two stay apart: this share of the views of the rarer
+  // one, or the number if that is more and the labels are the same.
+  double max_seen_together_share = 0.05;
+  int max_seen_together = 3;
 
   void VisitFields(auto&& visit) {
     visit("alpha", alpha, 1e-9, 0.5);
@@ -293,7 +295,7 @@ struct ObjectOptions {
   int min_points = 4;                                  // map points needed to show an object
   double min_box_agreement = 0.35;       // mean IoU of projected object and boxes needed to show an object
   double pointless_box_agreement = 0.6;  // the same for an object with fewer than min_points
-  double min_reliability = 0.15;         // needed to show an object; those below 0.4 are shown as uncertain
+  double min_reliability = 0.25;         // needed to show an object; those below 0.4 are shown as uncertain
   int forget_after = 300;  // frames without a box after which an object that was never good is deleted
   int max_estimates = 2;   // most outdated objects re-estimated at a keyframe; 0: no limit
   DetectionFilterOptions detections;

@@ -155,7 +155,9 @@ class SubmapObjects : public ::testing::Test {
       o.detection = {"box", 0.9, {low.x(), low.y(), size.x(), size.y()}};
       observations.push_back(o);
     }
-    submap_ = std::make_unique<Submap>(0, std::make_unique<Map>(std::move(world.map)), MapperOptions{});
+    MapperOptions options;
+    options.objects.min_reliability = 0.0;  // little is known of a box around scattered points
+    submap_ = std::make_unique<Submap>(0, std::make_unique<Map>(std::move(world.map)), options);
     submap_->Objects().AddObservations(observations);
     submap_->MapObjects(camera_, true);
   }
