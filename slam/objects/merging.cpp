@@ -98,17 +98,16 @@ bool ShowsPartOf(const Landmark& part, const Landmark& whole, double shared, con
   return static_cast<double>(inside) >= kViews * static_cast<double>(views.size());
 }
 
-// True if the detector boxes an object and its part at once: the rarer of the two is seen with the other more
-// often than not, then nearly always with nested boxes, and on the same map points. If one object is behind
-// the other the points differ, because each box keeps those of one depth.
+// True if the detector boxes an object and its part at once: what frames show both have nearly always nested
+// boxes, and on the same map points. If one object is behind the other the points differ, because each box
+// keeps those of one depth.
 bool IsBoxedTwice(const Landmark& a, const Landmark& b) {
   constexpr int kFewest = 5;          // frames
-  constexpr double kOften = 0.5;      // of the views of the rarer one
   constexpr double kNested = 0.9;     // of the smaller box, and of the frames
   constexpr double kOwnPoints = 0.5;  // of the points of the one with fewer
   const int all = static_cast<int>(std::min(a.views.size(), b.views.size())) + 1;
   const int together = CountFrames(a, b, all, [](auto&&...) { return true; });
-  if (together < kFewest || together < kOften * (all - 1)) {
+  if (together < kFewest) {
     return false;
   }
   const int nested = CountFrames(
