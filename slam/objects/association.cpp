@@ -87,7 +87,7 @@ double Nearness(const BoxCandidate& box, const KnownLandmark& landmark) {
 bool IsNear(const BoxCandidate& box, const KnownLandmark& landmark, const AssociationOptions& options) {
   const double radius = landmark.Radius();
   return !box.centroid || radius <= 0.0 ||
-         (*box.centroid - landmark.view->superquadric.T_map_object.translation).norm() <=
+         (*box.centroid - landmark.view->visible.T_map_object.translation).norm() <=
              (1.0 + options.max_centroid_distance) * radius;
 }
 
@@ -159,7 +159,7 @@ std::vector<int> Associate(const std::vector<BoxCandidate>& boxes,
 }
 
 double KnownLandmark::Radius() const {
-  return IsEstimated() ? view->superquadric.shape.half_size.maxCoeff() : 0.0;
+  return IsEstimated() ? view->visible.shape.half_size.maxCoeff() : 0.0;
 }
 
 Box2d KnownLandmark::PredictedBox(std::int64_t frame_index) const {

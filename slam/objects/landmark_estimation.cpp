@@ -40,6 +40,73 @@ void CompleteHiddenPart(Landmark& landmark, const std::vector<BoxView>& views,
   }
 }
 
+// Returns the horizontal direction from the object to the nearest part of `other`, map frame.
+Eigen::Vector3d DirectionTo(const PosedSuperquadric& other, const PosedSuperquadric& object) {
+  const Eigen::Vector3d& centre = object.T_map_object.translation;
+  const Eigen::Vector3d p = other.T_map_object.Inverse() * centre;
+  const Eigen::Vector3d nearest =
+      other.T_map_object * p.cwiseMin(other.shape.half_size).cwiseMax(-other.shape.half_size);
+  const bool outside = (nearest - centre).head<2>().norm() > 1e-3 * other.shape.half_size.norm();
+  Eigen::Vector3d way = (outside ? nearest : other.T_map_object.translation) - centre;
+  way.z() = 0.0;
+  return way.normalized();
+}
+
+// Returns that of the surrounding objects which hides the lower edge of the most boxes; null if none hides a
+// third of them.
+const PosedSuperquadric* HiderOfBottom(const PosedSuperquadric& object, const std::vector<BoxView>& views,
+                                       const EstimationContext& context) {
+  const PosedSuperquadric* hider = nullptr;
+  auto most = static_cast<std::ptrdiff_t>(views.size() / 3);
+  for (const PosedSuperquadric& other : context.surroundings.hiders) {
+    const auto hidden = std::ranges::count_if(views, [&](const BoxView& view) {
+      const double depth = (view.T_map_camera.Inverse() * object.T_map_object.translation).z();
+      const Box2d box = UndistortBox(view.box, context.camera);
+      return depth > 0.0 && EdgesHiddenBy(box, depth, view.T_map_camera, context.camera, other)[kBottomEdge];
+    });
+    if (hidden > most) {
+      most = hidden;
+      hider = &other;
+    }
+  }
+  return hider;
+}
+
+// Gives an object the depth of its class if it seems far thinner: of a chair pushed under a table only the
+// back is seen, and the seat reaches towards the table. The covariance tells how well classes know depths.
+void CompleteHiddenDepth(Landmark& landmark, const std::vector<BoxView>& views,
+                         const EstimationContext& context) {
+  constexpr double kFarThinner = 2.0;  // standard deviations
+  constexpr double kUnusual = 7.8;     // chi square of three terms that one in twenty exceeds
+  const ClassPrior& known = context.classes->Of(landmark.labels.Best());
+  if (!known.hollow || IsBottomSeen(views)) {
+    return;
+  }
+  Superquadric completed = landmark.superquadric.shape;
+  const Eigen::Index thin = completed.half_size.x() < completed.half_size.y() ? 0 : 1;
+  const double seen = completed.half_size[thin];
+  const double usual = completed.half_size[1 - thin] * std::exp(-known.log_width_ratio);
+  completed.half_size[thin] = usual;
+  if (std::log(usual / seen) < kFarThinner * known.width_sigma ||
+      ClassSurprise(completed, known, context.scale) > kUnusual) {
+    return;
+  }
+  const PosedSuperquadric* hider = HiderOfBottom(landmark.visible, views, context);
+  if (hider == nullptr) {
+    return;
+  }
+  landmark.superquadric.shape = completed;
+  const Eigen::Vector3d axis = landmark.superquadric.T_map_object.rotation * Eigen::Vector3d::Unit(thin);
+  const bool along = axis.dot(DirectionTo(*hider, landmark.superquadric)) > 0.0;
+  const Eigen::Vector3d towards = along ? axis : -axis;
+  landmark.superquadric.T_map_object.translation += (usual - seen) * towards;
+  Eigen::Matrix<double, 9, 1> effect = Eigen::Matrix<double, 9, 1>::Zero();
+  effect.head<3>() = towards;
+  effect[3 + thin] = 1.0;
+  effect *= known.width_sigma * usual;
+  landmark.covariance += effect * effect.transpose();
+}
+
 // Returns the box with its edges that are not free moved outward to those of `projected`.
 Box2d Continued(const Box2d& box, const std::array<bool, 4>& edge_free, const Box2d& projected) {
   double left = box.x;
@@ -154,6 +221,7 @@ void TakeFit(Landmark& landmark, const StandingFit& fit, const std::vector<BoxVi
   landmark.support = fit.support;
   landmark.covariance = fit.covariance;
   CompleteHiddenPart(landmark, views, context);
+  CompleteHiddenDepth(landmark, views, context);
   landmark.box_agreement = BoxAgreement(fit.superquadric, views, context.camera);
   landmark.refined = true;
   JudgeReliability(landmark, views, context);

@@ -243,6 +243,7 @@ struct ObjectMapper::Impl {
                                  .estimated = landmark.estimated,
                                  .shown = IsShown(landmark),
                                  .superquadric = landmark.superquadric,
+                                 .visible = landmark.visible,
                                  .centroids = landmark.centroids});
     }
     next->merges = merges;

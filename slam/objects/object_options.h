@@ -295,7 +295,7 @@ struct ObjectOptions {
   int min_points = 4;                                  // map points needed to show an object
   double min_box_agreement = 0.35;       // mean IoU of projected object and boxes needed to show an object
   double pointless_box_agreement = 0.6;  // the same for an object with fewer than min_points
-  double min_reliability = 0.25;         // needed to show an object; those below 0.4 are shown as uncertain
+  double min_reliability = 0.3;          // needed to show an object; those below 0.4 are shown as uncertain
   int forget_after = 300;  // frames without a box after which an object that was never good is deleted
   int max_estimates = 2;   // most outdated objects re-estimated at a keyframe; 0: no limit
   DetectionFilterOptions detections;

@@ -101,8 +101,8 @@ struct ObjectTracker::Impl {
         track.predicted_box = track.PredictedBox(frame.frame_index);
       }
       if (parts.projection && track.IsEstimated() &&
-          MayBeInView(track.view->superquadric, frame.T_map_camera, frame.camera)) {
-        const auto box = ProjectToBox(track.view->superquadric, frame.T_map_camera, frame.camera);
+          MayBeInView(track.view->visible, frame.T_map_camera, frame.camera)) {
+        const auto box = ProjectToBox(track.view->visible, frame.T_map_camera, frame.camera);
         const Box2d clipped = box ? ClipToImage(DistortBox(*box, frame.camera), frame.camera) : Box2d();
         if (clipped.Area() > 0.0) {
           track.projected_box = clipped;
@@ -183,10 +183,10 @@ struct ObjectTracker::Impl {
         continue;
       }
       const ObjectLandmarkView& object = *own->second.view;
-      const double depth = (T_camera_map * object.superquadric.T_map_object.translation).z();
+      const double depth = (T_camera_map * object.visible.T_map_object.translation).z();
       const Box2d box = UndistortBox(boxes[i].detection.box, frame.camera);
       for (const auto& [id, other] : shown) {
-        if (id == ids[i] || depth <= 0.0 || !MayHide(*other, object.superquadric, object.points)) {
+        if (id == ids[i] || depth <= 0.0 || !MayHide(*other, object.visible, object.points)) {
           continue;
         }
         const std::array<bool, 4> hidden =
@@ -375,6 +375,7 @@ void ObjectTracker::Transform(const Sim3d& S_new_old) {
   }
   for (ObjectLandmarkView& landmark : impl_->view.landmarks) {
     landmark.superquadric = S_new_old * landmark.superquadric;
+    landmark.visible = S_new_old * landmark.visible;
     for (auto& [point, p] : landmark.points) {
       p = S_new_old * p;
     }

@@ -80,6 +80,7 @@ struct ObjectLandmarkView {
   bool estimated = false;                                        // the superquadric is valid
   bool shown = false;                                            // good enough to be part of the object map
   PosedSuperquadric superquadric;
+  PosedSuperquadric visible;  // its part that the boxes show
   PointStatistics centroids;
 };
 

@@ -153,8 +153,8 @@ TEST(Associate, SurvivesAWrongLabelAtTheSamePlace) {
 TEST(Associate, FindsAnObjectAgainAfterAGapByTheTTest) {
   ObjectLandmarkView view;
   view.estimated = true;
-  view.superquadric.shape.half_size.setConstant(0.05);
-  view.superquadric.T_map_object.translation = {0, 0, 1};
+  view.visible.shape.half_size.setConstant(0.05);
+  view.visible.T_map_object.translation = {0, 0, 1};
   KnownLandmark landmark = Cup();
   landmark.centroids = Sample({0, 0, 1}, 0.02, 12, 5);
   landmark.projected_box = Box2d{100, 100, 40, 40};

@@ -1,7 +1,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "seen_landmark.h"
+#include "slam/objects/landmark_estimation.h"
 #include "slam/objects/landmark_geometry.h"
+#include "slam/objects/landmark_refinement.h"
 #include "slam/objects/surroundings.h"
 #include "test_camera.h"
 
@@ -77,6 +80,52 @@ TEST(MayHide, IsTheTableForTheChairButNotForTheCupOnIt) {
   EXPECT_TRUE(MayHide(Table(), Box({0.1, 2.4, 0.5}, {0.2, 0.05, 0.3}), {}));  // pushed under it
   EXPECT_FALSE(MayHide(Table(), Box({0.1, 2.2, kTableTop + 0.05}, {0.04, 0.04, 0.05}), {}));
   EXPECT_FALSE(MayHide(Box({0.0, 0.0, 0.0}, {0.1, 0.1, 0.1}), Table(), {}));
+}
+
+// Takes `fit` for an object of which the boxes show what is seen over the table's far rim.
+Landmark FittedBehindTheTable(const std::string& label, const PosedSuperquadric& fit, bool bottom_free) {
+  constexpr double kRim = kTableTop - 0.1;  // there
+  const double top = fit.T_map_object.translation.z() + fit.shape.half_size.z();
+  PosedSuperquadric shown = fit;
+  shown.shape.half_size.z() = 0.5 * (top - kRim);
+  shown.T_map_object.translation.z() = 0.5 * (top + kRim);
+  Landmark landmark;
+  for (int frame = 0; frame < 20; ++frame) {
+    ObjectObservation seen = testing::ObservationOf(label, *ProjectToBox(shown, Pose(), TestCamera()), frame);
+    seen.T_map_camera = Pose();
+    seen.edge_free = {true, true, true, bottom_free};
+    landmark.Add(seen);
+  }
+  const ObjectOptions options;
+  const ClassPriors classes = ClassPriors::Named("default");
+  EstimationContext context;
+  context.options = &options;
+  context.classes = &classes;
+  context.camera = TestCamera();
+  context.surroundings.hiders = {Box({-1.5, 2.8, 0.4}, {0.4, 0.4, 0.4}), Table()};
+  TakeFit(landmark, {fit, 0.0, 0.0, 1e-6 * Eigen::Matrix<double, 9, 9>::Identity()}, landmark.views, context);
+  return landmark;
+}
+
+TEST(TakeFit, AChairOfWhichOnlyTheBackIsSeenReachesUnderTheTable) {
+  const PosedSuperquadric back = Box({0.1, 2.8, 0.44}, {0.22, 0.03, 0.44});
+  const Landmark chair = FittedBehindTheTable("chair", back, false);
+  const Eigen::Vector3d half = chair.superquadric.shape.half_size;
+  EXPECT_NEAR(half.y(), 0.22 * 0.48 / 0.52, 1e-6) << "the proportions of chairs in configs/classes.yaml";
+  EXPECT_NEAR(chair.superquadric.T_map_object.translation.y() + half.y(), 2.83, 1e-9) << "the back stays";
+  EXPECT_NEAR(std::sqrt(chair.covariance(4, 4)), 0.2 * half.y(), 1e-3) << "as chairs vary";
+  EXPECT_EQ(chair.visible.shape.half_size, back.shape.half_size);
+}
+
+TEST(TakeFit, WhatIsSeenWholeOrHasNoKnownDepthKeepsIt) {
+  const PosedSuperquadric back = Box({0.1, 2.8, 0.44}, {0.22, 0.03, 0.44});
+  const auto depth = [](const Landmark& landmark) { return landmark.superquadric.shape.half_size.y(); };
+  EXPECT_EQ(depth(FittedBehindTheTable("chair", back, true)), 0.03) << "its legs are seen";
+  EXPECT_EQ(depth(FittedBehindTheTable("thing", back, false)), 0.03);
+  const PosedSuperquadric beside = Box({1.6, 2.8, 0.44}, {0.22, 0.03, 0.44});
+  EXPECT_EQ(depth(FittedBehindTheTable("chair", beside, false)), 0.03) << "nothing hides it";
+  const PosedSuperquadric row = Box({0.1, 2.8, 0.44}, {0.8, 0.03, 0.44});
+  EXPECT_EQ(depth(FittedBehindTheTable("chair", row, false)), 0.03) << "far wider than high: no chair";
 }
 
 }  // namespace
