@@ -230,7 +230,9 @@ void TakeFit(Landmark& landmark, const StandingFit& fit, const std::vector<BoxVi
 std::optional<SizedObject> SizedBy(const Landmark& landmark, const ClassPriors& classes) {
   constexpr double kMapped = 0.15;  // standard deviation of the logarithm of a mapped size
   const ClassPrior& known = classes.Of(landmark.labels.Best());
-  if (!known.log_metres) {
+  const Eigen::Vector3d& half = landmark.superquadric.shape.half_size;
+  const bool completed = half.head<2>() != landmark.visible.shape.half_size.head<2>();
+  if (!known.log_metres || completed) {
     return std::nullopt;
   }
   return SizedObject{landmark.id, *known.log_metres - LogSize(landmark.superquadric.shape),

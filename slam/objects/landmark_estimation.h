@@ -55,7 +55,8 @@ void MarkHiddenEdges(const Landmark& landmark, const EstimationContext& context,
 std::vector<BoxView> HeldOutViews(const std::vector<BoxView>& all, const std::vector<BoxView>& used,
                                   std::size_t count);
 
-// Estimates the map's scale from an object whose class has a metric size; empty for others.
+// Estimates the map's scale from an object whose class has a metric size; empty for others, and for one that
+// has its depth from its class.
 std::optional<SizedObject> SizedBy(const Landmark& landmark, const ClassPriors& classes);
 
 // Mean IoU of the superquadric's projections and the boxes of the views, in [0, 1].

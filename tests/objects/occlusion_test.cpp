@@ -115,6 +115,9 @@ TEST(TakeFit, AChairOfWhichOnlyTheBackIsSeenReachesUnderTheTable) {
   EXPECT_NEAR(chair.superquadric.T_map_object.translation.y() + half.y(), 2.83, 1e-9) << "the back stays";
   EXPECT_NEAR(std::sqrt(chair.covariance(4, 4)), 0.2 * half.y(), 1e-3) << "as chairs vary";
   EXPECT_EQ(chair.visible.shape.half_size, back.shape.half_size);
+  const ClassPriors classes = ClassPriors::Named("default");
+  EXPECT_FALSE(SizedBy(chair, classes)) << "what the class gave says nothing about the map's scale";
+  EXPECT_TRUE(SizedBy(FittedBehindTheTable("chair", back, true), classes));
 }
 
 TEST(TakeFit, WhatIsSeenWholeOrHasNoKnownDepthKeepsIt) {
