@@ -135,14 +135,16 @@ int FramesSeenApart(const Landmark& a, const Landmark& b, bool parts_are_one, in
 }
 
 bool ShareTheirPlace(const Landmark& a, const Landmark& b) {
-  constexpr double kShared = 0.6;  // of the smaller volume
-  constexpr double kApart = 0.25;  // of the views of the rarer one, in which they may seem apart
+  constexpr double kShared = 0.6;      // of the smaller volume
+  constexpr double kNeverApart = 0.3;  // the same, if no frame shows them apart
+  constexpr double kApart = 0.25;      // of the views of the rarer one, in which they may seem apart
   if (a.labels.Best() != b.labels.Best() || !a.refined || !b.refined) {
     return false;
   }
   const int limit = static_cast<int>(kApart * static_cast<double>(std::min(a.views.size(), b.views.size())));
-  return FramesSeenApart(a, b, true, limit + 1) <= limit &&
-         OverlapOfSmaller(a.superquadric, b.superquadric) > kShared;
+  const int apart = FramesSeenApart(a, b, true, limit + 1);
+  return apart <= limit &&
+         OverlapOfSmaller(a.superquadric, b.superquadric) > (apart == 0 ? kNeverApart : kShared);
 }
 
 bool AreSameObject(const Landmark& a, const Landmark& b, const ObjectOptions& all, const Camera& camera) {

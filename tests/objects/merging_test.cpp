@@ -182,6 +182,10 @@ TEST(Merging, TwoOfAKindCannotShareTheirPlace) {
   b.superquadric.T_map_object.translation.x() = 0.1;  // half of it
   EXPECT_FALSE(ShareTheirPlace(a, b));
   EXPECT_FALSE(ShareTheirPlace(a, see(a, 11))) << "too often apart";
+  b.views = see(a, 0).views;
+  EXPECT_TRUE(ShareTheirPlace(a, b)) << "never apart";
+  b.superquadric.T_map_object.translation.x() = 0.15;  // a quarter
+  EXPECT_FALSE(ShareTheirPlace(a, b));
   b = see(a, 0);
   b.labels = LabelVotes();
   b.labels.Add("bowl", 0.9);
