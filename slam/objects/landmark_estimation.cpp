@@ -52,6 +52,15 @@ Eigen::Vector3d DirectionTo(const PosedSuperquadric& other, const PosedSuperquad
   return way.normalized();
 }
 
+// Returns the edges of the view's box around `object` that `other` hides.
+std::array<bool, 4> HiddenEdges(const BoxView& view, const PosedSuperquadric& object,
+                                const PosedSuperquadric& other, const Camera& camera) {
+  const double depth = (view.T_map_camera.Inverse() * object.T_map_object.translation).z();
+  return depth <= 0.0
+             ? std::array<bool, 4>()
+             : EdgesHiddenBy(UndistortBox(view.box, camera), depth, view.T_map_camera, camera, other);
+}
+
 // Returns that of the surrounding objects which hides the lower edge of the most boxes; null if none hides a
 // third of them.
 const PosedSuperquadric* HiderOfBottom(const PosedSuperquadric& object, const std::vector<BoxView>& views,
@@ -60,9 +69,7 @@ const PosedSuperquadric* HiderOfBottom(const PosedSuperquadric& object, const st
   auto most = static_cast<std::ptrdiff_t>(views.size() / 3);
   for (const PosedSuperquadric& other : context.surroundings.hiders) {
     const auto hidden = std::ranges::count_if(views, [&](const BoxView& view) {
-      const double depth = (view.T_map_camera.Inverse() * object.T_map_object.translation).z();
-      const Box2d box = UndistortBox(view.box, context.camera);
-      return depth > 0.0 && EdgesHiddenBy(box, depth, view.T_map_camera, context.camera, other)[kBottomEdge];
+      return HiddenEdges(view, object, other, context.camera)[kBottomEdge];
     });
     if (hidden > most) {
       most = hidden;
@@ -180,13 +187,8 @@ std::vector<int> IdsInOrder(std::vector<std::pair<double, int>> keyed) {
 void MarkHiddenEdges(const Landmark& landmark, const EstimationContext& context,
                      std::vector<BoxView>& views) {
   for (BoxView& view : views) {
-    const double depth = (view.T_map_camera.Inverse() * landmark.visible.T_map_object.translation).z();
-    if (depth <= 0.0) {
-      continue;
-    }
-    const Box2d box = UndistortBox(view.box, context.camera);
     for (const PosedSuperquadric& other : context.surroundings.hiders) {
-      const std::array<bool, 4> hidden = EdgesHiddenBy(box, depth, view.T_map_camera, context.camera, other);
+      const std::array<bool, 4> hidden = HiddenEdges(view, landmark.visible, other, context.camera);
       for (std::size_t edge = 0; edge < 4; ++edge) {
         view.edge_free[edge] = view.edge_free[edge] && !hidden[edge];
       }

@@ -98,9 +98,9 @@ bool ShowsPartOf(const Landmark& part, const Landmark& whole, double shared, con
   return static_cast<double>(inside) >= kViews * static_cast<double>(views.size());
 }
 
-// True if the detector boxes an object and its part at once: what frames show both have nearly always nested
-// boxes, and on the same map points. If one object is behind the other the points differ, because each box
-// keeps those of one depth.
+// True if the detector boxes an object and its part at once: in the frames that show both, the boxes are
+// nearly always nested and hold the same map points. If one object is behind the other the points differ,
+// because each box keeps those of one depth.
 bool IsBoxedTwice(const Landmark& a, const Landmark& b) {
   constexpr int kFewest = 5;          // frames
   constexpr double kNested = 0.9;     // of the smaller box, and of the frames
