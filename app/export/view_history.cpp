@@ -72,7 +72,7 @@ std::vector<std::size_t> FirstViews(const MapSnapshot& map, const std::vector<Ei
     std::vector<double> depths;
     for (std::size_t i = 0; i < points.size(); ++i) {
       const Eigen::Vector3d p = (rotation * points[i] + translation).cast<double>();
-      if (p.z() > 0.0 && map.camera.InImage(map.camera.Project(p))) {
+      if (p.z() > 0.0 && map.camera.Shows(map.camera.Project(p))) {
         depths.push_back(p.z());
         if (!seen[i]) {
           in_view.emplace_back(i, p.z());

@@ -221,6 +221,8 @@ void BindMap(py::class_<T>& type) {
       .def_property_readonly("objects", [](const T& t) { return MapOf(t).objects; })
       .def_property_readonly("K", [](const T& t) { return MapOf(t).camera.K(); })
       .def_property_readonly("distortion", [](const T& t) { return MapOf(t).camera.distortion; })
+      .def_property_readonly("fisheye",
+                             [](const T& t) { return MapOf(t).camera.lens == LensModel::kFisheye; })
       .def_property_readonly(
           "image_size", [](const T& t) { return std::pair(MapOf(t).camera.width, MapOf(t).camera.height); })
       .def_property_readonly("metric", [](const T& t) { return MapOf(t).metric; })

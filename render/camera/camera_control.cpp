@@ -85,7 +85,7 @@ Camera PinholeOf(const ViewCamera& camera, cv::Size window) {
     pinhole.fy *= y;
     pinhole.cx = (pinhole.cx + 0.5) * x - 0.5;
     pinhole.cy = (pinhole.cy + 0.5) * y - 0.5;
-    pinhole.distortion = {};
+    pinhole = pinhole.WithoutDistortion();
   } else {
     pinhole.fx = pinhole.fy = camera.FocalLength(window.height);
     pinhole.cx = 0.5 * (window.width - 1);

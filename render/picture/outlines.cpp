@@ -242,7 +242,7 @@ cv::Mat RenderOverPhoto(const MapSnapshot& map, const cv::Mat& photo, const Rigi
 
   // Outlines are cut off at the edges of the photograph.
   Camera camera = map.camera;
-  camera.distortion = {};
+  camera = camera.WithoutDistortion();
   const Camera seen = PlaceImage(camera, {cv::Point(), part.size()}).camera;
   const LabelColors colors = LabelColors::Of(map.objects);
   const double scale = PictureScale({options.width, options.height});

@@ -57,7 +57,7 @@ void DenseInput::TakeMap(const MapSnapshot& map, double scale) {
   recorded = map.camera;
   camera = ResizedCamera(recorded, std::max(1, static_cast<int>(std::lround(recorded.width * scale))),
                          std::max(1, static_cast<int>(std::lround(recorded.height * scale))));
-  camera.distortion = {};
+  camera = camera.WithoutDistortion();
   std::vector<SnapshotKeyframe> sorted = map.keyframes;
   std::ranges::sort(sorted, {}, &SnapshotKeyframe::frame_index);
   keyframes = ToVector(sorted, [](const SnapshotKeyframe& keyframe) {

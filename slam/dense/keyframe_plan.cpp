@@ -22,6 +22,9 @@ std::string SettingsOf(const DenseInput& input, const PosedFrame& keyframe, cons
       fmt::format("\n{} {} {} {} {} {} {} {}\n{} {}\n", input.readout, c.width, c.height, c.fx, c.fy, c.cx,
                   c.cy, fmt::join(c.distortion, " "), plan.range->nearest, plan.range->farthest) +
       numbers(keyframe.T_map_camera);
+  if (c.lens == LensModel::kFisheye) {
+    text += "fisheye ";
+  }
   for (const std::vector<std::size_t>* views : {&plan.views, &plan.fine}) {
     for (const std::size_t view : *views) {
       text += fmt::format("{} ", input.frames[view].index) + numbers(input.frames[view].T_map_camera);

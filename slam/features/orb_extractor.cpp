@@ -70,6 +70,7 @@ std::vector<cv::KeyPoint> OrbExtractor::DetectLevel(std::size_t octave, const cv
 
 void OrbExtractor::ExtractLevel(std::size_t octave, double scale, const cv::Mat& bgr, const Camera& camera,
                                 const cv::Mat& ignored, FrameFeatures& features) {
+  constexpr double kBeyondLens = 1.0;  // px, of a pixel whose ray no pinhole could see
   const std::vector<cv::KeyPoint> corners = DetectLevel(octave, ignored);
   if (corners.empty()) {
     return;
@@ -80,8 +81,13 @@ void OrbExtractor::ExtractLevel(std::size_t octave, double scale, const cv::Mat&
     const cv::Point pixel = corner.pt;  // FAST only returns integer pixels
     const Eigen::Vector2d place =
         InFullImage(corner.pt + RefineCorner(level, pixel), level.size(), bgr.size());
+    const Eigen::Vector2d undistorted = camera.Undistort(place);
+    if (camera.lens == LensModel::kFisheye &&
+        (camera.ProjectDistorted(camera.Unproject(undistorted)) - place).norm() > kBeyondLens) {
+      continue;
+    }
     const float angle = PatchAngle(level, pixel);
-    features.keypoints.push_back({camera.Undistort(place), place, angle, static_cast<int>(octave)});
+    features.keypoints.push_back({undistorted, place, angle, static_cast<int>(octave)});
     features.descriptors.push_back(DescribePatch(blurred_[octave], pixel, angle));
     const cv::Point2f full = corner.pt * static_cast<float>(scale);
     const auto& color = bgr.at<cv::Vec3b>(cvRound(full.y), cvRound(full.x));

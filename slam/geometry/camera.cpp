@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace sqslam {
 namespace {
@@ -18,14 +19,73 @@ Eigen::Vector2d Distort(const std::array<double, 5>& d, const Eigen::Vector2d& n
           y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y};
 }
 
+// Returns how far from the centre a fisheye lens shows a ray at `angle` to the axis, focal lengths.
+double FisheyeRadius(const std::array<double, 5>& k, double angle) {
+  const double a2 = angle * angle;
+  return angle * (1.0 + a2 * (k[0] + a2 * (k[1] + a2 * (k[2] + a2 * k[3]))));
+}
+
+Eigen::Vector2d DistortFisheye(const std::array<double, 5>& k, const Eigen::Vector2d& n) {
+  const double radius = n.norm();
+  return radius > 1e-12 ? Eigen::Vector2d(FisheyeRadius(k, std::atan(radius)) / radius * n) : n;
+}
+
+// Bisects the angle: stays finite where strong coefficients fold the lens model over.
+Eigen::Vector2d UndistortFisheye(const std::array<double, 5>& k, const Eigen::Vector2d& target) {
+  constexpr double kWidest = 85.0 * std::numbers::pi / 180.0;
+  constexpr int kHalvings = 50;
+  const double radius = target.norm();
+  if (radius <= 1e-12) {
+    return target;
+  }
+  double low = 0.0;
+  double high = kWidest;
+  for (int i = 0; i < kHalvings; ++i) {
+    const double middle = 0.5 * (low + high);
+    (FisheyeRadius(k, middle) < radius ? low : high) = middle;
+  }
+  return std::tan(high) / radius * target;
+}
+
 }  // namespace
 
+Camera Camera::WithoutDistortion() const {
+  Camera camera = *this;
+  camera.distortion = {};
+  camera.lens = LensModel::kRadialTangential;
+  return camera;
+}
+
+bool Camera::Shows(const Eigen::Vector2d& pixel) const {
+  return InImage(lens == LensModel::kFisheye ? ProjectDistorted(Unproject(pixel)) : pixel);
+}
+
+std::array<double, 4> Camera::ShownBounds() const {
+  std::array<double, 4> bounds = {0.0, 0.0, static_cast<double>(width), static_cast<double>(height)};
+  if (lens == LensModel::kFisheye) {
+    bounds = {Undistort({0.0, cy}).x(), Undistort({cx, 0.0}).y(), Undistort({width - 1.0, cy}).x(),
+              Undistort({cx, height - 1.0}).y()};
+    for (const double x : {0.0, width - 1.0}) {
+      for (const double y : {0.0, height - 1.0}) {
+        const Eigen::Vector2d corner = Undistort({x, y});
+        bounds[0] = std::min(bounds[0], corner.x());
+        bounds[1] = std::min(bounds[1], corner.y());
+        bounds[2] = std::max(bounds[2], corner.x());
+        bounds[3] = std::max(bounds[3], corner.y());
+      }
+    }
+  }
+  return bounds;
+}
+
 bool Camera::HasDistortion() const {
-  return std::ranges::any_of(distortion, [](double k) { return k != 0.0; });
+  return lens == LensModel::kFisheye || std::ranges::any_of(distortion, [](double k) { return k != 0.0; });
 }
 
 Eigen::Vector2d Camera::ProjectDistorted(const Eigen::Vector3d& p_camera) const {
-  return Project(Distort(distortion, p_camera.hnormalized()).homogeneous());
+  const Eigen::Vector2d n = p_camera.hnormalized();
+  return Project(
+      (lens == LensModel::kFisheye ? DistortFisheye(distortion, n) : Distort(distortion, n)).homogeneous());
 }
 
 Eigen::Vector2d Camera::Undistort(const Eigen::Vector2d& pixel) const {
@@ -35,6 +95,9 @@ Eigen::Vector2d Camera::Undistort(const Eigen::Vector2d& pixel) const {
   constexpr int kIterations = 20;
   constexpr double kFoldedError = 1e-12;  // squared, focal lengths; smaller errors are rounding
   const Eigen::Vector2d target = Unproject(pixel).head<2>();
+  if (lens == LensModel::kFisheye) {
+    return Project(UndistortFisheye(distortion, target).homogeneous());
+  }
   Eigen::Vector2d n = target;
   double last_error = std::numeric_limits<double>::infinity();
   for (int i = 0; i < kIterations; ++i) {
@@ -74,8 +137,10 @@ Camera TurnedCamera(const Camera& camera, int quarter_turns) {
     turned.fy = before.fx;
     turned.cx = before.height - 1.0 - before.cy;
     turned.cy = before.cx;
-    turned.distortion[2] = before.distortion[3];
-    turned.distortion[3] = -before.distortion[2];
+    if (camera.lens == LensModel::kRadialTangential) {
+      turned.distortion[2] = before.distortion[3];
+      turned.distortion[3] = -before.distortion[2];
+    }
   }
   if (quarter_turns % 2 != 0) {
     turned.readout_ms = 0.0;

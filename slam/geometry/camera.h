@@ -2,11 +2,19 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstdint>
 
 namespace sqslam {
 
-// Pinhole camera with radial-tangential distortion (the model of OpenCV, order k1 k2 p1 p2 k3). Pixel centres
-// have integer coordinates; lengths in pixels.
+// Models of lens distortion, both OpenCV's: radial-tangential, and cv::fisheye (J. Kannala and S. Brandt, "A
+// Generic Camera Model and Calibration Method for Conventional, Wide-Angle, and Fish-Eye Lenses", PAMI 2006;
+// Kalibr, ROS: equidistant).
+enum class LensModel : std::uint8_t { kRadialTangential, kFisheye };
+
+// Pinhole camera with lens distortion. Pixel centres have integer coordinates; lengths in pixels.
+//
+// Without distortion the camera sees rays with z > 0 only, so those of a fisheye lens from 85 degrees off the
+// axis on are taken for such of 85 degrees.
 struct Camera {
   int width = 0;
   int height = 0;
@@ -14,11 +22,13 @@ struct Camera {
   double fy = 0.0;
   double cx = 0.0;
   double cy = 0.0;
-  std::array<double, 5> distortion{};
+  std::array<double, 5> distortion{};  // k1 k2 p1 p2 k3; of a fisheye lens k1 k2 k3 k4 0
   double fps = 30.0;
   double readout_ms = 0.0;  // from the first to the last row (negative: last row first); 0: unknown
+  LensModel lens = LensModel::kRadialTangential;
 
   bool HasDistortion() const;
+  Camera WithoutDistortion() const;  // with the same K
 
   Eigen::Matrix3d K() const {
     return (Eigen::Matrix3d() << fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0).finished();
@@ -29,6 +39,12 @@ struct Camera {
     return pixel.x() >= 0.0 && pixel.y() >= 0.0 && pixel.x() < width && pixel.y() < height;
   }
 
+  // True if an undistorted pixel is inside the image: that of a fisheye lens, or the one without distortion.
+  bool Shows(const Eigen::Vector2d& pixel) const;
+
+  // Returns left, top, right and bottom of what Shows() is true for, undistorted pixels.
+  std::array<double, 4> ShownBounds() const;
+
   // Projects a point in the camera frame (z > 0) to its undistorted pixel.
   Eigen::Vector2d Project(const Eigen::Vector3d& p_camera) const {
     return {fx * p_camera.x() / p_camera.z() + cx, fy * p_camera.y() / p_camera.z() + cy};
@@ -37,7 +53,7 @@ struct Camera {
   // Projects a point in the camera frame (z > 0) to its distorted pixel.
   Eigen::Vector2d ProjectDistorted(const Eigen::Vector3d& p_camera) const;
 
-  // Distorted pixel -> undistorted pixel (same K); fixed-point iteration.
+  // Distorted pixel -> undistorted pixel (same K), by iteration.
   Eigen::Vector2d Undistort(const Eigen::Vector2d& pixel) const;
 
   // Returns the viewing ray (z = 1) of an undistorted pixel.

@@ -158,9 +158,20 @@ Camera ReadCamera(const std::filesystem::path& path) {
   camera.fy = reader.Number("fy", 0.005 * camera.height, max_focal);
   camera.cx = reader.Number("cx", -camera.width, 2.0 * camera.width);
   camera.cy = reader.Number("cy", -camera.height, 2.0 * camera.height);
+  if (const YAML::Node node = reader.Optional("distortion_model"); node) {
+    if (!node.IsScalar() || (node.Scalar() != "radial-tangential" && node.Scalar() != "fisheye")) {
+      reader.Fail(node, fmt::format("distortion_model is {}, expected fisheye or radial-tangential",
+                                    node.IsScalar() ? node.Scalar() : "no word"));
+    }
+    camera.lens = node.Scalar() == "fisheye" ? LensModel::kFisheye : LensModel::kRadialTangential;
+  }
   if (const YAML::Node node = reader.Optional("distortion"); node) {
-    if (!node.IsSequence() || node.size() > camera.distortion.size()) {
-      reader.Fail(node, "distortion is no list of at most five numbers, expected [k1, k2, p1, p2, k3]");
+    const bool fisheye = camera.lens == LensModel::kFisheye;
+    if (!node.IsSequence() || node.size() > (fisheye ? 4 : camera.distortion.size())) {
+      reader.Fail(node, fisheye
+                            ? "distortion of a fisheye lens is no list of at most four numbers, expected "
+                              "[k1, k2, k3, k4]"
+                            : "distortion is no list of at most five numbers, expected [k1, k2, p1, p2, k3]");
     }
     for (std::size_t i = 0; i < node.size(); ++i) {
       camera.distortion[i] = reader.Checked(node[i], fmt::format("distortion[{}]", i), -1e3, 1e3);
@@ -179,10 +190,16 @@ void WriteCamera(const std::filesystem::path& path, const Camera& camera, const 
   }
   const std::string readout =
       camera.readout_ms != 0.0 ? fmt::format("readout_ms: {}\n", camera.readout_ms) : "";
+  const std::array<double, 5>& d = camera.distortion;
+  const std::string distortion =
+      camera.lens == LensModel::kFisheye
+          ? fmt::format("distortion_model: fisheye\ndistortion: [{}, {}, {}, {}]  # k1 k2 k3 k4", d[0], d[1],
+                        d[2], d[3])
+          : fmt::format("distortion: [{}]  # k1 k2 p1 p2 k3", fmt::join(d, ", "));
   WriteFileAtomically(path, fmt::format("{}width: {}\nheight: {}\nfx: {}\nfy: {}\ncx: {}\ncy: {}\n"
-                                        "distortion: [{}]  # k1 k2 p1 p2 k3\nfps: {}\n{}",
+                                        "{}\nfps: {}\n{}",
                                         above, camera.width, camera.height, camera.fx, camera.fy, camera.cx,
-                                        camera.cy, fmt::join(camera.distortion, ", "), camera.fps, readout));
+                                        camera.cy, distortion, camera.fps, readout));
 }
 
 std::vector<std::string> CameraPresetNames() { return ConfigNames("configs/cameras"); }

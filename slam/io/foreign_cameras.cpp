@@ -1,7 +1,10 @@
 #include "slam/io/foreign_cameras.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <Eigen/LU>
+#include <array>
 #include <opencv2/imgcodecs.hpp>
 #include <set>
 #include <string>
@@ -18,7 +21,7 @@ void CheckModel(const YAML::Node& camera, const char* key, const std::set<std::s
   const YAML::Node model = camera[key];
   if (model && (!model.IsScalar() || !known.contains(model.Scalar()))) {
     throw InputError("{}:{}: {} is {}, expected {}", path.string(), model.Mark().line + 1, key,
-                     model.IsScalar() ? model.Scalar() : "no word", *known.begin());
+                     model.IsScalar() ? model.Scalar() : "no word", fmt::join(known, " or "));
   }
 }
 
@@ -36,10 +39,17 @@ void Name(const YAML::Node& list, std::initializer_list<const char*> names, YAML
   }
 }
 
+void TakeModel(const YAML::Node& camera, YAML::Node& own) {
+  if (camera["distortion_model"] && camera["distortion_model"].Scalar() == "equidistant") {
+    own["distortion_model"] = "fisheye";
+  }
+}
+
 YAML::Node FromIntrinsics(const YAML::Node& camera, const std::filesystem::path& path) {
   CheckModel(camera, "camera_model", {"pinhole"}, path);
-  CheckModel(camera, "distortion_model", {"radtan", "radial-tangential", "none"}, path);
+  CheckModel(camera, "distortion_model", {"radtan", "radial-tangential", "none", "equidistant"}, path);
   YAML::Node own;
+  TakeModel(camera, own);
   Name(camera["resolution"], {"width", "height"}, own);
   Name(camera["intrinsics"], {"fx", "fy", "cx", "cy"}, own);
   for (const char* key : {"distortion_coeffs", "distortion_coefficients"}) {
@@ -54,8 +64,9 @@ YAML::Node FromIntrinsics(const YAML::Node& camera, const std::filesystem::path&
 }
 
 YAML::Node FromRos(const YAML::Node& camera, const std::filesystem::path& path) {
-  CheckModel(camera, "distortion_model", {"plumb_bob"}, path);
+  CheckModel(camera, "distortion_model", {"plumb_bob", "equidistant"}, path);
   YAML::Node own;
+  TakeModel(camera, own);
   own["width"] = camera["image_width"];
   own["height"] = camera["image_height"];
   Name(camera["camera_matrix"]["data"], {"fx", "", "cx", "", "fy", "cy"}, own);
@@ -64,6 +75,30 @@ YAML::Node FromRos(const YAML::Node& camera, const std::filesystem::path& path) 
     own["distortion"] = distortion["data"];
   }
   return own;
+}
+
+using ProjectionMatrix = Eigen::Matrix<double, 3, 4, Eigen::RowMajor>;
+
+ProjectionMatrix ReadKittiProjection(const std::filesystem::path& calib, int number) {
+  constexpr const char* kExpected = "'P2: ' and the 12 numbers of a projection matrix";
+  const std::string key = fmt::format("P{}:", number);
+  for (const TextLine& line : ReadTextLines(calib, kExpected)) {
+    if (line.words.front() != key) {
+      continue;
+    }
+    if (line.words.size() != 13) {
+      ThrowBadLine(calib, line, kExpected);
+    }
+    ProjectionMatrix p;
+    for (int i = 0; i < 12; ++i) {
+      p.data()[i] = NumberAt(calib, line, static_cast<std::size_t>(i) + 1, kExpected);
+    }
+    if (!(p(0, 0) > 0.0 && p(1, 1) > 0.0)) {
+      ThrowBadLine(calib, line, "focal lengths above 0");
+    }
+    return p;
+  }
+  throw InputError("{}: no line {}, expected {}", calib.string(), key, kExpected);
 }
 
 }  // namespace
@@ -83,27 +118,34 @@ YAML::Node InOwnNames(const YAML::Node& root, const std::filesystem::path& path)
 
 Camera ReadKittiCamera(const std::filesystem::path& calib, int number, const std::filesystem::path& image,
                        double fps) {
-  constexpr const char* kExpected = "'P2: ' and the 12 numbers of a projection matrix";
-  const std::string key = fmt::format("P{}:", number);
-  for (const TextLine& line : ReadTextLines(calib, kExpected)) {
-    if (line.words.front() != key) {
-      continue;
-    }
-    const cv::Mat picture = ReadImage(image, cv::IMREAD_COLOR);
-    if (line.words.size() != 13) {
-      ThrowBadLine(calib, line, kExpected);
-    }
-    if (picture.empty()) {
-      throw InputError("{}: cannot be read, expected an image to take the camera's size from",
-                       image.string());
-    }
-    const auto at = [&](std::size_t word) { return NumberAt(calib, line, word, kExpected); };
-    if (!(at(1) > 0.0 && at(6) > 0.0)) {
-      ThrowBadLine(calib, line, "focal lengths above 0");
-    }
-    return {picture.cols, picture.rows, at(1), at(6), at(3), at(7), {}, fps};
+  const ProjectionMatrix p = ReadKittiProjection(calib, number);
+  const cv::Mat picture = ReadImage(image, cv::IMREAD_COLOR);
+  if (picture.empty()) {
+    throw InputError("{}: cannot be read, expected an image to take the camera's size from", image.string());
   }
-  throw InputError("{}: no line {}, expected {}", calib.string(), key, kExpected);
+  return {picture.cols, picture.rows, p(0, 0), p(1, 1), p(0, 2), p(1, 2), {}, fps};
+}
+
+Rigid3d ReadEurocExtrinsics(const std::filesystem::path& sensor) {
+  constexpr const char* kExpected = "the 16 numbers of T_BS, the camera's pose in the body";
+  const std::string text = ReadFile(sensor, kExpected);
+  try {
+    const auto numbers = YAML::Load(text)["T_BS"]["data"].as<std::array<double, 16>>();
+    const Eigen::Matrix4d matrix = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>(numbers.data());
+    const Eigen::Matrix3d rotation = matrix.topLeftCorner<3, 3>();
+    if ((rotation.transpose() * rotation).isIdentity(0.01) && rotation.determinant() > 0.0) {
+      return {Eigen::Quaterniond(rotation).normalized(), matrix.topRightCorner<3, 1>()};
+    }
+  } catch (const YAML::Exception&) {  // refused below
+  }
+  throw InputError("{}: no rigid motion T_BS, expected {}", sensor.string(), kExpected);
+}
+
+Rigid3d ReadKittiExtrinsics(const std::filesystem::path& calib, int number) {
+  const ProjectionMatrix p = ReadKittiProjection(calib, number);
+  const double z = p(2, 3);
+  return {Eigen::Quaterniond::Identity(),
+          {-(p(0, 3) - p(0, 2) * z) / p(0, 0), -(p(1, 3) - p(1, 2) * z) / p(1, 1), -z}};
 }
 
 }  // namespace sqslam

@@ -45,7 +45,7 @@ std::optional<PredictedSight> PredictSight(const PointAppearance& point, const C
   const double distance = ray.norm();
   const double cosine = ray.dot(point.normal) / distance;
   const bool in_range = distance >= point.min_distance && distance <= point.max_distance;
-  return camera.InImage(pixel) && in_range && cosine >= kMinCosine
+  return camera.Shows(pixel) && in_range && cosine >= kMinCosine
              ? std::optional(PredictedSight{pixel, distance, cosine})
              : std::nullopt;
 }

@@ -114,19 +114,6 @@ void CompleteHiddenDepth(Landmark& landmark, const std::vector<BoxView>& views,
   landmark.covariance += effect * effect.transpose();
 }
 
-// Returns the box with its edges that are not free moved outward to those of `projected`.
-Box2d Continued(const Box2d& box, const std::array<bool, 4>& edge_free, const Box2d& projected) {
-  double left = box.x;
-  double top = box.y;
-  double right = box.x + box.width;
-  double bottom = box.y + box.height;
-  left = edge_free[0] ? left : std::min(left, projected.x);
-  top = edge_free[1] ? top : std::min(top, projected.y);
-  right = edge_free[2] ? right : std::max(right, projected.x + projected.width);
-  bottom = edge_free[3] ? bottom : std::max(bottom, projected.y + projected.height);
-  return {left, top, right - left, bottom - top};
-}
-
 constexpr std::size_t kMinViews = 5;  // that a refinement needs
 
 // Root mean square over the axes of sigma(half size) / half size.
@@ -249,7 +236,7 @@ double BoxAgreement(const PosedSuperquadric& superquadric, const std::vector<Box
     if (!box) {
       continue;
     }
-    const Box2d projected = ClipToImage(*box, camera);
+    const Box2d projected = ClipToShown(*box, camera);
     sum += IoU(projected, Continued(UndistortBox(view.box, camera), view.edge_free, projected));
   }
   return views.empty() ? 0.0 : sum / static_cast<double>(views.size());

@@ -29,6 +29,15 @@ double SilhouetteExtreme(const PosedSuperquadric& superquadric, const Rigid3d& T
   return u;
 }
 
+// `bounds`: left, top, right, bottom.
+Box2d ClipTo(const std::array<double, 4>& bounds, const Box2d& box) {
+  const double left = std::clamp(box.x, bounds[0], bounds[2]);
+  const double top = std::clamp(box.y, bounds[1], bounds[3]);
+  const double right = std::clamp(box.x + box.width, bounds[0], bounds[2]);
+  const double bottom = std::clamp(box.y + box.height, bounds[1], bounds[3]);
+  return {left, top, right - left, bottom - top};
+}
+
 // True if the axis-aligned bounding boxes in the map frame do not overlap.
 bool AreFarApart(const PosedSuperquadric& a, const PosedSuperquadric& b) {
   const Eigen::Vector3d reach_a = a.T_map_object.RotationMatrix().cwiseAbs() * a.shape.half_size;
@@ -58,12 +67,10 @@ std::optional<Box2d> ProjectToBox(const PosedSuperquadric& superquadric, const R
 }
 
 Box2d ClipToImage(const Box2d& box, const Camera& camera) {
-  const double left = std::clamp(box.x, 0.0, static_cast<double>(camera.width));
-  const double top = std::clamp(box.y, 0.0, static_cast<double>(camera.height));
-  const double right = std::clamp(box.x + box.width, 0.0, static_cast<double>(camera.width));
-  const double bottom = std::clamp(box.y + box.height, 0.0, static_cast<double>(camera.height));
-  return {left, top, right - left, bottom - top};
+  return ClipTo({0.0, 0.0, static_cast<double>(camera.width), static_cast<double>(camera.height)}, box);
 }
+
+Box2d ClipToShown(const Box2d& box, const Camera& camera) { return ClipTo(camera.ShownBounds(), box); }
 
 Box2d UndistortBox(const Box2d& box, const Camera& camera) {
   return !camera.HasDistortion()
@@ -75,6 +82,18 @@ Box2d DistortBox(const Box2d& box, const Camera& camera) {
   return !camera.HasDistortion() ? box : WithMovedEdges(box, [&](const Eigen::Vector2d& pixel) {
     return camera.ProjectDistorted(camera.Unproject(pixel));
   });
+}
+
+Box2d Continued(const Box2d& box, const std::array<bool, 4>& edge_free, const Box2d& projected) {
+  double left = box.x;
+  double top = box.y;
+  double right = box.x + box.width;
+  double bottom = box.y + box.height;
+  left = edge_free[0] ? left : std::min(left, projected.x);
+  top = edge_free[1] ? top : std::min(top, projected.y);
+  right = edge_free[2] ? right : std::max(right, projected.x + projected.width);
+  bottom = edge_free[3] ? bottom : std::max(bottom, projected.y + projected.height);
+  return {left, top, right - left, bottom - top};
 }
 
 std::array<double, 4> NormalisedBounds(const Box2d& box, const Camera& camera) {
@@ -146,12 +165,13 @@ double OverlapOfSmaller(const PosedSuperquadric& a, const PosedSuperquadric& b, 
 bool MayBeInView(const PosedSuperquadric& superquadric, const Rigid3d& T_map_camera, const Camera& camera) {
   const Eigen::Vector3d p = T_map_camera.Inverse() * superquadric.T_map_object.translation;
   const double radius = superquadric.shape.half_size.norm();
+  const auto [left, top, right, bottom] = camera.ShownBounds();
   const auto beyond = [&](double offset, double edge) {  // the plane offset = edge * z
     return (offset - edge * p.z()) / std::hypot(1.0, edge) > radius;
   };
-  return p.z() > 0.0 && !beyond(p.x(), (camera.width - camera.cx) / camera.fx) &&
-         !beyond(-p.x(), camera.cx / camera.fx) && !beyond(p.y(), (camera.height - camera.cy) / camera.fy) &&
-         !beyond(-p.y(), camera.cy / camera.fy);
+  return p.z() > 0.0 && !beyond(p.x(), (right - camera.cx) / camera.fx) &&
+         !beyond(-p.x(), (camera.cx - left) / camera.fx) &&
+         !beyond(p.y(), (bottom - camera.cy) / camera.fy) && !beyond(-p.y(), (camera.cy - top) / camera.fy);
 }
 
 }  // namespace sqslam

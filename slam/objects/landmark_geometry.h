@@ -18,11 +18,16 @@ namespace sqslam {
 std::optional<Box2d> ProjectToBox(const PosedSuperquadric& superquadric, const Rigid3d& T_map_camera,
                                   const Camera& camera);
 
+// Clip a box to the image in distorted and in undistorted px (see Camera::ShownBounds).
 Box2d ClipToImage(const Box2d& box, const Camera& camera);
+Box2d ClipToShown(const Box2d& box, const Camera& camera);
 
 // Convert a box between distorted and undistorted px by the midpoints of its edges.
 Box2d UndistortBox(const Box2d& box, const Camera& camera);
 Box2d DistortBox(const Box2d& box, const Camera& camera);
+
+// Returns the box with its edges that are not free moved outward to those of `projected`.
+Box2d Continued(const Box2d& box, const std::array<bool, 4>& edge_free, const Box2d& projected);
 
 // Left, top, right and bottom of a box (undistorted px) on the image plane at depth 1.
 std::array<double, 4> NormalisedBounds(const Box2d& box, const Camera& camera);

@@ -267,4 +267,14 @@ std::string PackPatch(std::string_view raw, std::string_view base);
 std::string UnpackPatch(std::string_view packed, std::string_view base, std::size_t max_size,
                         const std::string& what);
 
+// Reads the lens model that follows other data only if it is not the usual one.
+inline void ReadLens(ByteReader& reader, Camera& camera) {
+  if (!reader.AtEnd()) {
+    reader(camera.lens);
+    if (camera.lens != LensModel::kFisheye) {
+      reader.Refuse("has an unknown lens model");
+    }
+  }
+}
+
 }  // namespace sqslam

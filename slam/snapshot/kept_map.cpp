@@ -24,6 +24,9 @@ bool IsCamera(const Camera& c) {
 void KeepInRecording(const std::filesystem::path& recording, const KeptMap& map) {
   ByteWriter writer;
   writer(map.camera, map.vocabulary, map.state);
+  if (map.camera.lens != LensModel::kRadialTangential) {
+    writer(map.camera.lens);
+  }
   const std::string_view bytes = writer.Bytes();
   std::vector<std::string> pieces;  // packed before the file is locked
   for (std::size_t begin = 0; begin < bytes.size(); begin += kPieceBytes) {
@@ -62,6 +65,7 @@ KeptMap ReadKeptMap(const std::filesystem::path& recording) {
   ByteReader reader(bytes, what);
   KeptMap map;
   reader(map.camera, map.vocabulary, map.state);
+  ReadLens(reader, map.camera);
   if (!reader.AtEnd() || !IsCamera(map.camera)) {
     reader.Refuse("is broken");
   }

@@ -137,6 +137,9 @@ Eigen::Vector3f RecordedPosition(const Eigen::Vector3d& p_map) {
 std::string EncodeSnapshot(const MapSnapshot& snapshot, int version) {
   ByteWriter writer;
   Visit(writer, snapshot, version);
+  if (snapshot.camera.lens != LensModel::kRadialTangential) {  // such recordings are as they always were
+    writer(snapshot.camera.lens);
+  }
   return writer.Take();
 }
 
@@ -144,6 +147,7 @@ MapSnapshot DecodeSnapshot(std::string_view raw, int version) {
   MapSnapshot snapshot;
   ByteReader reader(raw, kSnapshotName, ByteReader::Numbers::kAny);
   Visit(reader, snapshot, version);
+  ReadLens(reader, snapshot.camera);
   if (!reader.AtEnd()) {
     throw InputError("a snapshot has another layout than its version");
   }

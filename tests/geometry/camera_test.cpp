@@ -2,10 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <opencv2/calib3d.hpp>
 #include <string>
 
 namespace sqslam {
 namespace {
+
+constexpr LensModel kFisheye = LensModel::kFisheye;
 
 struct Lens {
   const char* name;
@@ -47,6 +50,9 @@ INSTANTIATE_TEST_SUITE_P(
              {640, 480, 480.0, 490.0, 300.0, 260.0, {-0.35, 0.12, 0.001, -0.002, 0.0}, 30.0}},
         Lens{"tum_freiburg1",
              {640, 480, 517.3, 516.5, 318.6, 255.3, {0.2624, -0.9531, -0.0054, 0.0026, 1.1633}, 30.0}},
+        Lens{"fisheye",
+             {640, 480, 300.0, 305.0, 315.0, 244.0, {-0.013, 0.006, -0.004, 0.0008}, 30.0, 0.0, kFisheye}},
+        Lens{"equidistant", {640, 480, 400.0, 400.0, 320.0, 240.0, {}, 30.0, 0.0, kFisheye}},
         Lens{"pinhole", {640, 480, 525.0, 525.0, 320.0, 240.0, {}, 30.0}}),
     [](const auto& info) { return std::string(info.param.name); });
 
@@ -58,6 +64,67 @@ TEST(Camera, WhereTheLensModelFoldsOverUndistortionStaysFinite) {
       EXPECT_LT(camera.Undistort({x, y}).norm(), 1e4) << x << " " << y;
     }
   }
+}
+
+// 640x480 pixels that see 152 degrees.
+const Camera& WideLens() {
+  static const Camera lens{640,  480, 230.0,   232.0, 318.0, 241.0, {-0.013, 0.006, -0.004, 0.0008},
+                           30.0, 0.0, kFisheye};
+  return lens;
+}
+
+TEST(FisheyeLens, IsOpenCvs) {
+  const Camera& lens = WideLens();
+  const cv::Matx33d K(lens.fx, 0.0, lens.cx, 0.0, lens.fy, lens.cy, 0.0, 0.0, 1.0);
+  const cv::Vec4d k(lens.distortion[0], lens.distortion[1], lens.distortion[2], lens.distortion[3]);
+  std::vector<cv::Point3d> points;
+  for (const double x : {-3.0, -1.0, -0.2, 0.0, 0.4, 2.0}) {
+    for (const double y : {-1.5, 0.0, 0.1, 1.8}) {
+      points.emplace_back(x, y, 1.0);
+    }
+  }
+  std::vector<cv::Point2d> expected;
+  cv::fisheye::projectPoints(points, expected, cv::Affine3d(), K, k);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector3d point(points[i].x, points[i].y, points[i].z);
+    const Eigen::Vector2d pixel = lens.ProjectDistorted(2.0 * point);
+    EXPECT_NEAR(pixel.x(), expected[i].x, 1e-9) << points[i];
+    EXPECT_NEAR(pixel.y(), expected[i].y, 1e-9) << points[i];
+    EXPECT_LT((lens.Undistort(pixel) - lens.Project(point)).norm(), 1e-6) << points[i];
+  }
+}
+
+TEST(FisheyeLens, ShowsWhatIsOutsideTheImageWithoutDistortion) {
+  const Camera& lens = WideLens();
+  EXPECT_TRUE(lens.HasDistortion());
+  const Eigen::Vector2d at_border = lens.Undistort({2.0, 241.0});  // 76 degrees to the left
+  EXPECT_LT(at_border.x(), -300.0);
+  EXPECT_TRUE(lens.Shows(at_border));
+  EXPECT_FALSE(lens.Shows(lens.Undistort({-3.0, 241.0})));
+  EXPECT_LT(lens.ShownBounds()[0], at_border.x());
+  const Camera pinhole = lens.WithoutDistortion();
+  EXPECT_FALSE(pinhole.HasDistortion());
+  EXPECT_FALSE(pinhole.Shows(at_border));
+  EXPECT_EQ(pinhole.ShownBounds()[2], 640.0);
+}
+
+TEST(FisheyeLens, StaysFiniteBeyondAHalfSphere) {
+  Camera lens = WideLens();
+  lens.fx = lens.fy = 120.0;  // the corners would be 190 degrees off the axis
+  for (const Eigen::Vector2d& pixel : {Eigen::Vector2d(0.0, 0.0), Eigen::Vector2d(639.0, 479.0)}) {
+    EXPECT_LT(lens.Undistort(pixel).norm(), 3000.0);
+  }
+  lens.distortion = {-0.9, 0.0, 0.0, 0.0};  // folds over
+  EXPECT_LT(lens.Undistort({0.0, 0.0}).norm(), 3000.0);
+}
+
+TEST(FisheyeLens, TurnsWithItsImages) {
+  const Camera& lens = WideLens();
+  const Camera turned = TurnedCamera(lens, 1);
+  const Eigen::Vector3d point(0.9, -0.4, 1.0);
+  const Eigen::Vector2d pixel = lens.ProjectDistorted(point);
+  const Eigen::Vector2d clockwise(lens.height - 1.0 - pixel.y(), pixel.x());
+  EXPECT_LT((turned.ProjectDistorted({0.4, 0.9, 1.0}) - clockwise).norm(), 1e-9);
 }
 
 }  // namespace

@@ -256,13 +256,32 @@ TEST(ForeignCameras, KalibrAndRosAreRead) {
   EXPECT_EQ(ros.fy, 521.2);
   EXPECT_EQ(ros.cx, 321.5);
   EXPECT_EQ(ros.distortion[4], 0.05);
+  EXPECT_EQ(ros.lens, LensModel::kRadialTangential);
+}
+
+TEST(ForeignCameras, EquidistantIsTheFisheyeModel) {
+  const TemporaryFolder folder;
+  const Camera kalibr = ReadCamera(
+      folder.Write("kalibr.yaml",
+                   "cam0:\n  camera_model: pinhole\n  intrinsics: [190.9, 190.8, 254.9, 256.8]\n"
+                   "  distortion_model: equidistant\n  distortion_coeffs: [0.0034, 0.0007, -0.0020, 0.0002]\n"
+                   "  resolution: [512, 512]\n"));
+  EXPECT_EQ(kalibr.lens, LensModel::kFisheye);
+  EXPECT_EQ(kalibr.distortion[2], -0.0020);
+  const Camera ros = ReadCamera(folder.Write(
+      "ros.yaml",
+      "image_width: 848\nimage_height: 800\ncamera_matrix:\n  rows: 3\n  cols: 3\n"
+      "  data: [285.1, 0, 420.5, 0, 286.2, 395.5, 0, 0, 1]\ndistortion_model: equidistant\n"
+      "distortion_coefficients:\n  rows: 1\n  cols: 4\n  data: [-0.007, 0.043, -0.041, 0.007]\n"));
+  EXPECT_EQ(ros.lens, LensModel::kFisheye);
+  EXPECT_EQ(ros.distortion[3], 0.007);
 }
 
 TEST(ForeignCameras, OtherLensModelsAreRefused) {
   const TemporaryFolder folder;
-  folder.Write("kalibr.yaml", "cam0:\n  camera_model: pinhole\n  distortion_model: equidistant\n");
+  folder.Write("kalibr.yaml", "cam0:\n  camera_model: pinhole\n  distortion_model: fov\n");
   EXPECT_THAT(InputErrorOf([&] { ReadCamera(folder.Path() / "kalibr.yaml"); }),
-              HasSubstr("kalibr.yaml:3: distortion_model is equidistant, expected "));
+              HasSubstr("kalibr.yaml:3: distortion_model is fov, expected equidistant or "));
   folder.Write("omni.yaml", "camera_model: omni\nintrinsics: [1, 2, 3, 4]\n");
   EXPECT_THAT(InputErrorOf([&] { ReadCamera(folder.Path() / "omni.yaml"); }),
               HasSubstr("omni.yaml:1: camera_model is omni, expected pinhole"));

@@ -36,6 +36,23 @@ TEST(CameraYaml, ReadsWhatItWrote) {
   EXPECT_EQ(read.readout_ms, camera.readout_ms);
 }
 
+TEST(CameraYaml, KnowsFisheyeLenses) {
+  const TemporaryFolder folder;
+  const Camera camera{
+      640, 480, 300.0, 301.0, 320.0, 240.0, {-0.01, 0.006, -0.004, 0.0008}, 20.0, 0.0, LensModel::kFisheye};
+  WriteCamera(folder.Path() / "camera.yaml", camera);
+  const Camera read = ReadCamera(folder.Path() / "camera.yaml");
+  EXPECT_EQ(read.lens, LensModel::kFisheye);
+  EXPECT_EQ(read.distortion, camera.distortion);
+  const auto error_of = [&](const std::string& lines) {
+    return InputErrorOf([&] { ReadCamera(folder.Write("a.yaml", kCameraFile + lines)); });
+  };
+  EXPECT_THAT(error_of("distortion_model: omni\n"),
+              HasSubstr("a.yaml:7: distortion_model is omni, expected fisheye or radial-tangential"));
+  EXPECT_THAT(error_of("distortion_model: fisheye\ndistortion: [1, 2, 3, 4, 5]\n"),
+              HasSubstr("a.yaml:8: distortion of a fisheye lens is no list of at most four numbers"));
+}
+
 TEST(CameraYaml, TheReadoutTimeMayBeUnknownButNotLong) {
   const TemporaryFolder folder;
   EXPECT_EQ(ReadCamera(folder.Write("a.yaml", kCameraFile)).readout_ms, 0.0);

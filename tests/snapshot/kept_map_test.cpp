@@ -53,6 +53,12 @@ TEST_F(KeptMapTest, IsReadAsItWasWritten) {
   EXPECT_EQ(RecordingReader(path_).Size(), 1) << "the pictures stay";
 }
 
+TEST_F(KeptMapTest, RemembersAFisheyeLens) {
+  map_.camera.lens = LensModel::kFisheye;
+  KeepInRecording(path_, map_);
+  EXPECT_EQ(ReadKeptMap(path_).camera.lens, LensModel::kFisheye);
+}
+
 TEST_F(KeptMapTest, TakesThePlaceOfTheOneBefore) {
   KeepInRecording(path_, map_);
   KeptMap grown = map_;

@@ -64,6 +64,17 @@ TEST(SnapshotCodec, EveryFieldComesBack) {
   EXPECT_FALSE(DecodeSnapshot(EncodeSnapshot(MapSnapshot{})).T_map_camera.has_value());
 }
 
+TEST(SnapshotCodec, OnlyAFisheyeLensIsWrittenDown) {
+  MapSnapshot snapshot = MakeSnapshot(3);
+  const std::string usual = EncodeSnapshot(snapshot);
+  snapshot.camera.lens = LensModel::kFisheye;
+  const std::string fisheye = EncodeSnapshot(snapshot);
+  EXPECT_EQ(fisheye.substr(0, usual.size()), usual) << "other recordings are as before";
+  EXPECT_EQ(DecodeSnapshot(usual).camera.lens, LensModel::kRadialTangential);
+  EXPECT_EQ(DecodeSnapshot(fisheye).camera.lens, LensModel::kFisheye);
+  EXPECT_THROW(DecodeSnapshot(usual + char{7}), InputError);
+}
+
 TEST(SnapshotCodec, RecordedPositionsComeBackExactly) {
   MapSnapshot snapshot;
   const Eigen::Vector3d p(1.0 / 3.0, -1234.5678, 1e-7);

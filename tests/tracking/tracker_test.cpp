@@ -50,11 +50,12 @@ Frame MirrorFrame(int index) {
 // The test stands in for the mapping thread: it keeps the maps that tracking begins and publishes them.
 class TrackerTest : public ::testing::Test {
  protected:
-  explicit TrackerTest(TrackingOptions options = {}) : tracker_(MakeTracker(options)) {}
+  explicit TrackerTest(TrackingOptions options = {}) : tracker_(MakeTracker(options, world_.GetCamera())) {}
+  TrackerTest(TrackingOptions options, const Camera& camera) : tracker_(MakeTracker(options, camera)) {}
 
-  Tracker MakeTracker(TrackingOptions options) {
+  Tracker MakeTracker(TrackingOptions options, const Camera& camera) {
     options.features.num_features = 500;
-    return {world_.GetCamera(), options, ObjectOptions(), std::make_shared<IdSource>(), nullptr, times_};
+    return {camera, options, ObjectOptions(), std::make_shared<IdSource>(), nullptr, times_};
   }
 
   TrackingReport Track(const Frame& frame) {
@@ -128,6 +129,47 @@ TEST_F(TrackerTest, BeginsAMapOnceAndTracksFromThenOn) {
   EXPECT_LT(AlignedError(estimate, truth), 0.015);  // against two keyframes that are never refined
   EXPECT_FALSE(tracker_.Lost());
   EXPECT_EQ(tracker_.Counters().losses, 0);
+}
+
+// The frame as a fisheye lens with the same K shows it.
+Frame AsSeenBy(const Camera& lens, const Frame& frame) {
+  cv::Mat x(lens.height, lens.width, CV_32F);
+  cv::Mat y(lens.height, lens.width, CV_32F);
+  for (int row = 0; row < lens.height; ++row) {
+    for (int column = 0; column < lens.width; ++column) {
+      const Eigen::Vector2d pixel = lens.Undistort({column, row});
+      x.at<float>(row, column) = static_cast<float>(pixel.x());
+      y.at<float>(row, column) = static_cast<float>(pixel.y());
+    }
+  }
+  Frame seen = frame;
+  cv::remap(frame.gray, seen.gray, x, y, cv::INTER_LINEAR);
+  cv::remap(frame.bgr, seen.bgr, x, y, cv::INTER_LINEAR);
+  return seen;
+}
+
+// The world's camera behind a fisheye lens of 70 degrees.
+Camera FisheyeLens() {
+  return {320, 240, 260.0, 260.0, 160.0, 120.0, {0.25, -0.1, 0.0, 0.0}, 30.0, 0.0, LensModel::kFisheye};
+}
+
+class FisheyeTrackerTest : public TrackerTest {
+ protected:
+  FisheyeTrackerTest() : TrackerTest({}, FisheyeLens()) {}
+};
+
+TEST_F(FisheyeTrackerTest, TracksAsWithoutDistortion) {
+  std::vector<Eigen::Vector3d> estimate;
+  std::vector<Eigen::Vector3d> truth;
+  const std::vector<Rigid3d> path = HandHeldPath(kFrames);
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    if (const TrackingReport report = Track(AsSeenBy(FisheyeLens(), Frames()[i])); report.pose) {
+      estimate.push_back(PoseOf(report).Inverse().translation);
+      truth.push_back(path[i].translation);
+    }
+  }
+  ASSERT_GT(estimate.size(), 30U);
+  EXPECT_LT(AlignedError(estimate, truth), 0.015);
 }
 
 TEST_F(TrackerTest, SaysThatItIsLostAndFindsBack) {
