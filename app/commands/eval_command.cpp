@@ -153,10 +153,9 @@ void AddEvalCommand(Command& program) {
                   "its report.html")
       .Required();
   command
-      .Option(
-          "--ground-truth DIR", a->ground_truth,
-          "Sequence folder with true poses: groundtruth.txt, or the files of 7-Scenes, RGB-D Scenes v2 or "
-          "ICL-NUIM; objects_gt.json is optional")
+      .Option("--ground-truth DIR", a->ground_truth,
+              "Sequence folder with true poses: groundtruth.txt, or the files of 7-Scenes, RGB-D Scenes v2, "
+              "ICL-NUIM, EuRoC or KITTI; objects_gt.json is optional")
       .Required();
   command.Flag("--dense", a->dense, "Instead, evaluate the depth maps of sqslam densify (dense_eval.json)");
   command.Flag("--budget", a->budget,

@@ -6,12 +6,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <regex>
+#include <sstream>
 
 #include "slam/io/dataset_layouts.h"
+#include "slam/io/foreign_cameras.h"
 #include "slam/io/image_files.h"
 #include "slam/io/pose_json.h"
 #include "slam/io/sequence.h"
@@ -196,6 +199,60 @@ Trajectory ReadScenesV2(const fs::path& path, double fps) {
   return trajectory;
 }
 
+// `camera`: mav0/cam0. The poses are those of the body, in mav0/state_groundtruth_estimate0.
+Trajectory ReadEuroc(const fs::path& camera) {
+  constexpr const char* kExpected = "'timestamp in ns,x,y,z,qw,qx,qy,qz,...', the body's pose";
+  const fs::path path = camera.parent_path() / "state_groundtruth_estimate0" / "data.csv";
+  std::vector<TextLine> lines = ReadTextLines(path, kExpected);
+  const Rigid3d T_body_camera = ReadEurocExtrinsics(camera / "sensor.yaml");
+  Trajectory trajectory;
+  for (TextLine& line : lines) {
+    std::string values = line.text;
+    std::ranges::replace(values, ',', ' ');
+    std::istringstream words(values);
+    line.words.assign(std::istream_iterator<std::string>(words), {});
+    std::array<double, 8> v{};
+    for (std::size_t i = 0; i < v.size(); ++i) {
+      if (i >= line.words.size()) {
+        ThrowBadLine(path, line, kExpected);
+      }
+      v[i] = NumberAt(path, line, i, kExpected);
+    }
+    const Eigen::Quaterniond rotation =
+        UnitQuaternion(path, line, {v[4], v[5], v[6], v[7]}, "a quaternion qw,qx,qy,qz of length 1");
+    trajectory.push_back({1e-9 * v[0], Rigid3d{rotation, {v[1], v[2], v[3]}} * T_body_camera});
+  }
+  return trajectory;
+}
+
+// Reads poses/NN.txt, where the dataset keeps the poses of sequences/NN: one line a frame, the first three
+// rows of the pose of camera 0.
+Trajectory ReadKitti(const Sequence& sequence) {
+  constexpr const char* kExpected = "the 12 numbers of a pose, one line a frame";
+  const fs::path folder = (sequence.path / "").lexically_normal().parent_path();
+  const fs::path path = folder.parent_path().parent_path() / "poses" / (folder.filename().string() + ".txt");
+  const std::vector<TextLine> lines = ReadTextLines(path, kExpected);
+  if (lines.size() != sequence.frames.size()) {
+    throw InputError("{}: {} lines for {} frames, expected {}", path.string(), lines.size(),
+                     sequence.frames.size(), kExpected);
+  }
+  const fs::path images = sequence.frames.front().image_path.parent_path();
+  const Rigid3d T_camera0_camera = ReadKittiExtrinsics(
+      folder / "calib.txt", static_cast<int>(LastNumber(images.filename().string()).value_or(0)));
+  Trajectory trajectory;
+  for (const TextLine& line : lines) {
+    const Eigen::Matrix<double, 3, 4, Eigen::RowMajor> rows(NumbersIn<12>(path, line, kExpected).data());
+    const Eigen::Matrix3d rotation = rows.leftCols<3>();
+    if (!(rotation.transpose() * rotation).isIdentity(0.01) || rotation.determinant() < 0.0) {
+      ThrowBadLine(path, line, "a pose whose first three columns are a rotation");
+    }
+    trajectory.push_back(
+        {sequence.frames[trajectory.size()].timestamp,
+         Rigid3d{Eigen::Quaterniond(rotation).normalized(), rows.col(3)} * T_camera0_camera});
+  }
+  return trajectory;
+}
+
 Trajectory ReadIclNuim(const fs::path& path, double fps) {
   Trajectory trajectory = ReadTrajectory(path);
   for (TimedPose& pose : trajectory) {
@@ -275,6 +332,10 @@ Trajectory ReadGroundTruthPoses(const Sequence& sequence) {
     case SequenceFormat::kIclNuim:
       return ReadIclNuim(
           OnlyFileLike(folder, R"(.*\.gt\.freiburg)", "groundtruth.txt or a single *.gt.freiburg"), fps);
+    case SequenceFormat::kEuroc:
+      return ReadEuroc(sequence.frames.front().image_path.parent_path().parent_path());
+    case SequenceFormat::kKitti:
+      return ReadKitti(sequence);
     default:
       return ReadTrajectory(folder / "groundtruth.txt");  // throws that it is missing
   }

@@ -56,6 +56,9 @@ std::vector<GroundTruthObject> ReadGroundTruthObjects(const std::filesystem::pat
 //                    'qw qx qy qz x y z' a frame (Lai et al., ICRA 2014)
 //   icl-nuim         a single *.gt.freiburg in the folder: TUM lines with the frame number as time (Handa et
 //                    al., ICRA 2014), see MirrorIclNuim
+//   euroc            state_groundtruth_estimate0/data.csv beside cam0, poses of the body, with T_BS of
+//                    cam0/sensor.yaml (Burri et al., IJRR 2016)
+//   kitti            poses/NN.txt beside sequences/, poses of camera 0 (Geiger et al., CVPR 2012)
 Trajectory ReadGroundTruthPoses(const Sequence& sequence);
 
 // The same for the sequence in a folder.

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <numbers>
+#include <opencv2/imgcodecs.hpp>
 
 #include "slam/evaluation/ground_truth.h"
 #include "tests/io/temporary_folder.h"
@@ -194,6 +195,69 @@ TEST(GroundTruthPoses, IclNuimCamerasRiseAgainstY) {
       Eigen::Quaterniond(std::cos(std::numbers::pi / 8.0), s, 0.0, 0.0) * Eigen::Vector3d::UnitZ();
   EXPECT_GT(published_axis.y(), 0.5);
   EXPECT_NEAR((up.rotation * Eigen::Vector3d::UnitZ()).y(), -published_axis.y(), 1e-12);
+}
+
+TEST(GroundTruthPoses, EurocMovesTheBodysPosesToTheCamera) {
+  const TemporaryFolder folder;
+  const fs::path mav = folder.Path() / "mav0";
+  folder.Write("mav0/cam0/data.csv", "#timestamp [ns],filename\n1403636579763555584,a.png\n");
+  folder.Write("mav0/cam0/data/a.png", "");
+  const std::string camera =
+      "rate_hz: 20\nresolution: [752, 480]\nintrinsics: [458.6, 457.3, 367.2, 248.4]\n";
+  folder.Write("mav0/cam0/sensor.yaml", camera +
+                                            "T_BS:\n  cols: 4\n  rows: 4\n"
+                                            "  data: [0, -1, 0, 0.5, 1, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]\n");
+  const std::string header = "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], ...\n";
+  const std::string truth = "mav0/state_groundtruth_estimate0/data.csv";
+  folder.Write(truth, header +
+                          "1403636579763555584,1.0,2.0,3.0,1,0,0,0,9,9,9\n"
+                          "1403636579768555584, 1.0, 2.0, 4.0, 0, 1, 0, 0, 9, 9, 9\r\n");
+  for (const fs::path& below : {folder.Path(), mav, mav / "cam0"}) {
+    const Trajectory poses = ReadTruePoses(below);
+    ASSERT_EQ(poses.size(), 2U);
+    EXPECT_DOUBLE_EQ(poses[0].timestamp, OpenSequence({.path = below}).frames[0].timestamp);
+    EXPECT_TRUE((poses[0].T_map_camera * kAlongX).isApprox(Eigen::Vector3d(1.5, 3.0, 3.0)));
+    EXPECT_TRUE((poses[1].T_map_camera * kAlongX).isApprox(Eigen::Vector3d(1.5, 1.0, 4.0)));
+  }
+  const auto message = [&] { return InputErrorOf([&] { ReadTruePoses(folder.Path()); }); };
+  folder.Write(truth, header + "1403636579763555584,1.0,2.0\n");
+  EXPECT_THAT(message(), AllOf(HasSubstr("data.csv:2: "), HasSubstr("'timestamp in ns,x,y,z,qw,qx,qy,qz")));
+  folder.Write(truth, header + "1403636579763555584,1,2,3,1,1,0,0\n");
+  EXPECT_THAT(message(), HasSubstr("data.csv:2: "));
+  folder.Write("mav0/cam0/sensor.yaml", camera);
+  EXPECT_THAT(message(), HasSubstr("sensor.yaml: no rigid motion T_BS, expected the 16 numbers"));
+  fs::remove_all(mav / "state_groundtruth_estimate0");
+  EXPECT_THAT(message(), HasSubstr("state_groundtruth_estimate0"));
+}
+
+TEST(GroundTruthPoses, KittisPosesAreThoseOfTheFirstCamera) {
+  const TemporaryFolder folder;
+  const fs::path sequence = folder.Path() / "sequences/07";
+  folder.Write("sequences/07/times.txt", "0.0\n0.1037\n");
+  folder.Write("sequences/07/calib.txt",
+               "P0: 700 0 600 0 0 700 180 0 0 0 1 0\nP2: 700 0 600 48 0 700 180 1.8 0 0 1 0.01\n");
+  fs::create_directories(sequence / "image_2");
+  for (const char* name : {"000000.png", "000001.png"}) {
+    cv::imwrite((sequence / "image_2" / name).string(), cv::Mat(96, 128, CV_8UC3));
+  }
+  folder.Write("poses/07.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n0 -1 0 1 1 0 0 2 0 0 1 3\n");
+  const Trajectory poses = ReadTruePoses(sequence);
+  ExpectTimesOfFrames(sequence, poses);
+  // K^-1 (48, 1.8, 0.01): the camera is 6 cm to the left of camera 0 and 1 cm behind it.
+  EXPECT_TRUE(poses[0].T_map_camera.translation.isApprox(Eigen::Vector3d(-0.06, 0.0, -0.01), 1e-9));
+  EXPECT_TRUE(poses[1].T_map_camera.translation.isApprox(Eigen::Vector3d(1.0, 1.94, 2.99), 1e-9));
+  EXPECT_TRUE(ReadTruePoses(sequence / "")
+                  .front()
+                  .T_map_camera.translation.isApprox(poses[0].T_map_camera.translation));
+  const auto message = [&] { return InputErrorOf([&] { ReadTruePoses(sequence); }); };
+  folder.Write("poses/07.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n");
+  EXPECT_THAT(message(), HasSubstr("07.txt: 1 lines for 2 frames"));
+  folder.Write("poses/07.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1\n");
+  EXPECT_THAT(message(), HasSubstr("07.txt:2: "));
+  folder.Write("poses/07.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n2 0 0 0 0 1 0 0 0 0 1 0\n");
+  EXPECT_THAT(message(), HasSubstr("expected a pose whose first three columns are a rotation"));
+  fs::remove(folder.Path() / "poses/07.txt");
+  EXPECT_THAT(message(), HasSubstr("poses/07.txt"));
 }
 
 }  // namespace
