@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -15,5 +16,10 @@ namespace sqslam {
 std::optional<Rigid3d> LocateByP3P(const Camera& camera, const std::vector<Eigen::Vector3d>& points,
                                    const std::vector<Eigen::Vector2d>& pixels, int iterations,
                                    std::vector<int>& inliers);
+
+// Returns every T_camera_map, up to four, at which three points (map frame) appear at their undistorted
+// pixels.
+std::vector<Rigid3d> SolveP3P(const Camera& camera, const std::array<Eigen::Vector3d, 3>& points,
+                              const std::array<Eigen::Vector2d, 3>& pixels);
 
 }  // namespace sqslam

@@ -22,12 +22,6 @@ std::vector<std::pair<int, int>> MatchDescriptors(const FrameFeatures& known,
   return MatchAll(known, *frame.features, HavePoints(points), {}, kStrictDistance, ratio);
 }
 
-// Returns the keyframe, or the newest one if it no longer exists.
-const ViewKeyframe& ExistingKeyframe(const TrackingView& view, KeyframeId id) {
-  const auto it = view.keyframes.find(id);
-  return it != view.keyframes.end() ? it->second : view.keyframes.rbegin()->second;
-}
-
 }  // namespace
 
 PoseTracker::PoseTracker(const Camera& camera, const TrackingOptions& options)
@@ -174,6 +168,28 @@ bool PoseTracker::Relocate(const TrackingView& view, const ViewKeyframe& keyfram
          ConfirmPose(view, options_.min_recovery_inliers / 2, frame, seen);
 }
 
+bool PoseTracker::LocateNear(const TrackingView& view, const Rigid3d& T_camera_map, KeyframeId reference,
+                             double radius, TrackedFrame& frame) const {
+  constexpr int kIterations = 1000;
+  const Eigen::Vector3d center = T_camera_map.Inverse().translation;
+  std::vector<PredictedPoint> predictions;
+  for (const PointId id : FindLocalMap(view, {}, reference, options_.max_local_keyframes).points) {
+    const ViewPoint& point = view.Point(id);
+    if (const std::optional<PredictedSight> sight = PredictSight(point, camera_, T_camera_map, center)) {
+      const int octave = levels_.PredictOctave(sight->distance, point.level_zero_distance);
+      predictions.push_back({static_cast<int>(id), sight->pixel, radius, octave, &point.descriptor, -1.0F});
+    }
+  }
+  std::vector<std::pair<PointId, int>> matches;
+  for (const auto& [id, keypoint] : MatchPredictions(predictions, *frame.features, {}, kLooseDistance, 0.8)) {
+    matches.emplace_back(id, keypoint);
+  }
+  SeenPoints seen;
+  frame.anchor = {reference, {}, view.PoseOf(reference).scale};
+  return LocateByMatches(view, matches, kIterations, frame) &&
+         ConfirmPose(view, options_.min_recovery_inliers / 2, frame, seen);
+}
+
 bool PoseTracker::TrackWithoutPrediction(const TrackingView& view, const TrackedFrame& last,
                                          TrackedFrame& frame, SeenPoints& seen) const {
   std::vector<PointId> points = last.points;
@@ -286,44 +302,6 @@ bool PoseTracker::Optimize(const TrackingView& view, int min_inliers, TrackedFra
     }
   }
   return frame.inliers >= min_inliers;
-}
-
-LocalMap FindLocalMap(const TrackingView& view, const std::vector<PointId>& points, KeyframeId last_reference,
-                      int max_keyframes) {
-  std::vector<bool> seen(view.points.IdBound(), false);
-  for (const PointId point : points) {
-    if (view.Has(point)) {
-      seen[point] = true;
-    }
-  }
-  const ViewKeyframe& start = ExistingKeyframe(view, last_reference);
-  std::set<KeyframeId> candidates{start.id};
-  for (const KeyframeId near : start.covisible) {
-    candidates.insert(near);
-    const auto& further = view.keyframes.at(near).covisible;
-    candidates.insert(further.begin(), further.end());
-  }
-  std::vector<std::pair<int, KeyframeId>> ranked;
-  for (const KeyframeId id : candidates) {
-    int shared = 0;
-    for (const PointId point : view.keyframes.at(id).points) {
-      shared += point != kNoPoint && seen[point] ? 1 : 0;
-    }
-    ranked.emplace_back(shared, id);
-  }
-  std::ranges::sort(ranked, std::greater<>());
-  LocalMap local;
-  local.reference = ranked.front().first > 0 ? ranked.front().second : start.id;
-  std::vector<bool> added(view.points.IdBound(), false);
-  for (const auto& [shared, id] : ranked | std::views::take(max_keyframes)) {
-    for (const PointId point : view.keyframes.at(id).points) {
-      if (point != kNoPoint && !added[point]) {
-        added[point] = true;
-        local.points.push_back(point);
-      }
-    }
-  }
-  return local;
 }
 
 std::vector<FrameMatch> MatchesOf(const TrackedFrame& frame, const ScaleLevels& levels) {

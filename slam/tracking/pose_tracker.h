@@ -8,6 +8,7 @@
 #include "slam/features/matching.h"
 #include "slam/geometry/camera.h"
 #include "slam/map/map.h"
+#include "slam/tracking/local_map.h"
 #include "slam/tracking/tracking_options.h"
 
 namespace sqslam {
@@ -39,17 +40,6 @@ struct LocalSearch {
   int min_inliers = 0;
 };
 
-// The part of the map that a frame may see (ORB-SLAM, Mur-Artal et al. 2015, V-D).
-struct LocalMap {
-  KeyframeId reference = kNoKeyframe;  // the keyframe that shares most points with the frame
-  std::vector<PointId> points;         // points of the local keyframes, each once, alive
-};
-
-// `points`: map points matched in the frame (kNoPoint allowed). Starts at the last reference keyframe and
-// covers two steps of covisibility.
-LocalMap FindLocalMap(const TrackingView& view, const std::vector<PointId>& points, KeyframeId last_reference,
-                      int max_keyframes);
-
 // Estimates the pose of one frame against an immutable view of the map (after ORB-SLAM, Mur-Artal et al.
 // 2015, V-B to V-D). Stateless between frames: forward tracking, backward tracking and relocalisation combine
 // the same steps. Each returns true on success and writes its result to `frame`.
@@ -77,6 +67,11 @@ class PoseTracker {
   // too far apart for a prediction.
   bool TrackWithoutPrediction(const TrackingView& view, const TrackedFrame& last, TrackedFrame& frame,
                               SeenPoints& seen) const;
+
+  // Like Relocate(), near a rough pose T_camera_map: searches the points of the keyframes around `reference`
+  // within `radius` px of their predicted positions.
+  bool LocateNear(const TrackingView& view, const Rigid3d& T_camera_map, KeyframeId reference, double radius,
+                  TrackedFrame& frame) const;
 
   // Like Relocate(), with matches pooled from several keyframes: if views are far apart, each alone may share
   // too few points with the frame.

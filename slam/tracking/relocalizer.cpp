@@ -1,6 +1,34 @@
 #include "slam/tracking/relocalizer.h"
 
+#include <limits>
+
+#include "slam/tracking/object_poses.h"
+
 namespace sqslam {
+namespace {
+
+// Returns the keyframe nearest to a camera, of those that look the same way if there are any.
+KeyframeId KeyframeNear(const TrackingView& view, const Rigid3d& T_camera_map) {
+  constexpr double kSameWay = 0.7;  // cosine
+  const Rigid3d T_map_camera = T_camera_map.Inverse();
+  KeyframeId nearest = kNoKeyframe;
+  double least = std::numeric_limits<double>::infinity();
+  bool any_alike = false;
+  for (const auto& [id, keyframe] : view.keyframes) {
+    const Rigid3d T_map_keyframe = keyframe.pose.T_camera_map.Inverse();
+    const double distance = (T_map_keyframe.translation - T_map_camera.translation).norm();
+    const bool alike = (T_map_keyframe.rotation * Eigen::Vector3d::UnitZ())
+                           .dot(T_map_camera.rotation * Eigen::Vector3d::UnitZ()) > kSameWay;
+    if ((alike && !any_alike) || (alike == any_alike && distance < least)) {
+      nearest = id;
+      least = distance;
+      any_alike = alike;
+    }
+  }
+  return nearest;
+}
+
+}  // namespace
 
 void Relocalizer::Follow(const AtlasViewPtr& atlas, const TrackingViewPtr& view) {
   auto views = atlas ? atlas->submaps : std::map<std::int64_t, TrackingViewPtr>();
@@ -36,10 +64,10 @@ std::vector<Relocalizer::Candidate> Relocalizer::Candidates(const AtlasViewPtr& 
   if (view->keyframes.contains(last_reference)) {
     candidates.push_back({view, last_reference});
   }
+  Follow(atlas, view);
   if (!vocabulary_) {
     return candidates;
   }
-  Follow(atlas, view);
   const BagOfWords words = vocabulary_->Transform(frame.features->descriptors);
   PlaceQuery query;
   query.bow = &words;
@@ -49,6 +77,43 @@ std::vector<Relocalizer::Candidate> Relocalizer::Candidates(const AtlasViewPtr& 
     candidates.push_back({views_.at(submap_of_.at(candidate.id)), candidate.id});
   }
   return candidates;
+}
+
+std::optional<Relocalizer::Found> Relocalizer::ByWords(const PoseTracker& tracker, const AtlasViewPtr& atlas,
+                                                       const TrackingViewPtr& view,
+                                                       const std::optional<TrackedFrame>& last,
+                                                       const TrackedFrame& frame) {
+  std::optional<Found> best;
+  for (const auto& [place, id] : Candidates(atlas, view, last, frame)) {
+    TrackedFrame located = frame;
+    if (tracker.Relocate(*place, place->keyframes.at(id), located) &&
+        (!best || located.inliers > best->frame.inliers)) {
+      best = {located, place};
+    }
+  }
+  return best;
+}
+
+std::optional<Relocalizer::Found> Relocalizer::ByObjects(const PoseTracker& tracker, const Camera& camera,
+                                                         const std::vector<BoxCandidate>& boxes,
+                                                         const TrackedFrame& frame) const {
+  constexpr int kPoses = 5;
+  constexpr double kRadius = 0.08;  // of the image width: how far points may be from a pose by boxes
+  std::optional<Found> best;
+  for (const auto& [submap, view] : views_) {
+    if (!view->objects || view->keyframes.empty()) {
+      continue;
+    }
+    for (const Rigid3d& T_camera_map : PosesFromObjects(boxes, *view->objects, camera, kPoses)) {
+      TrackedFrame located = frame;
+      if (tracker.LocateNear(*view, T_camera_map, KeyframeNear(*view, T_camera_map), kRadius * camera.width,
+                             located) &&
+          (!best || located.inliers > best->frame.inliers)) {
+        best = {located, view};
+      }
+    }
+  }
+  return best;
 }
 
 }  // namespace sqslam

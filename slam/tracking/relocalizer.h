@@ -7,14 +7,15 @@
 #include <vector>
 
 #include "slam/map/map.h"
+#include "slam/objects/detection_filter.h"
 #include "slam/recognition/place_index.h"
 #include "slam/recognition/vocabulary.h"
 #include "slam/tracking/pose_tracker.h"
 
 namespace sqslam {
 
-// Finds keyframes of all submaps that may show the same place as a frame. Keeps its own index of the views
-// that the mapping thread publishes, so that neither thread waits for the other.
+// Finds the place of a frame in all submaps: by keyframes that look alike, or by mapped objects. Keeps its
+// own index of the views that the mapping thread publishes, so that neither thread waits for the other.
 class Relocalizer {
  public:
   // A null `vocabulary` leaves only the last reference keyframe.
@@ -29,6 +30,21 @@ class Relocalizer {
   // submap tracked last, which the atlas (null allowed) may not contain yet.
   std::vector<Candidate> Candidates(const AtlasViewPtr& atlas, const TrackingViewPtr& view,
                                     const std::optional<TrackedFrame>& last, const TrackedFrame& frame);
+
+  struct Found {
+    TrackedFrame frame;  // `frame` with its pose
+    TrackingViewPtr view;
+  };
+
+  // Relocates a frame among the candidates; of several poses returns the one with the most points.
+  std::optional<Found> ByWords(const PoseTracker& tracker, const AtlasViewPtr& atlas,
+                               const TrackingViewPtr& view, const std::optional<TrackedFrame>& last,
+                               const TrackedFrame& frame);
+
+  // Relocates a frame where the boxes of mapped objects say that it may be; the map points around must
+  // confirm it as they do for a keyframe. Uses the views of the last call of Candidates() or ByWords().
+  std::optional<Found> ByObjects(const PoseTracker& tracker, const Camera& camera,
+                                 const std::vector<BoxCandidate>& boxes, const TrackedFrame& frame) const;
 
  private:
   void Follow(const AtlasViewPtr& atlas, const TrackingViewPtr& view);

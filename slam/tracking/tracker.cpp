@@ -53,7 +53,7 @@ TrackingReport Tracker::Track(const Frame& frame, const AtlasViewPtr& atlas, int
   motion_.reset();
 
   AdoptAtlas(atlas);
-  const bool tracked = view_ && (Lost() ? Relocalize(report) : TrackFrame(report));
+  const bool tracked = view_ && (Lost() ? Relocalize(frame, report) : TrackFrame(report));
   if (tracked) {
     FinishTracked(pending_keyframes, report);
   } else {
@@ -197,25 +197,24 @@ std::vector<ShutterObservation> Tracker::ShutterObservations() const {
 }
 
 // Relocates the frame in any submap.
-bool Tracker::Relocalize(TrackingReport& report) {
+bool Tracker::Relocalize(const Frame& image, TrackingReport& report) {
   const StageTimes::Scope timer(times_, "tracking.relocalization");
-  std::optional<TrackedFrame> best;
-  TrackingViewPtr best_view;
-  for (const auto& [view, id] : relocalizer_.Candidates(atlas_, view_, last_, current_)) {
-    TrackedFrame frame = current_;
-    if (pose_tracker_.Relocate(*view, view->keyframes.at(id), frame) &&
-        (!best || frame.inliers > best->inliers)) {
-      best = frame;
-      best_view = view;
-    }
+  std::optional<Relocalizer::Found> found =
+      relocalizer_.ByWords(pose_tracker_, atlas_, view_, last_, current_);
+  if (!found && options_.relocalization.objects && !image.detections.empty()) {
+    ObjectFrame boxes;
+    boxes.camera = camera_;
+    boxes.detections = image.detections;
+    found = relocalizer_.ByObjects(pose_tracker_, camera_,
+                                   SelectBoxes(boxes, object_options_.detections, 0.0), current_);
   }
-  if (!best || !pose_tracker_.TrackLocalMap(*best_view, {.min_inliers = options_.min_recovery_inliers}, *best,
-                                            report.seen)) {
+  if (!found || !pose_tracker_.TrackLocalMap(*found->view, {.min_inliers = options_.min_recovery_inliers},
+                                             found->frame, report.seen)) {
     return false;
   }
-  current_ = *best;
-  if (best_view->submap != submap_) {
-    SwitchSubmap(best_view->submap, best_view, atlas_->origins.at(best_view->submap).S_map_origin);
+  current_ = found->frame;
+  if (found->view->submap != submap_) {
+    SwitchSubmap(found->view->submap, found->view, atlas_->origins.at(found->view->submap).S_map_origin);
   }
   ++counters_.relocalizations;
   lost_frames_ = 0;

@@ -81,7 +81,7 @@ class Tracker {
   Rigid3d PredictedMotion() const;
   std::optional<CameraMotion> Motion() const;
   std::vector<ShutterObservation> ShutterObservations() const;
-  bool Relocalize(TrackingReport& report);
+  bool Relocalize(const Frame& image, TrackingReport& report);
   void Initialize(TrackingReport& report);
   void RememberUntracked();
   void FinishTracked(int pending_keyframes, TrackingReport& report);

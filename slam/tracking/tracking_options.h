@@ -43,12 +43,19 @@ struct KeyframeOptions {
   }
 };
 
+struct RelocalizationOptions {
+  bool objects = false;  // where words and descriptors fail, start from the boxes of mapped objects
+
+  void VisitFields(auto&& visit) { visit("objects", objects); }
+};
+
 struct TrackingOptions {
   OrbOptions features;
   InitializationOptions initialization;
   KeyframeOptions keyframes;
   RollingShutterOptions rolling_shutter;
   MovingOptions moving;
+  RelocalizationOptions relocalization;
   double motion_radius = 15.0;    // px at level 0, search radius around the predicted position
   int min_inliers = 25;           // map points a tracked frame needs
   int min_recovery_inliers = 50;  // map points for relocalisation or backward tracking
@@ -62,6 +69,7 @@ struct TrackingOptions {
     visit("keyframes", keyframes);
     visit("rolling_shutter", rolling_shutter);
     visit("moving", moving);
+    visit("relocalization", relocalization);
     visit("motion_radius", motion_radius, 1.0, 200.0);
     visit("min_inliers", min_inliers, 10, 1000);
     visit("min_recovery_inliers", min_recovery_inliers, 10, 1000);

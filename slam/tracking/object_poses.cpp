@@ -1,0 +1,242 @@
+#include "slam/tracking/object_poses.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <random>
+#include <utility>
+
+#include "slam/estimation/absolute_pose.h"
+#include "slam/geometry/lie.h"
+#include "slam/objects/assignment.h"
+#include "slam/objects/landmark_geometry.h"
+
+namespace sqslam {
+namespace {
+
+constexpr double kMinIoU = 0.2;     // of a box with the landmark that explains it
+constexpr std::size_t kFewest = 3;  // explained boxes, as many as a pose needs
+
+// A box, undistorted, and the landmarks that it may show.
+struct SeenBox {
+  Box2d box;
+  std::array<bool, 4> edge_free{};
+  std::vector<int> landmarks;  // of its label
+};
+
+struct Explained {
+  int box = 0;
+  int landmark = 0;
+};
+
+struct ObjectPose {
+  Rigid3d T_camera_map;
+  double agreement = 0.0;  // summed IoU of the explained boxes
+  std::vector<Explained> explained;
+};
+
+class ObjectPoseSearch {
+ public:
+  ObjectPoseSearch(const std::vector<BoxCandidate>& boxes, const ObjectMapView& objects, const Camera& camera)
+      : camera_(camera) {
+    for (const ObjectLandmarkView& landmark : objects.landmarks) {
+      if (landmark.shown && landmark.estimated) {
+        landmarks_.push_back(&landmark);
+      }
+    }
+    for (const BoxCandidate& candidate : boxes) {
+      SeenBox seen{UndistortBox(candidate.detection.box, camera), candidate.FreeEdges(), {}};
+      for (int j = 0; j < static_cast<int>(landmarks_.size()); ++j) {
+        if (landmarks_[j]->label == candidate.detection.label) {
+          seen.landmarks.push_back(j);
+        }
+      }
+      if (!seen.landmarks.empty()) {
+        boxes_.push_back(std::move(seen));
+      }
+    }
+  }
+
+  std::vector<Rigid3d> Best(int count) const {
+    constexpr std::size_t kRefined = 30;
+    std::vector<ObjectPose> rough = RoughPoses();
+    std::ranges::stable_sort(rough, std::greater<>(), &ObjectPose::agreement);
+    rough.resize(std::min(rough.size(), kRefined));
+    std::map<std::vector<std::pair<int, int>>, ObjectPose> by_explanation;
+    for (ObjectPose& pose : rough) {
+      Refine(pose);
+      std::vector<std::pair<int, int>> key;
+      for (const auto& [box, landmark] : pose.explained) {
+        key.emplace_back(box, landmark);
+      }
+      ObjectPose& best = by_explanation[key];
+      if (key.size() >= kFewest && pose.agreement > best.agreement) {
+        best = std::move(pose);
+      }
+    }
+    std::vector<const ObjectPose*> best;
+    for (const auto& [key, pose] : by_explanation) {
+      if (pose.agreement > 0.0) {
+        best.push_back(&pose);
+      }
+    }
+    std::ranges::stable_sort(best, std::greater<>(), &ObjectPose::agreement);
+    std::vector<Rigid3d> poses;
+    for (const ObjectPose* pose : best) {
+      if (static_cast<int>(poses.size()) < count) {
+        poses.push_back(pose->T_camera_map);
+      }
+    }
+    return poses;
+  }
+
+ private:
+  std::vector<ObjectPose> RoughPoses() const {
+    constexpr int kMaxSamples = 3000;
+    std::vector<Explained> pairs;
+    for (int i = 0; i < static_cast<int>(boxes_.size()); ++i) {
+      const auto& free = boxes_[i].edge_free;
+      if ((free[kLeftEdge] && free[kRightEdge]) || (free[kTopEdge] && free[kBottomEdge])) {
+        for (const int j : boxes_[i].landmarks) {
+          pairs.push_back({i, j});
+        }
+      }
+    }
+    std::vector<std::array<Explained, 3>> triples;
+    for (std::size_t a = 0; a < pairs.size(); ++a) {
+      for (std::size_t b = a + 1; b < pairs.size(); ++b) {
+        for (std::size_t c = b + 1; c < pairs.size() && Differ(pairs[a], pairs[b]); ++c) {
+          if (Differ(pairs[a], pairs[c]) && Differ(pairs[b], pairs[c])) {
+            triples.push_back({pairs[a], pairs[b], pairs[c]});
+          }
+        }
+      }
+    }
+    if (triples.size() > kMaxSamples) {
+      std::shuffle(triples.begin(), triples.end(), std::mt19937(1));
+      triples.resize(kMaxSamples);
+    }
+    std::vector<ObjectPose> poses;
+    for (const std::array<Explained, 3>& triple : triples) {
+      AddPosesOf(triple, poses);
+    }
+    return poses;
+  }
+
+  static bool Differ(const Explained& a, const Explained& b) {
+    return a.box != b.box && a.landmark != b.landmark;
+  }
+
+  void AddPosesOf(const std::array<Explained, 3>& triple, std::vector<ObjectPose>& poses) const {
+    std::array<Eigen::Vector3d, 3> centres;
+    std::array<Eigen::Vector2d, 3> pixels;
+    for (std::size_t k = 0; k < 3; ++k) {
+      centres[k] = landmarks_[triple[k].landmark]->superquadric.T_map_object.translation;
+      pixels[k] = boxes_[triple[k].box].box.Center();
+    }
+    for (const Rigid3d& T_camera_map : SolveP3P(camera_, centres, pixels)) {
+      const bool overlap = std::ranges::all_of(
+          triple, [&](const Explained& pair) { return Agreement(T_camera_map.Inverse(), pair) > kMinIoU; });
+      if (overlap) {
+        poses.push_back(Explain(T_camera_map));
+      }
+    }
+  }
+
+  // Returns the IoU of a box with its landmark's projection, whose edges beyond hidden ones do not count.
+  double Agreement(const Rigid3d& T_map_camera, const Explained& pair) const {
+    const SeenBox& seen = boxes_[pair.box];
+    const auto projected = ProjectToBox(landmarks_[pair.landmark]->superquadric, T_map_camera, camera_);
+    return projected ? IoU(*projected, Continued(seen.box, seen.edge_free, *projected)) : 0.0;
+  }
+
+  ObjectPose Explain(const Rigid3d& T_camera_map) const {
+    Eigen::MatrixXd gain = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(boxes_.size()),
+                                                 static_cast<Eigen::Index>(landmarks_.size()));
+    const Rigid3d T_map_camera = T_camera_map.Inverse();
+    for (int i = 0; i < static_cast<int>(boxes_.size()); ++i) {
+      for (const int j : boxes_[i].landmarks) {
+        const double iou = Agreement(T_map_camera, {i, j});
+        gain(i, j) = iou >= kMinIoU ? iou : 0.0;
+      }
+    }
+    ObjectPose pose{T_camera_map, 0.0, {}};
+    const std::vector<int> assigned = AssignOptimally(gain);
+    for (int i = 0; i < static_cast<int>(assigned.size()); ++i) {
+      if (assigned[i] >= 0) {
+        pose.agreement += gain(i, assigned[i]);
+        pose.explained.push_back({i, assigned[i]});
+      }
+    }
+    return pose;
+  }
+
+  // Differences of the edges that are seen, in sizes of the boxes; 0 for those that are not.
+  Eigen::VectorXd Residuals(const std::vector<Explained>& explained, const Rigid3d& T_camera_map) const {
+    Eigen::VectorXd residuals = Eigen::VectorXd::Zero(4 * static_cast<Eigen::Index>(explained.size()));
+    for (std::size_t k = 0; k < explained.size(); ++k) {
+      const SeenBox& seen = boxes_[explained[k].box];
+      const auto projected =
+          ProjectToBox(landmarks_[explained[k].landmark]->superquadric, T_camera_map.Inverse(), camera_);
+      const double size = std::sqrt(std::max(1.0, seen.box.Area()));
+      const std::array<double, 4> target = Edges(seen.box);
+      const std::array<double, 4> edges = projected ? Edges(*projected) : target;
+      for (std::size_t e = 0; e < 4; ++e) {
+        residuals[static_cast<Eigen::Index>(4 * k + e)] =
+            seen.edge_free[e] ? (edges[e] - target[e]) / size : 0.0;
+      }
+    }
+    return residuals;
+  }
+
+  static std::array<double, 4> Edges(const Box2d& box) {
+    return {box.x, box.y, box.x + box.width, box.y + box.height};
+  }
+
+  // Gauss-Newton steps on the edges of the explained boxes with Huber's weights, damped since few edges may
+  // leave a direction open; keeps the pose of the best agreement.
+  void Refine(ObjectPose& best) const {
+    constexpr int kSteps = 8;
+    constexpr double kHuber = 0.1;
+    constexpr double kDamping = 1e-3;
+    constexpr double kDelta = 1e-5;
+    ObjectPose pose = best;
+    for (int step = 0; step < kSteps && pose.explained.size() >= kFewest; ++step) {
+      const Eigen::VectorXd residuals = Residuals(pose.explained, pose.T_camera_map);
+      Eigen::MatrixXd jacobian(residuals.size(), 6);
+      for (int axis = 0; axis < 6; ++axis) {
+        const Vector6d delta = kDelta * Vector6d::Unit(axis);
+        jacobian.col(axis) =
+            (Residuals(pose.explained, Perturb(pose.T_camera_map, delta)) - residuals) / kDelta;
+      }
+      const Eigen::VectorXd weights =
+          residuals.unaryExpr([](double r) { return std::min(1.0, kHuber / std::max(1e-12, std::abs(r))); });
+      const Matrix6d normal = jacobian.transpose() * weights.asDiagonal() * jacobian;
+      const Vector6d gradient = jacobian.transpose() * weights.asDiagonal() * residuals;
+      const Matrix6d damped = normal + kDamping * Matrix6d(normal.diagonal().asDiagonal());
+      const Vector6d step_taken = damped.ldlt().solve(-gradient);
+      if (!step_taken.allFinite()) {
+        return;
+      }
+      pose = Explain(Perturb(pose.T_camera_map, step_taken));
+      if (pose.agreement > best.agreement) {
+        best = pose;
+      }
+    }
+  }
+
+  Camera camera_;
+  std::vector<SeenBox> boxes_;
+  std::vector<const ObjectLandmarkView*> landmarks_;
+};
+
+}  // namespace
+
+std::vector<Rigid3d> PosesFromObjects(const std::vector<BoxCandidate>& boxes, const ObjectMapView& objects,
+                                      const Camera& camera, int count) {
+  return ObjectPoseSearch(boxes, objects, camera).Best(count);
+}
+
+}  // namespace sqslam
