@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "app/commands/commands.h"
@@ -35,6 +36,7 @@ struct ExportArguments {
   std::string ground_truth;
   std::optional<ModelFormat> format;
   std::string images;
+  bool masks = false;
   bool quiet = false;
 };
 
@@ -89,7 +91,7 @@ void ExportForPrograms(const ExportArguments& a) {
         NameOf(*a.format));
   }
   Progress progress(a.quiet, "image");
-  const ModelSummary summary = ExportModel(a.map, a.images, a.output, *a.format,
+  const ModelSummary summary = ExportModel({a.map, a.images, a.output, *a.format, a.masks},
                                            [&](int done, int total) { progress.Update(done, total); });
   if (!a.quiet) {
     fmt::print("{} images, {} points, mean reprojection error {:.3f} px\nwritten: {}\n", summary.images,
@@ -105,8 +107,10 @@ void Export(const ExportArguments& a) {
     ExportForPrograms(a);
     return;
   }
-  if (!a.images.empty()) {
-    throw UsageError("--images: applies to --format only, expected --format colmap or nerfstudio");
+  for (const auto& [given, option] : {std::pair(!a.images.empty(), "--images"), {a.masks, "--masks"}}) {
+    if (given) {
+      throw UsageError("{}: applies to --format only, expected --format colmap or nerfstudio", option);
+    }
   }
   const fs::path map_path = MapFile(a.map);
   const fs::path output = a.output;
@@ -148,6 +152,7 @@ With --format, a new folder with the keyframes of a finished run and their image
   colmap      sparse/0 with cameras, images and points3D, as .bin and as .txt, including tracks and
               distortion; images/
   nerfstudio  transforms.json, points.ply, images/
+With --masks also masks/NAME.png for each image NAME, black outside the objects: both programs ignore what is black.
 images/ is a link to the sequence if its images are files of the mapped size; frames of a video or of a resized
 sequence are written. All but .glb use the map frame, z up. With --edits, hidden objects are exported, deleted ones not.
 
@@ -181,6 +186,8 @@ void AddExportCommand(Command& program) {
   command.Option("--format NAME", a->format,
                  "Instead of one file, write a folder with keyframes, tracks and images");
   command.Option("--images PATH", a->images, "With --format: the sequence that was mapped, if it has moved");
+  command.Flag("--masks", a->masks,
+               "With --format: also masks/, a PNG for each image, white where the map has an object");
   command.Flag("--meshes", a->meshes, "In a .ply: superquadrics as meshes instead of points");
   command.Flag("--surface", a->surface, "In a .glb: also the coloured mesh of a densified result");
   command.Option("--ground-truth SEQUENCE", a->ground_truth,

@@ -4,6 +4,7 @@
 
 #include <iterator>
 #include <map>
+#include <span>
 
 #include "slam/io/pose_json.h"
 #include "slam/util/atomic_file.h"
@@ -27,7 +28,10 @@ ColmapCamera ToColmap(const Camera& c) {
   if (!c.HasDistortion()) {
     return {"PINHOLE", 1, parameters};
   }
-  parameters.insert(parameters.end(), {k1, k2, p1, p2});
+  parameters.insert(parameters.end(), {k1, k2, p1, p2});  // of a fisheye lens k1 to k4
+  if (c.lens == LensModel::kFisheye) {
+    return {"OPENCV_FISHEYE", 5, parameters};
+  }
   if (k3 == 0.0) {
     return {"OPENCV", 4, parameters};
   }
@@ -204,7 +208,8 @@ void WriteColmap(const std::filesystem::path& folder, const CameraModel& model) 
   WriteFileAtomically(folder / "points3D.txt", TextPoints(model));
 }
 
-void WriteTransforms(const std::filesystem::path& file, const CameraModel& model, const std::string& points) {
+void WriteTransforms(const std::filesystem::path& file, const CameraModel& model, const std::string& points,
+                     const std::string& masks) {
   const Camera& c = model.camera;
   nlohmann::ordered_json frames = nlohmann::ordered_json::array();
   for (const CameraModel::Image& image : model.images) {
@@ -212,21 +217,26 @@ void WriteTransforms(const std::filesystem::path& file, const CameraModel& model
     matrix.col(1) = -matrix.col(1);
     matrix.col(2) = -matrix.col(2);
     frames.push_back({{"file_path", "images/" + image.name}, {"transform_matrix", RowsOf(matrix)}});
+    if (!masks.empty()) {
+      frames.back()["mask_path"] = fmt::format("{}/{}.png", masks, image.name);
+    }
   }
-  const nlohmann::ordered_json root = {{"camera_model", "OPENCV"},
-                                       {"w", c.width},
-                                       {"h", c.height},
-                                       {"fl_x", c.fx},
-                                       {"fl_y", c.fy},
-                                       {"cx", c.cx + kPixelCentre},
-                                       {"cy", c.cy + kPixelCentre},
-                                       {"k1", c.distortion[0]},
-                                       {"k2", c.distortion[1]},
-                                       {"p1", c.distortion[2]},
-                                       {"p2", c.distortion[3]},
-                                       {"k3", c.distortion[4]},
-                                       {"ply_file_path", points},
-                                       {"frames", frames}};
+  const bool fisheye = c.lens == LensModel::kFisheye;
+  nlohmann::ordered_json root = {{"camera_model", fisheye ? "OPENCV_FISHEYE" : "OPENCV"},
+                                 {"w", c.width},
+                                 {"h", c.height},
+                                 {"fl_x", c.fx},
+                                 {"fl_y", c.fy},
+                                 {"cx", c.cx + kPixelCentre},
+                                 {"cy", c.cy + kPixelCentre}};
+  constexpr std::array<const char*, 5> kUsual = {"k1", "k2", "p1", "p2", "k3"};
+  constexpr std::array<const char*, 4> kFisheye = {"k1", "k2", "k3", "k4"};
+  const std::span<const char* const> names = fisheye ? std::span<const char* const>(kFisheye) : kUsual;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    root[names[i]] = c.distortion[i];
+  }
+  root["ply_file_path"] = points;
+  root["frames"] = frames;
   WriteJsonFile(file, root);
 }
 

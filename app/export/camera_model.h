@@ -43,12 +43,14 @@ struct CameraModel {
 CameraModel ModelOf(const Map& map, const Camera& camera);
 
 // Writes cameras, images and points3D as .bin and .txt (COLMAP 3.8, https://colmap.github.io/format.html)
-// into an existing folder. The distortion decides between PINHOLE, OPENCV and FULL_OPENCV. Ids start at 1; a
-// point's id is the map's plus 1.
+// into an existing folder. The lens decides between PINHOLE, OPENCV, FULL_OPENCV and OPENCV_FISHEYE. Ids
+// start at 1; a point's id is the map's plus 1.
 void WriteColmap(const std::filesystem::path& folder, const CameraModel& model);
 
 // Writes nerfstudio's transforms.json: camera-to-map matrices in OpenGL's convention (x right, y up, z back),
-// with the map's z axis up. `points`: file name of the cloud that training starts from.
-void WriteTransforms(const std::filesystem::path& file, const CameraModel& model, const std::string& points);
+// with the map's z axis up. `points`: file name of the cloud that training starts from. `masks`: folder with
+// NAME.png for each image NAME; empty: none.
+void WriteTransforms(const std::filesystem::path& file, const CameraModel& model, const std::string& points,
+                     const std::string& masks = "");
 
 }  // namespace sqslam::app

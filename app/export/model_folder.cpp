@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <map>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <string>
 
 #include "app/export/camera_model.h"
+#include "slam/geometry/silhouette.h"
 #include "slam/io/frame_source.h"
 #include "slam/io/result_files.h"
 #include "slam/io/sequence.h"
@@ -21,6 +23,8 @@
 namespace sqslam::app {
 namespace fs = std::filesystem;
 namespace {
+
+constexpr const char* kMasks = "masks";  // folder
 
 Sequence OpenMapped(const KnownMap& known, const fs::path& moved_to) {
   SequenceRequest request;
@@ -70,6 +74,29 @@ void WriteImages(const Sequence& sequence, const CameraModel& model, const fs::p
   }
 }
 
+// Writes NAME.png for each image NAME.
+void WriteMasks(const CameraModel& model, const std::vector<SnapshotObject>& objects,
+                const fs::path& folder) {
+  for (const CameraModel::Image& image : model.images) {
+    cv::Mat mask(model.camera.height, model.camera.width, CV_8U, cv::Scalar(0));
+    for (const SnapshotObject& object : objects) {
+      std::vector<cv::Point> outline;
+      for (const Eigen::Vector2d& pixel : DistortedOutline(
+               Silhouette(object.superquadric, model.camera, image.T_camera_map.Inverse()), model.camera)) {
+        outline.emplace_back(cvRound(pixel.x()), cvRound(pixel.y()));
+      }
+      if (!outline.empty()) {
+        cv::fillPoly(mask, std::vector{outline}, cv::Scalar(255));
+      }
+    }
+    const fs::path file = folder / (image.name + ".png");
+    fs::create_directories(file.parent_path());
+    AtomicPath path(file);
+    cv::imwrite(path.Path().string(), mask);
+    path.Commit();
+  }
+}
+
 std::vector<SnapshotPoint> CloudOf(const CameraModel& model) {
   return ToVector(model.points, [](const CameraModel::Point& point) {
     return SnapshotPoint{.p_map = point.p_map.cast<float>(), .rgb = point.rgb};
@@ -110,10 +137,10 @@ int DropWithoutImage(const Sequence& sequence, CameraModel& model) {
 
 }  // namespace
 
-ModelSummary ExportModel(const fs::path& result, const fs::path& sequence_path, const fs::path& folder,
-                         ModelFormat format, const std::function<void(int, int)>& progress) {
-  const KnownMap known = ReadKnownMap(result);
-  const Sequence sequence = OpenMapped(known, sequence_path);
+ModelSummary ExportModel(const ModelRequest& request, const std::function<void(int, int)>& progress) {
+  const fs::path& folder = request.folder;
+  const KnownMap known = ReadKnownMap(request.result);
+  const Sequence sequence = OpenMapped(known, request.sequence);
   const std::optional<MapScale> scale = ReadMapScale(known.recording);
   CameraModel model =
       ModelOf(MainMapOf(known.map, known.recording.string(), known.options), known.map.camera);
@@ -140,12 +167,15 @@ ModelSummary ExportModel(const fs::path& result, const fs::path& sequence_path, 
   } else {
     WriteImages(sequence, model, folder / "images", progress);
   }
-  if (format == ModelFormat::kColmap) {
+  if (request.masks) {
+    WriteMasks(model, RecordingReader(known.recording).Last()->objects, folder / kMasks);
+  }
+  if (request.format == ModelFormat::kColmap) {
     fs::create_directories(folder / "sparse" / "0");
     WriteColmap(folder / "sparse" / "0", model);
   } else {
     WritePoints(folder / "points.ply", CloudOf(model));
-    WriteTransforms(folder / "transforms.json", model, "points.ply");
+    WriteTransforms(folder / "transforms.json", model, "points.ply", request.masks ? kMasks : "");
   }
   summary.images = static_cast<int>(model.images.size());
   summary.points = static_cast<int>(model.points.size());

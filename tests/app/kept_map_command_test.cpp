@@ -3,11 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <sstream>
 
+#include "app/export/camera_model.h"
 #include "slam/io/result_files.h"
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/recording.h"
@@ -286,6 +288,24 @@ TEST_F(KeptMapCommands, ColmapItselfGoesOnWithTheModel) {
   EXPECT_TRUE(fs::exists(Out("triangulated") / "points3D.bin"));
 }
 
+TEST(CameraModel, AFisheyeLensHasTheNameThatColmapAndNerfstudioGiveIt) {
+  const TemporaryFolder folder;
+  app::CameraModel model;
+  model.camera = {
+      640, 480, 300.0, 301.0, 320.0, 240.0, {-0.01, 0.006, -0.004, 0.0008}, 30.0, 0.0, LensModel::kFisheye};
+  app::WriteColmap(folder.Path(), model);
+  EXPECT_THAT(Slurp(folder.Path() / "cameras.txt"),
+              HasSubstr("1 OPENCV_FISHEYE 640 480 300 301 320.5 240.5 -0.01 0.006 -0.004 0.0008\n"));
+  std::int32_t number = 0;
+  std::memcpy(&number, Slurp(folder.Path() / "cameras.bin").data() + 12, sizeof(number));
+  EXPECT_EQ(number, 5);
+  app::WriteTransforms(folder.Path() / "transforms.json", model, "points.ply");
+  const auto json = nlohmann::json::parse(Slurp(folder.Path() / "transforms.json"));
+  EXPECT_EQ(json.at("camera_model"), "OPENCV_FISHEYE");
+  EXPECT_EQ(json.at("k4"), 0.0008);
+  EXPECT_FALSE(json.contains("p1"));
+}
+
 TEST_F(KeptMapCommands, NerfstudiosCamerasLookAlongMinusZ) {
   const ProgramRun run = RunProgram("export " + Map() + " --format nerfstudio -q -o " + Out("nerf").string());
   ASSERT_EQ(run.exit_code, 0) << run.err;
@@ -307,6 +327,38 @@ TEST_F(KeptMapCommands, NerfstudiosCamerasLookAlongMinusZ) {
       EXPECT_NEAR(theirs.at(3).get<double>(), keyframes[i].T_map_camera.translation[row], 1e-5);
     }
   }
+}
+
+// The map of this test has no object, so one is put where the camera looks.
+TEST_F(KeptMapCommands, MasksAreWhiteWhereTheSolidsAre) {
+  fs::copy(Map(), Out("with-cup"), fs::copy_options::recursive);
+  MapSnapshot map = *RecordingReader(Out("with-cup") / "map.sqmap").Last();
+  SnapshotObject cup;
+  cup.label = "cup";
+  const Rigid3d& eye = map.keyframes.front().T_map_camera;
+  cup.superquadric = {{Eigen::Vector3d::Constant(0.1), 1.0, 1.0}, {Eigen::Quaterniond::Identity(), {}}};
+  cup.superquadric.T_map_object.translation = eye * Eigen::Vector3d(0.0, 0.0, 1.0);  // a ball of 26 px
+  map.objects = {cup};
+  AppendToRecording(Out("with-cup") / "map.sqmap", map);
+  const ProgramRun run = RunProgram("export " + Out("with-cup").string() +
+                                    " --format nerfstudio --masks -o " + Out("masked").string());
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto json = nlohmann::json::parse(Slurp(Out("masked") / "transforms.json"));
+  for (const auto& frame : json.at("frames")) {
+    EXPECT_EQ(frame.at("mask_path"),
+              "masks" + frame.at("file_path").get<std::string>().substr(std::strlen("images")) + ".png");
+    EXPECT_TRUE(fs::exists(Out("masked") / frame.at("mask_path").get<std::string>()));
+  }
+  const std::string first = json.at("frames").at(0).at("mask_path");
+  const cv::Mat mask = cv::imread((Out("masked") / first).string(), cv::IMREAD_UNCHANGED);
+  ASSERT_EQ(mask.size(), cv::Size(320, 240));
+  ASSERT_EQ(mask.type(), CV_8U);
+  EXPECT_EQ(mask.at<std::uint8_t>(120, 160), 255);
+  EXPECT_EQ(mask.at<std::uint8_t>(120, 160 + 20), 255);
+  EXPECT_EQ(mask.at<std::uint8_t>(120, 160 + 32), 0);
+  EXPECT_EQ(mask.at<std::uint8_t>(120 - 32, 160), 0);
+  EXPECT_EQ(cv::countNonZero(mask) + cv::countNonZero(mask == 0), mask.rows * mask.cols);
+  ExpectRefused("export " + Map() + " --masks", 2, "--masks: applies to --format only");
 }
 
 // The images of a resized sequence are written, in the size that the camera of the model has.
