@@ -13,6 +13,7 @@
 #include "slam/objects/reliability.h"
 #include "slam/objects/size_shape.h"
 #include "slam/objects/surroundings.h"
+#include "slam/util/statistics.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
@@ -61,12 +62,12 @@ std::array<bool, 4> HiddenEdges(const BoxView& view, const PosedSuperquadric& ob
              : EdgesHiddenBy(UndistortBox(view.box, camera), depth, view.T_map_camera, camera, other);
 }
 
-// Returns that of the surrounding objects which hides the lower edge of the most boxes; null if none hides a
-// third of them.
+// Returns that of the surrounding objects which hides the lower edge of the most boxes; null if none hides
+// half of them.
 const PosedSuperquadric* HiderOfBottom(const PosedSuperquadric& object, const std::vector<BoxView>& views,
                                        const EstimationContext& context) {
   const PosedSuperquadric* hider = nullptr;
-  auto most = static_cast<std::ptrdiff_t>(views.size() / 3);
+  auto most = static_cast<std::ptrdiff_t>(views.size() / 2);
   for (const PosedSuperquadric& other : context.surroundings.hiders) {
     const auto hidden = std::ranges::count_if(views, [&](const BoxView& view) {
       return HiddenEdges(view, object, other, context.camera)[kBottomEdge];
@@ -79,7 +80,34 @@ const PosedSuperquadric* HiderOfBottom(const PosedSuperquadric& object, const st
   return hider;
 }
 
-// Gives an object the depth of its class if it seems far thinner: of a chair pushed under a table only the
+// Extent along an axis of an object, from its centre.
+struct Span {
+  double low = 0.0;
+  double high = 0.0;
+
+  double Half() const { return 0.5 * (high - low); }
+};
+
+// Returns the extent along a horizontal axis in which most of the object's points lie, within its own.
+Span SeenAlong(const Landmark& landmark, Eigen::Index axis) {
+  constexpr std::size_t kFew = 10;
+  constexpr double kStray = 0.05;      // share of the points at either end
+  constexpr double kThinnest = 0.005;  // of the size
+  const auto& [shape, T_map_object] = landmark.superquadric;
+  const double half = shape.half_size[axis];
+  if (landmark.points.size() < kFew) {
+    return {-half, half};
+  }
+  const Rigid3d T_object_map = T_map_object.Inverse();
+  const std::vector<double> along =
+      ToVector(landmark.points | std::views::values,
+               [&](const Eigen::Vector3d& p) { return (T_object_map * p)[axis]; });
+  const double least = kThinnest * shape.half_size.norm();
+  const double low = std::clamp(LinearQuantile(along, kStray), -half, half - 2.0 * least);
+  return {low, std::clamp(LinearQuantile(along, 1.0 - kStray), low + 2.0 * least, half)};
+}
+
+// Gives an object the depth of its class if far less of it was seen: of a chair pushed under a table only the
 // back is seen, and the seat reaches towards the table. The covariance tells how well classes know depths.
 void CompleteHiddenDepth(Landmark& landmark, const std::vector<BoxView>& views,
                          const EstimationContext& context) {
@@ -90,11 +118,12 @@ void CompleteHiddenDepth(Landmark& landmark, const std::vector<BoxView>& views,
     return;
   }
   Superquadric completed = landmark.superquadric.shape;
-  const Eigen::Index thin = completed.half_size.x() < completed.half_size.y() ? 0 : 1;
-  const double seen = completed.half_size[thin];
+  const std::array<Span, 2> spans = {SeenAlong(landmark, 0), SeenAlong(landmark, 1)};
+  const Eigen::Index thin = spans[0].Half() < spans[1].Half() ? 0 : 1;
+  const Span& seen = spans[static_cast<std::size_t>(thin)];
   const double usual = completed.half_size[1 - thin] * std::exp(-known.log_width_ratio);
   completed.half_size[thin] = usual;
-  if (std::log(usual / seen) < kFarThinner * known.width_sigma ||
+  if (std::log(usual / seen.Half()) < kFarThinner * known.width_sigma ||
       ClassSurprise(completed, known, context.scale) > kUnusual) {
     return;
   }
@@ -105,10 +134,10 @@ void CompleteHiddenDepth(Landmark& landmark, const std::vector<BoxView>& views,
   landmark.superquadric.shape = completed;
   const Eigen::Vector3d axis = landmark.superquadric.T_map_object.rotation * Eigen::Vector3d::Unit(thin);
   const bool along = axis.dot(DirectionTo(*hider, landmark.superquadric)) > 0.0;
-  const Eigen::Vector3d towards = along ? axis : -axis;
-  landmark.superquadric.T_map_object.translation += (usual - seen) * towards;
+  const double middle = along ? seen.low + usual : seen.high - usual;
+  landmark.superquadric.T_map_object.translation += middle * axis;
   Eigen::Matrix<double, 9, 1> effect = Eigen::Matrix<double, 9, 1>::Zero();
-  effect.head<3>() = towards;
+  effect.head<3>() = along ? axis : -axis;
   effect[3 + thin] = 1.0;
   effect *= known.width_sigma * usual;
   landmark.covariance += effect * effect.transpose();

@@ -82,8 +82,10 @@ TEST(MayHide, IsTheTableForTheChairButNotForTheCupOnIt) {
   EXPECT_FALSE(MayHide(Box({0.0, 0.0, 0.0}, {0.1, 0.1, 0.1}), Table(), {}));
 }
 
-// Takes `fit` for an object of which the boxes show what is seen over the table's far rim.
-Landmark FittedBehindTheTable(const std::string& label, const PosedSuperquadric& fit, bool bottom_free) {
+// Takes `fit` for an object of which the boxes show what is seen over the table's far rim. `points_y`: its
+// points lie in the plane of this y; empty: it has none.
+Landmark FittedBehindTheTable(const std::string& label, const PosedSuperquadric& fit, bool bottom_free,
+                              std::optional<double> points_y = {}) {
   constexpr double kRim = kTableTop - 0.1;  // there
   const double top = fit.T_map_object.translation.z() + fit.shape.half_size.z();
   PosedSuperquadric shown = fit;
@@ -95,6 +97,10 @@ Landmark FittedBehindTheTable(const std::string& label, const PosedSuperquadric&
     seen.T_map_camera = Pose();
     seen.edge_free = {true, true, true, bottom_free};
     landmark.Add(seen);
+  }
+  for (int i = 0; points_y && i < 20; ++i) {
+    const double across = fit.T_map_object.translation.x() + 0.02 * (i - 9.5);
+    landmark.points.emplace_back(i, Eigen::Vector3d(across, *points_y, kTableTop + 0.1));
   }
   const ObjectOptions options;
   const ClassPriors classes = ClassPriors::Named("default");
@@ -118,6 +124,13 @@ TEST(TakeFit, AChairOfWhichOnlyTheBackIsSeenReachesUnderTheTable) {
   const ClassPriors classes = ClassPriors::Named("default");
   EXPECT_FALSE(SizedBy(chair, classes)) << "what the class gave says nothing about the map's scale";
   EXPECT_TRUE(SizedBy(FittedBehindTheTable("chair", back, true), classes));
+}
+
+TEST(TakeFit, AChairFittedBehindItsBackIsTurnedRoundToTheTable) {
+  const PosedSuperquadric behind = Box({0.1, 3.0, 0.44}, {0.22, 0.2, 0.44});
+  const PosedSuperquadric chair = FittedBehindTheTable("chair", behind, false, 2.8).superquadric;
+  EXPECT_NEAR(chair.shape.half_size.y(), 0.22 * 0.48 / 0.52, 1e-6);
+  EXPECT_NEAR(chair.T_map_object.translation.y() + chair.shape.half_size.y(), 2.8, 0.02) << "the back";
 }
 
 TEST(TakeFit, WhatIsSeenWholeOrHasNoKnownDepthKeepsIt) {
