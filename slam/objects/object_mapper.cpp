@@ -182,8 +182,10 @@ void ObjectMapper::Save(ByteWriter& writer) const { writer(*impl_); }
 void ObjectMapper::Load(ByteReader& reader) {
   reader(*impl_);
   impl_->Check(reader);
-  for (const Landmark* landmark : impl_->Shown()) {
-    impl_->known.insert(landmark->id);
+  for (const auto& [id, landmark] : impl_->landmarks) {
+    if (impl_->IsPublished(landmark)) {
+      impl_->known.insert(id);
+    }
   }
   impl_->Publish();
 }

@@ -158,6 +158,29 @@ TEST(ObjectMapper, PublishesOnlyWhatIsReliableEnough) {
   EXPECT_EQ(static_cast<int>(objects(middle).size()), expected);
 }
 
+TEST(ObjectMapper, AContinuedMapShowsNothingThatWasHidden) {
+  const SyntheticDesk desk(1);
+  ObjectOptions options;
+  DeskRun all(desk, options);
+  all.ObserveFrames(30);
+  all.mapper.UpdateAll(all.lookup, desk.Camera());
+  std::vector<double> reliabilities;
+  for (const SnapshotObject& object : all.mapper.Objects()) {
+    reliabilities.push_back(object.fit.reliability);
+  }
+  options.min_reliability = UpperMedian(reliabilities);
+  DeskRun run(desk, options);
+  run.ObserveFrames(30);
+  run.mapper.UpdateAll(run.lookup, desk.Camera());
+  ByteWriter writer;
+  run.mapper.Save(writer);
+  ByteReader reader(writer.Bytes(), "the map");
+  ObjectMapper continued(options, 1);
+  continued.Load(reader);
+  ASSERT_LT(run.mapper.Objects().size(), reliabilities.size());
+  EXPECT_EQ(continued.Objects().size(), run.mapper.Objects().size());
+}
+
 // An object that an earlier run has shown keeps its id in the next, also where that one would not show it.
 TEST(ObjectMapper, AnEarlierRunsObjectsStay) {
   const SyntheticDesk desk(1);
