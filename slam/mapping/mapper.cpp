@@ -213,7 +213,7 @@ void Mapper::OptimizeLocally(KeyframeId keyframe) {
 }
 
 void Mapper::KeepUpright(bool last) {
-  if (const std::optional<Rigid3d> T_new_old = active_->KeepUpright(last)) {
+  if (const std::optional<Rigid3d> T_new_old = active_->KeepUpright(camera_, last)) {
     MoveOrigins(active_->Number(), Sim3d::FromRigid(*T_new_old), active_->Number());
   }
 }

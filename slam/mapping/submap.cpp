@@ -129,8 +129,8 @@ std::optional<Rigid3d> Submap::FramePose(std::int64_t index) const {
   return it != frames_.end() ? std::optional(PoseOf(it->second)) : std::nullopt;
 }
 
-std::optional<Rigid3d> Submap::KeepUpright(bool last) {
-  const std::optional<Rigid3d> T_new_old = upright_.Update(*map_, objects_.View()->landmarks, last);
+std::optional<Rigid3d> Submap::KeepUpright(const Camera& camera, bool last) {
+  const std::optional<Rigid3d> T_new_old = upright_.Update(*map_, objects_, camera, last);
   if (T_new_old) {
     Transform(Sim3d::FromRigid(*T_new_old));
   }

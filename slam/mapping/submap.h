@@ -70,7 +70,7 @@ class Submap {
   std::optional<Rigid3d> FramePose(std::int64_t index) const;  // T_map_camera
 
   // Turns the map upright if a better estimate of gravity exists. Returns the change of the map frame.
-  std::optional<Rigid3d> KeepUpright(bool last);
+  std::optional<Rigid3d> KeepUpright(const Camera& camera, bool last);
 
   // Updates the objects observed since the last call, a few at a time; `moved_everywhere` queues all of them.
   // MapObjectsLast updates all of them, from all initial guesses.

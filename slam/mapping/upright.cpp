@@ -6,6 +6,7 @@
 #include <ranges>
 #include <vector>
 
+#include "slam/objects/vertical_lines.h"
 #include "slam/util/error.h"
 #include "slam/util/to_vector.h"
 
@@ -56,12 +57,13 @@ UprightEstimator::UprightEstimator(const std::string& gravity, const GravityOpti
                                    std::uint64_t seed)
     : given_up_(ParseGravity(gravity)), options_(options), seed_(seed) {}
 
-std::optional<Rigid3d> UprightEstimator::Update(const Map& map, std::span<const ObjectLandmarkView> objects,
-                                                bool last) {
+std::optional<Rigid3d> UprightEstimator::Update(const Map& map, const ObjectMapper& objects,
+                                                const Camera& camera, bool last) {
   if (!given_up_) {
-    return UpdateFromMap(map, objects, last);
+    return UpdateFromMap(map, objects, camera, last);
   }
-  support_height_ = EstimateSupportHeight(ReliablePoints(map), ObjectPoints(objects), options_);
+  support_height_ =
+      EstimateSupportHeight(ReliablePoints(map), ObjectPoints(objects.View()->landmarks), options_);
   if (known_) {
     return std::nullopt;
   }
@@ -69,9 +71,8 @@ std::optional<Rigid3d> UprightEstimator::Update(const Map& map, std::span<const 
   return UprightTransform(*given_up_);
 }
 
-std::optional<Rigid3d> UprightEstimator::UpdateFromMap(const Map& map,
-                                                       std::span<const ObjectLandmarkView> objects,
-                                                       bool last) {
+std::optional<Rigid3d> UprightEstimator::UpdateFromMap(const Map& map, const ObjectMapper& objects,
+                                                       const Camera& camera, bool last) {
   constexpr KeyframeId kEager = 12;  // the first keyframes that are all used;
   constexpr KeyframeId kPeriod = 5;  // later, one in this many
   constexpr double kSmallestTurn = 0.2 * std::numbers::pi / 180.0;
@@ -83,7 +84,7 @@ std::optional<Rigid3d> UprightEstimator::UpdateFromMap(const Map& map,
   const std::vector<Rigid3d> poses = ToVector(map.Keyframes() | std::views::values, [](const auto& keyframe) {
     return keyframe.T_camera_map.Inverse();
   });
-  const auto plane = EstimateSupportPlane(ReliablePoints(map), poses, ObjectPoints(objects), options_, seed_);
+  const std::optional<SupportPlane> plane = FindPlane(map, poses, objects, camera);
   if (!plane) {
     return std::nullopt;
   }
@@ -101,6 +102,38 @@ std::optional<Rigid3d> UprightEstimator::UpdateFromMap(const Map& map,
   }
   known_ = true;
   return UprightTransform(plane->up);
+}
+
+std::optional<SupportPlane> UprightEstimator::FindPlane(const Map& map, std::span<const Rigid3d> poses,
+                                                        const ObjectMapper& objects,
+                                                        const Camera& camera) const {
+  constexpr double kClearly = 5.0;  // a log likelihood ratio
+  const std::vector<Eigen::Vector3d> points = ReliablePoints(map);
+  const auto object_points = ObjectPoints(objects.View()->landmarks);
+  const auto find = [&](const std::optional<Eigen::Vector3d>& vertical) {
+    return EstimateSupportPlane(points, poses, object_points, options_, seed_, vertical);
+  };
+  const std::optional<SupportPlane> plane = find({});
+  if (!plane && !known_) {
+    return std::nullopt;
+  }
+  // The best plane may lean across tops of different heights, or be no level surface at all. Edges tell, but
+  // less exactly than a plane that is level.
+  const auto edges = VerticalFromLines(objects.Lines(), camera, plane ? plane->up : Eigen::Vector3d::UnitZ());
+  if (!edges || edges->gain < kClearly) {
+    return plane;
+  }
+  if (const auto other = plane ? find(edges->up) : std::nullopt) {
+    return other;
+  }
+  const Rigid3d T_upright_map = UprightTransform(edges->up);
+  const auto height = EstimateSupportHeight(
+      ToVector(points, [&](const Eigen::Vector3d& p) { return T_upright_map * p; }), {}, options_);
+  // Counts as much as the plane that it replaces, or as the best so far.
+  SupportPlane across = plane.value_or(SupportPlane{.confidence = evidence_, .inliers = 1});
+  across.up = edges->up;
+  across.height = height.value_or(support_height_.value_or(0.0));
+  return across;
 }
 
 SupportSurfaces UprightEstimator::FindSurfaces(const Map& map) const {

@@ -7,7 +7,7 @@
 
 #include "slam/map/map.h"
 #include "slam/objects/gravity.h"
-#include "slam/objects/object_types.h"
+#include "slam/objects/object_mapper.h"
 #include "slam/objects/support.h"
 
 namespace sqslam {
@@ -20,7 +20,7 @@ class UprightEstimator {
 
   // Call after each keyframe. Returns the rotation T_new_old that the map needs, if any. `last`: no keyframe
   // will follow. The map frame starts as the first camera's frame.
-  std::optional<Rigid3d> Update(const Map& map, std::span<const ObjectLandmarkView> objects, bool last);
+  std::optional<Rigid3d> Update(const Map& map, const ObjectMapper& objects, const Camera& camera, bool last);
 
   // Returns the surfaces that objects may stand on; none before the up direction is known.
   SupportSurfaces FindSurfaces(const Map& map) const;
@@ -33,7 +33,10 @@ class UprightEstimator {
   }
 
  private:
-  std::optional<Rigid3d> UpdateFromMap(const Map& map, std::span<const ObjectLandmarkView> objects,
+  // Finds the plane that objects stand on, or one across the vertical edges of many objects.
+  std::optional<SupportPlane> FindPlane(const Map& map, std::span<const Rigid3d> poses,
+                                        const ObjectMapper& objects, const Camera& camera) const;
+  std::optional<Rigid3d> UpdateFromMap(const Map& map, const ObjectMapper& objects, const Camera& camera,
                                        bool last);
 
   std::optional<Eigen::Vector3d> given_up_;  // in the first camera's frame; empty: estimated from the map

@@ -30,7 +30,8 @@ struct Scene {
   std::vector<Eigen::Vector3d> camera_rights;
   Eigen::Vector3d mean_up = Eigen::Vector3d::Zero();
   std::vector<Eigen::Vector3d> object_centres;
-  double tolerance = 0.0;  // map units
+  std::optional<Eigen::Vector3d> vertical;  // direction of vertical edges
+  double tolerance = 0.0;                   // map units
 };
 
 double MedianDepth(std::span<const Eigen::Vector3d> points, std::span<const Rigid3d> poses) {
@@ -90,15 +91,18 @@ Scene MakeScene(std::span<const Eigen::Vector3d> points, std::span<const Rigid3d
   return scene;
 }
 
-// Likelihood of the cameras' roll angles if `up` is the up direction; 1 for no roll.
+// Likelihood of the cameras' roll angles and of the vertical edges if `up` is the up direction; 1 for no roll
+// and exactly vertical edges.
 double Levelness(const Scene& scene, const Eigen::Vector3d& up) {
+  constexpr double kEdgeSigma = 3.0 * kRadiansPerDegree;  // backs of chairs lean, cups taper
   double sum = 0.0;
   for (const Eigen::Vector3d& right : scene.camera_rights) {
     const double roll = std::asin(std::clamp(right.dot(up), -1.0, 1.0));
     sum += roll * roll;
   }
   const double mean = sum / static_cast<double>(scene.camera_rights.size());
-  return std::exp(-0.5 * mean / (kRollSigma * kRollSigma));
+  const double off = scene.vertical ? (up - *scene.vertical).norm() / kEdgeSigma : 0.0;
+  return std::exp(-0.5 * mean / (kRollSigma * kRollSigma)) / (1.0 + off * off);
 }
 
 // True if the plane is level, below the cameras (which excludes walls) and not above most objects.
@@ -254,12 +258,14 @@ std::optional<double> BestLevel(const std::vector<std::pair<double, double>>& le
 std::optional<SupportPlane> EstimateSupportPlane(std::span<const Eigen::Vector3d> points,
                                                  std::span<const Rigid3d> poses,
                                                  std::span<const std::vector<Eigen::Vector3d>> object_points,
-                                                 const GravityOptions& options, std::uint64_t seed) {
+                                                 const GravityOptions& options, std::uint64_t seed,
+                                                 const std::optional<Eigen::Vector3d>& vertical) {
   constexpr int kRefinements = 5;
   if (static_cast<int>(points.size()) < options.min_points || poses.empty()) {
     return std::nullopt;
   }
-  const Scene scene = MakeScene(points, poses, object_points, options);
+  Scene scene = MakeScene(points, poses, object_points, options);
+  scene.vertical = vertical;
   if (scene.tolerance <= 0.0) {
     return std::nullopt;
   }

@@ -21,11 +21,13 @@ struct SupportPlane {
 
 // Finds the dominant plane under the objects. `points`: map points (map frame). `poses`: keyframe poses
 // T_map_camera, held upright within options.max_angle_deg. `object_points` (may be empty): the point sets of
-// objects, each of which should end at or above the plane. Returns nullopt if no plane is dominant.
+// objects, each of which should end at or above the plane. `vertical` (may be empty): the direction of
+// vertical edges, unit, map frame: planes across it count more. Returns nullopt if no plane is dominant.
 std::optional<SupportPlane> EstimateSupportPlane(std::span<const Eigen::Vector3d> points,
                                                  std::span<const Rigid3d> poses,
                                                  std::span<const std::vector<Eigen::Vector3d>> object_points,
-                                                 const GravityOptions& options, std::uint64_t seed);
+                                                 const GravityOptions& options, std::uint64_t seed,
+                                                 const std::optional<Eigen::Vector3d>& vertical = {});
 
 // Estimates the height of the support plane if the map's z axis is up: the level that most points share.
 std::optional<double> EstimateSupportHeight(std::span<const Eigen::Vector3d> points,

@@ -192,6 +192,11 @@ void ObjectMapper::Load(ByteReader& reader) {
 
 std::shared_ptr<const ObjectMapView> ObjectMapper::View() const { return impl_->view; }
 
+std::vector<std::vector<LineView>> ObjectMapper::Lines() const {
+  return ToVector(impl_->landmarks | std::views::values,
+                  [](const Landmark& landmark) { return ToVector(landmark.lines | std::views::values); });
+}
+
 std::unordered_map<std::int64_t, int> ObjectMapper::PointObjects() const {
   std::unordered_map<std::int64_t, int> owners;
   std::unordered_map<std::int64_t, double> distances;

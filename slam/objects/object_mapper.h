@@ -9,6 +9,7 @@
 #include "slam/objects/object_options.h"
 #include "slam/objects/object_types.h"
 #include "slam/objects/support.h"
+#include "slam/objects/yaw.h"
 #include "slam/snapshot/snapshot.h"
 
 namespace sqslam {
@@ -65,6 +66,7 @@ class ObjectMapper {
   std::vector<SnapshotObject> Objects() const;
   int LeftOut() const;
   std::shared_ptr<const ObjectMapView> View() const;
+  std::vector<std::vector<LineView>> Lines() const;            // of each landmark
   std::unordered_map<std::int64_t, int> PointObjects() const;  // map point id -> id of a shown object
   // Shifts the ids of landmarks and of map points, and the indices of frames.
   void Renumber(int id_shift, std::int64_t point_shift, std::int64_t frame_shift);

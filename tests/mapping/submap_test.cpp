@@ -89,8 +89,9 @@ TEST(SubmapGravity, ThatIsGivenIsOfTheFirstSubmapsFirstCamera) {
   MapperOptions options;
   options.gravity = "[0, 1, 0.3]";
   for (const std::int64_t number : {0, 1}) {
-    Submap submap(number, std::make_unique<Map>(MakeSyntheticMap({}).map), options);
-    submap.KeepUpright(false);
+    SyntheticMap world = MakeSyntheticMap({});
+    Submap submap(number, std::make_unique<Map>(std::move(world.map)), options);
+    submap.KeepUpright(world.camera, false);
     MapSnapshot snapshot;
     submap.FillSnapshot(snapshot);
     EXPECT_EQ(snapshot.gravity_known, number == 0);

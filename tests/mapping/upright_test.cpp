@@ -30,7 +30,7 @@ class UprightTest : public ::testing::Test {
  protected:
   // Updates and turns the map. Returns the angle of the turn; 0: none.
   double Update(UprightEstimator& upright, bool last = false) {
-    const std::optional<Rigid3d> T_new_old = upright.Update(world_.map, {}, last);
+    const std::optional<Rigid3d> T_new_old = upright.Update(world_.map, no_objects_, world_.camera, last);
     if (!T_new_old) {
       return 0.0;
     }
@@ -44,6 +44,7 @@ class UprightTest : public ::testing::Test {
     up_ = tilt.rotation * up_;
   }
 
+  const ObjectMapper no_objects_{ObjectOptions(), 1};
   SyntheticMap world_ = MakeSyntheticMap({.keyframes = 8, .points = 400, .on_plane = 0.5});
   Eigen::Vector3d up_ = PlaneUp();  // the truth, in the map's present frame
 };
@@ -90,8 +91,8 @@ TEST_F(UprightTest, HoldsToAnEstimateWithMoreEvidence) {
   // A later map shows another plane, by far fewer points.
   world_ = MakeSyntheticMap({.keyframes = 8, .points = 120, .on_plane = 0.3});
   UprightEstimator fresh("auto", kClearPlane, 1);
-  ASSERT_TRUE(fresh.Update(world_.map, {}, false)) << "which would do alone";
-  EXPECT_FALSE(upright.Update(world_.map, {}, false));
+  ASSERT_TRUE(fresh.Update(world_.map, no_objects_, world_.camera, false)) << "which would do alone";
+  EXPECT_FALSE(upright.Update(world_.map, no_objects_, world_.camera, false));
 }
 
 TEST_F(UprightTest, TrustsOnlyPointsThatThreeKeyframesSee) {
@@ -108,7 +109,7 @@ TEST_F(UprightTest, TrustsOnlyPointsThatThreeKeyframesSee) {
 TEST_F(UprightTest, SaysNothingOfACloudWithoutAPlane) {
   world_ = MakeSyntheticMap({.keyframes = 8, .points = 400});
   UprightEstimator upright("auto", kClearPlane, 1);
-  EXPECT_FALSE(upright.Update(world_.map, {}, true));
+  EXPECT_FALSE(upright.Update(world_.map, no_objects_, world_.camera, true));
   EXPECT_FALSE(upright.Known());
   EXPECT_FALSE(upright.SupportHeight());
 }
@@ -126,9 +127,9 @@ TEST_F(UprightTest, IsAskedLessOftenInAnOldMap) {
 TEST_F(UprightTest, TurnsOnceByAGivenGravity) {
   const auto turn = [&](const std::string& gravity) {
     UprightEstimator upright(gravity, {}, 1);
-    const std::optional<Rigid3d> T_new_old = upright.Update(world_.map, {}, false);
+    const std::optional<Rigid3d> T_new_old = upright.Update(world_.map, no_objects_, world_.camera, false);
     EXPECT_TRUE(T_new_old && upright.Known());
-    EXPECT_FALSE(upright.Update(world_.map, {}, true));
+    EXPECT_FALSE(upright.Update(world_.map, no_objects_, world_.camera, true));
     return T_new_old.value_or(Rigid3d());
   };
   const Eigen::Vector3d down = -Eigen::Vector3d::UnitZ();
