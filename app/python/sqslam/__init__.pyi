@@ -66,7 +66,8 @@ class _Map:
     point_objects: NDArray[np.int32]  # (M,), id of the object that the point belongs to, -1: none
     objects: list[Object]
     K: NDArray[np.float64]  # (3, 3), camera matrix
-    distortion: list[float]  # k1, k2, p1, p2, k3
+    distortion: list[float]  # k1, k2, p1, p2, k3; of a fisheye k1, k2, k3, k4
+    fisheye: bool  # the lens model that the distortion belongs to
     image_size: Tuple[int, int]  # width, height
     metric: bool  # lengths are metres
 
