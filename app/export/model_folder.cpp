@@ -50,6 +50,15 @@ bool AreFilesAsMapped(const Sequence& sequence, const CameraModel& model) {
          });
 }
 
+// Throws InputError if the image cannot be written.
+void WriteImage(const fs::path& file, const cv::Mat& image, const std::vector<int>& parameters) {
+  AtomicPath path(file);
+  if (!cv::imwrite(path.Path().string(), image, parameters)) {
+    throw InputError("{}: cannot be written (is the disk full?)", file.string());
+  }
+  path.Commit();
+}
+
 // Writes the keyframes' images at the camera's size as JPEG.
 void WriteImages(const Sequence& sequence, const CameraModel& model, const fs::path& folder,
                  const std::function<void(int, int)>& progress) {
@@ -67,9 +76,7 @@ void WriteImages(const Sequence& sequence, const CameraModel& model, const fs::p
     if (name == names.end()) {
       continue;
     }
-    AtomicPath path(folder / name->second);
-    cv::imwrite(path.Path().string(), frame->bgr, {cv::IMWRITE_JPEG_QUALITY, kQuality});
-    path.Commit();
+    WriteImage(folder / name->second, frame->bgr, {cv::IMWRITE_JPEG_QUALITY, kQuality});
     progress(++written, static_cast<int>(names.size()));
   }
 }
@@ -91,9 +98,7 @@ void WriteMasks(const CameraModel& model, const std::vector<SnapshotObject>& obj
     }
     const fs::path file = folder / (image.name + ".png");
     fs::create_directories(file.parent_path());
-    AtomicPath path(file);
-    cv::imwrite(path.Path().string(), mask);
-    path.Commit();
+    WriteImage(file, mask, {});
   }
 }
 

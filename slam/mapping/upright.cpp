@@ -107,7 +107,8 @@ std::optional<Rigid3d> UprightEstimator::UpdateFromMap(const Map& map, const Obj
 std::optional<SupportPlane> UprightEstimator::FindPlane(const Map& map, std::span<const Rigid3d> poses,
                                                         const ObjectMapper& objects,
                                                         const Camera& camera) const {
-  constexpr double kClearly = 5.0;  // a log likelihood ratio
+  constexpr double kClearly = 5.0;      // a log likelihood ratio
+  constexpr double kAcrossThem = 0.05;  // radians
   const std::vector<Eigen::Vector3d> points = ReliablePoints(map);
   const auto object_points = ObjectPoints(objects.View()->landmarks);
   const auto find = [&](const std::optional<Eigen::Vector3d>& vertical) {
@@ -117,14 +118,15 @@ std::optional<SupportPlane> UprightEstimator::FindPlane(const Map& map, std::spa
   if (!plane && !known_) {
     return std::nullopt;
   }
-  // The best plane may lean across tops of different heights, or be no level surface at all. Edges tell, but
-  // less exactly than a plane that is level.
+  // The best plane may lean across tops of different heights, or be that of a ramp. Edges tell, but less
+  // exactly than a plane that is level.
   const auto edges = VerticalFromLines(objects.Lines(), camera, plane ? plane->up : Eigen::Vector3d::UnitZ());
   if (!edges || edges->gain < kClearly) {
     return plane;
   }
-  if (const auto other = plane ? find(edges->up) : std::nullopt) {
-    return other;
+  const auto level = plane ? find(edges->up) : std::nullopt;
+  if (level && (level->up - edges->up).norm() < kAcrossThem) {
+    return level;
   }
   const Rigid3d T_upright_map = UprightTransform(edges->up);
   const auto height = EstimateSupportHeight(

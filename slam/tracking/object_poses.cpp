@@ -145,7 +145,8 @@ class ObjectPoseSearch {
     }
   }
 
-  // Returns the IoU of a box with its landmark's projection, whose edges beyond hidden ones do not count.
+  // Returns the IoU of a box with its landmark's projection; where an edge of the box is hidden, the
+  // projection may go on beyond it.
   double Agreement(const Rigid3d& T_map_camera, const Explained& pair) const {
     const SeenBox& seen = boxes_[pair.box];
     const auto projected = ProjectToBox(landmarks_[pair.landmark]->superquadric, T_map_camera, camera_);

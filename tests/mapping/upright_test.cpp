@@ -44,6 +44,30 @@ class UprightTest : public ::testing::Test {
     up_ = tilt.rotation * up_;
   }
 
+  // Returns five objects of which every keyframe shows ten edges along `vertical` (map frame).
+  ObjectMapper EdgesAlong(const Eigen::Vector3d& vertical) const {
+    constexpr int kObjects = 5;
+    std::vector<ObjectObservation> seen;
+    for (const auto& [id, keyframe] : world_.map.Keyframes()) {
+      for (int object = 0; object < kObjects; ++object) {
+        ObjectObservation& one = seen.emplace_back();
+        one.object_id = object;
+        one.frame_index = id;
+        one.detection = {"box", 1.0, {100.0, 100.0, 200.0, 200.0}};
+        one.T_map_camera = keyframe.T_camera_map.Inverse();
+        for (PointId point = object; point < 10 * kObjects; point += kObjects) {
+          const Eigen::Vector3d p_map = world_.map.Point(point).p_map;
+          const Eigen::Vector3d a = keyframe.T_camera_map * p_map;
+          const Eigen::Vector3d b = keyframe.T_camera_map * (p_map + 0.1 * a.z() * vertical);
+          one.lines.push_back({world_.camera.Project(a), world_.camera.Project(b)});
+        }
+      }
+    }
+    ObjectMapper objects(ObjectOptions(), 1);
+    objects.AddObservations(seen);
+    return objects;
+  }
+
   const ObjectMapper no_objects_{ObjectOptions(), 1};
   SyntheticMap world_ = MakeSyntheticMap({.keyframes = 8, .points = 400, .on_plane = 0.5});
   Eigen::Vector3d up_ = PlaneUp();  // the truth, in the map's present frame
@@ -93,6 +117,24 @@ TEST_F(UprightTest, HoldsToAnEstimateWithMoreEvidence) {
   UprightEstimator fresh("auto", kClearPlane, 1);
   ASSERT_TRUE(fresh.Update(world_.map, no_objects_, world_.camera, false)) << "which would do alone";
   EXPECT_FALSE(upright.Update(world_.map, no_objects_, world_.camera, false));
+}
+
+TEST_F(UprightTest, TakesNoRampForTheFloor) {
+  const Eigen::Vector3d vertical = Eigen::AngleAxisd(6.0 * kDegree, PlaneUp().unitOrthogonal()) * PlaneUp();
+  UprightEstimator upright("auto", kClearPlane, 1);
+  const std::optional<Rigid3d> T_new_old =
+      upright.Update(world_.map, EdgesAlong(vertical), world_.camera, false);
+  ASSERT_TRUE(T_new_old);
+  EXPECT_LT(AngleTo(T_new_old->rotation * vertical, Eigen::Vector3d::UnitZ()), 0.3 * kDegree);
+}
+
+TEST_F(UprightTest, EdgesChangeNothingWhereThePlaneIsLevel) {
+  UprightEstimator alone("auto", kClearPlane, 1);
+  UprightEstimator with_edges("auto", kClearPlane, 1);
+  const auto expected = alone.Update(world_.map, no_objects_, world_.camera, false);
+  const auto turn = with_edges.Update(world_.map, EdgesAlong(PlaneUp()), world_.camera, false);
+  ASSERT_TRUE(expected && turn);
+  EXPECT_EQ(turn->rotation.coeffs(), expected->rotation.coeffs());
 }
 
 TEST_F(UprightTest, TrustsOnlyPointsThatThreeKeyframesSee) {
