@@ -13,8 +13,8 @@ enum class LensModel : std::uint8_t { kRadialTangential, kFisheye };
 
 // Pinhole camera with lens distortion. Pixel centres have integer coordinates; lengths in pixels.
 //
-// Without distortion the camera sees rays with z > 0 only, so those of a fisheye lens from 85 degrees off the
-// axis on are taken for such of 85 degrees.
+// Undistorted pixels exist for rays with z > 0 only: a fisheye lens is used up to 85 degrees off its axis,
+// and rays beyond are taken to be at 85 degrees.
 struct Camera {
   int width = 0;
   int height = 0;
