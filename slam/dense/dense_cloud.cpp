@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <string>
 
 #include "slam/snapshot/byte_archive.h"
@@ -59,7 +60,8 @@ std::array<std::int32_t, kNumbers> CubeAt(const Eigen::Array3d& place) {
           static_cast<std::int32_t>(within.z())};
 }
 
-constexpr double kSheet = 4.0;  // edge of the cubes that a sheet is averaged over, in cubes of the cloud
+constexpr double kOneSurface = 0.8;  // least cosine between normals of one surface
+constexpr double kSheet = 4.0;       // edge of the cubes that a sheet is averaged over, in cubes of the cloud
 
 // Mean plane of the points in a cube with normals towards one side: weighted sums.
 struct Sheet {
@@ -77,30 +79,46 @@ struct Sheet {
 // Sheets by cube. The last number of a key is the dominant axis of the normals with its sign.
 using SheetTable = VoxelTable<4, Sheet>;
 
-SheetTable::Key SheetKey(const Eigen::Array3d& place, const Eigen::Vector3d& normal) {
+// Returns the dominant axis of a normal with its sign.
+std::int32_t SideOf(const Eigen::Vector3d& normal) {
   Eigen::Index axis = 0;
   normal.cwiseAbs().maxCoeff(&axis);
+  return static_cast<std::int32_t>(2 * axis + (normal[axis] > 0.0 ? 1 : 0));
+}
+
+SheetTable::Key SheetKey(const Eigen::Array3d& place, std::int32_t side) {
   SheetTable::Key key = CubeAt<4>(place);
-  key[3] = static_cast<std::int32_t>(2 * axis + (normal[axis] > 0.0 ? 1 : 0));
+  key[3] = side;
   return key;
 }
 
-// Moves a point along its unit normal to the mean of the sheets in the eight cubes around it. Returns the
-// point itself if there are none, or only those of other surfaces.
-Eigen::Vector3d CarriedToSheets(const SheetTable& sheets, double edge, const Eigen::Vector3d& p,
-                                const Eigen::Vector3d& unit) {
-  const Eigen::Array3d place = p.array() / edge - 0.5;
-  const Eigen::Array3d first = place.floor();
+struct OrientedPoint {
+  Eigen::Vector3d p_map = Eigen::Vector3d::Zero();
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // of length one
+};
+
+// Mean of some sheets.
+struct MeanSheet {
+  double offset = 0.0;  // from a point along its normal
+  double weight = 0.0;  // 0: there are none
+};
+
+// Averages the sheets in the eight cubes around `place` that have this side and face as the point does, with
+// a cosine above `alike`.
+MeanSheet SheetsAround(const SheetTable& sheets, double edge, const Eigen::Vector3d& place, std::int32_t side,
+                       const OrientedPoint& point, double alike) {
+  const Eigen::Array3d cube = place.array() / edge - 0.5;
+  const Eigen::Array3d first = cube.floor();
   constexpr std::size_t kCorners = 8;
   const auto step_to = [](std::size_t corner) {
     return Eigen::Array3d(double(corner & 1U), double(corner >> 1U & 1U), double(corner >> 2U));
   };
   std::array<SheetTable::Key, kCorners> keys;
   for (std::size_t corner = 0; corner < kCorners; ++corner) {
-    keys[corner] = SheetKey(first + step_to(corner), unit);
+    keys[corner] = SheetKey(first + step_to(corner), side);
   }
   const auto found = sheets.Find(keys);
-  double offset = 0.0, weights = 0.0;
+  MeanSheet around;
   for (std::size_t corner = 0; corner < kCorners; ++corner) {
     const Eigen::Array3d step = step_to(corner);
     const Sheet* sheet = found[corner];
@@ -108,16 +126,35 @@ Eigen::Vector3d CarriedToSheets(const SheetTable& sheets, double edge, const Eig
       continue;
     }
     const Eigen::Vector3d plane = sheet->normal.normalized();
-    const double along = plane.dot(sheet->position / sheet->weight - p);
-    const double facing = plane.dot(unit);
-    constexpr double kAlike = 0.8;  // cosine between normals of one surface
-    if (facing > kAlike && std::abs(along) < 0.5 * edge) {
-      const double weight = (1.0 - (place - first - step).abs()).prod() * sheet->weight;
-      offset += weight * along / facing;
-      weights += weight;
+    const Eigen::Vector3d mean = sheet->position / sheet->weight;
+    const double facing = plane.dot(point.normal);
+    if (facing > alike && std::abs(plane.dot(mean - place)) < 0.5 * edge) {
+      const double weight = (1.0 - (cube - first - step).abs()).prod() * sheet->weight;
+      around.offset += weight * plane.dot(mean - point.p_map) / facing;
+      around.weight += weight;
     }
   }
-  return weights > 0.0 ? Eigen::Vector3d(p + offset / weights * unit) : p;
+  around.offset /= std::max(around.weight, std::numeric_limits<double>::min());
+  return around;
+}
+
+// Returns true if a surface with far more evidence than the point's own sheet lies so near that the point
+// shows this surface, badly. Its normal may be off, too.
+bool IsStray(const SheetTable& sheets, double edge, const OrientedPoint& point, const MeanSheet& own) {
+  constexpr double kFarMore = 16.0;
+  constexpr double kAlike = 0.5;  // cosine between the normals
+  std::array<SheetTable::Key, 9> keys;
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    const auto axis = static_cast<Eigen::Index>(i / 3);
+    const double sign = point.normal[axis] > 0.0 ? 1.0 : -1.0;
+    const Eigen::Vector3d normal = sign * Eigen::Vector3d::Unit(axis);
+    const double step = static_cast<double>(i % 3) - 1.0;
+    keys[i] = SheetKey(point.p_map.array() / edge + step * normal.array(), SideOf(normal));
+  }
+  return std::ranges::any_of(sheets.Find(keys), [&](const Sheet* sheet) {
+    return sheet != nullptr && sheet->weight > kFarMore * own.weight &&
+           sheet->normal.dot(point.normal) > kAlike * sheet->normal.norm();
+  });
 }
 
 }  // namespace
@@ -175,11 +212,12 @@ CloudFusion::Grid CloudFusion::Flattened() const {
     for (const Cell& cell : grid_.Values(shard)) {
       if (const double length = cell.normal.norm(); length > 0.0) {
         const double weight = cell.weight * (cell.filled ? 1 : cell.views);
-        put(SheetKey(cell.Mean().array() / edge, cell.normal),
+        put(SheetKey(cell.Mean().array() / edge, SideOf(cell.normal)),
             {weight * cell.Mean(), weight / length * cell.normal, weight});
       }
     }
   });
+  constexpr int kWellConfirmed = 5;  // depth maps that confirm a point: it is no stray
   Grid flat;
   constexpr std::size_t kAtOnce = 4;  // shards: copies of all cells would take a lot of memory
   for (std::size_t first = 0; first < Grid::kShards; first += kAtOnce) {
@@ -187,7 +225,12 @@ CloudFusion::Grid CloudFusion::Flattened() const {
       for (Cell cell : grid_.Values(first + part)) {
         Eigen::Vector3d p = cell.Mean();
         if (const double length = cell.normal.norm(); length > 0.0) {
-          p = CarriedToSheets(sheets, edge, p, cell.normal / length);
+          const OrientedPoint point{p, cell.normal / length};
+          const MeanSheet own = SheetsAround(sheets, edge, p, SideOf(point.normal), point, kOneSurface);
+          if (cell.views < kWellConfirmed && IsStray(sheets, edge, point, own)) {
+            continue;
+          }
+          p += own.offset * point.normal;
         }
         cell.position = cell.weight * p;
         put(CubeAt(p.array() / spacing_), cell);

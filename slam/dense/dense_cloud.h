@@ -22,7 +22,8 @@ using DenseCloud = std::vector<DensePoint>;
 
 // Merges the points of depth maps into one per cube, at their mean. Depth maps that differ by more than a
 // cube would leave several layers of one surface: each point is moved along its normal to the mean surface
-// around it, and merged again. The result depends on the order of the maps, not on the number of threads.
+// around it, and merged again. Points beside a surface that has far more evidence are dropped. The result
+// depends on the order of the maps, not on the number of threads.
 class CloudFusion {
  public:
   // `spacing`: edge of the cubes, map units. `threads`: 0 for all hardware threads.

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "slam/io/point_cloud.h"
@@ -82,6 +83,28 @@ TEST(DenseCloud, TheTopOfABoxStaysWhereItIs) {
   for (const DensePoint& point : fusion.Cloud()) {
     EXPECT_LT(std::min(std::abs(point.p_map.z()), std::abs(point.p_map.z() - 0.05F)), 1e-4F);
   }
+}
+
+// One map of a table with something 30 mm above its right half, and `tables` maps of the bare table.
+DenseCloud SeenAbove(int tables) {
+  CloudFusion fusion(0.01);
+  for (int i = 0; i < tables; ++i) {
+    fusion.Add(TableFromAbove());
+  }
+  DepthMap above = TableFromAbove();
+  above.T_map_camera.translation.z() += 0.03;
+  above.depth.colRange(0, 40).setTo(0.0F);
+  above.views.setTo(2);
+  fusion.Add(above);
+  return fusion.Cloud();
+}
+
+TEST(DenseCloud, PointsBesideAFarBetterSeenSurfaceAreDropped) {
+  const auto highest = [](const DenseCloud& cloud) {
+    return std::ranges::max(cloud, {}, [](const DensePoint& point) { return point.p_map.z(); }).p_map.z();
+  };
+  EXPECT_GT(highest(SeenAbove(1)), 0.02F);
+  EXPECT_LT(highest(SeenAbove(40)), 0.001F);
 }
 
 TEST(DenseCloud, WhatWasMeasuredGoesBeforeWhatWasFilledIn) {
