@@ -134,7 +134,6 @@ const YawMode* YawMeant(const PosedSuperquadric& start, const RefinementInput& i
 
 void AddPrior(const Superquadric& start, const YawMode* yaw, const RefinementInput& input,
               const RefinementOptions& options, RefinementProblem& problem) {
-  constexpr double kNoDoubt = 1e6;
   constexpr double kCupTaper = 0.3;
   constexpr double kProfile = 2.0;  // the tapers explain most of what e1 would
   const ClassPrior& known = input.prior;
@@ -158,7 +157,7 @@ void AddPrior(const Superquadric& start, const YawMode* yaw, const RefinementInp
   }
   prior.yaw = yaw != nullptr ? yaw->yaw : 0.0;
   prior.yaw_factor = yaw != nullptr ? 1.0 / yaw->sigma : 0.0;
-  prior.yaw_width = input.yaw_is_given ? kNoDoubt : prior.yaw_width;
+  prior.yaw_misled = input.yaw_is_given ? 0.0 : prior.yaw_misled;
   prior.bias_factor = 1.0 / options.edge_bias_sigma;
 }
 

@@ -64,13 +64,16 @@ std::array<bool, 4> HiddenEdges(const BoxView& view, const PosedSuperquadric& ob
 
 // Returns that of the surrounding objects which hides the lower edge of the most boxes; null if none hides
 // half of them.
-const PosedSuperquadric* HiderOfBottom(const PosedSuperquadric& object, const std::vector<BoxView>& views,
+const PosedSuperquadric* HiderOfBottom(const Landmark& landmark, const std::vector<BoxView>& views,
                                        const EstimationContext& context) {
   const PosedSuperquadric* hider = nullptr;
   auto most = static_cast<std::ptrdiff_t>(views.size() / 2);
-  for (const PosedSuperquadric& other : context.surroundings.hiders) {
+  for (const PosedSuperquadric& other : context.surroundings.others) {
+    if (!MayHide(other, landmark.visible, landmark.points)) {  // the visible part is new
+      continue;
+    }
     const auto hidden = std::ranges::count_if(views, [&](const BoxView& view) {
-      return HiddenEdges(view, object, other, context.camera)[kBottomEdge];
+      return HiddenEdges(view, landmark.visible, other, context.camera)[kBottomEdge];
     });
     if (hidden > most) {
       most = hidden;
@@ -127,7 +130,7 @@ void CompleteHiddenDepth(Landmark& landmark, const std::vector<BoxView>& views,
       ClassSurprise(completed, known, context.scale) > kUnusual) {
     return;
   }
-  const PosedSuperquadric* hider = HiderOfBottom(landmark.visible, views, context);
+  const PosedSuperquadric* hider = HiderOfBottom(landmark, views, context);
   if (hider == nullptr) {
     return;
   }

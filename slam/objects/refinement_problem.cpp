@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "slam/geometry/angles.h"
 #include "slam/objects/handled_solid.h"
@@ -61,6 +62,20 @@ struct Residual {
   void Scale(double factor) {
     value *= factor;
     gradient *= factor;
+  }
+
+  // Signed square root of the cost of a normal distribution mixed with an even one, whose density is `even`
+  // times the peak of the normal one.
+  void MakeMixture(double even) {
+    const double normal = std::exp(-0.5 * value * value);
+    const double square = -2.0 * std::log((normal + even) / (1.0 + even));
+    if (square < 1e-9) {
+      Scale(1.0 / std::sqrt(1.0 + even));
+      return;
+    }
+    const double robust = std::copysign(std::sqrt(square), value);
+    gradient *= value * normal / ((normal + even) * robust);
+    value = robust;
   }
 
   // Signed square root of weight * Cauchy loss of this width.
@@ -188,7 +203,11 @@ Residual PriorResidual(const State& state, const double* x, const RefinementProb
     const double half = 2.0 * (x[RefinementProblem::kYaw] - prior.yaw);
     residual.value = prior.yaw_factor * std::sin(half) / 2.0;
     residual.gradient[RefinementProblem::kYaw] = prior.yaw_factor * std::cos(half);
-    residual.MakeRobust(prior.yaw_width, 1.0);
+    if (prior.yaw_factor > 0.0 && prior.yaw_misled > 0.0) {
+      const double peak = prior.yaw_factor / std::sqrt(2.0 * std::numbers::pi);
+      const double evenly = 2.0 / std::numbers::pi;
+      residual.MakeMixture(prior.yaw_misled * evenly / ((1.0 - prior.yaw_misled) * peak));
+    }
   } else if (index >= 10) {
     const int end = RefinementProblem::kTaper + index - 10;
     const double factor = x[end] > 0.0 ? RefinementProblem::kStraight : prior.taper_factor;

@@ -69,7 +69,7 @@ class RefinementProblem {
     double taper_factor = kStraight;  // of the log of the tapers
     double yaw = 0.0;
     double yaw_factor = 0.0;
-    double yaw_width = 1.0;    // of the Cauchy loss: lines may belong to a pattern
+    double yaw_misled = 0.2;   // share of objects whose lines tell nothing, as those of a pattern
     double bias_factor = 0.0;  // of the boxes' sides
   };
 

@@ -18,19 +18,46 @@ double Gap(const PosedSuperquadric& other, const PosedSuperquadric& object) {
   return other.shape.RadialDistance(p) / other.shape.half_size.norm();
 }
 
-// True if the line of sight through `pixel` meets the solid before `depth`.
+// Parameters at which the line p + t v enters and leaves a box about the origin, and the axis of the face
+// where it enters.
+struct Passage {
+  double enter = -std::numeric_limits<double>::infinity();
+  double leave = std::numeric_limits<double>::infinity();
+  int axis = 0;
+};
+
+Passage PassageThrough(const Eigen::Vector3d& half_size, const Eigen::Vector3d& p, const Eigen::Vector3d& v) {
+  Passage passage;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double middle = -p[axis] / v[axis];
+    const double reach = std::abs(half_size[axis] / v[axis]);
+    if (middle - reach > passage.enter) {
+      passage.enter = middle - reach;
+      passage.axis = axis;
+    }
+    passage.leave = std::min(passage.leave, middle + reach);
+  }
+  return passage;
+}
+
+// True if the solid hides what lies at `depth` on the line of sight through `pixel`. It must leave the solid
+// before, unless it enters through the top of a low one: the hull of a chair is empty at its corners, but
+// tables have tops.
 bool IsBlocked(const Eigen::Vector2d& pixel, double depth, const Rigid3d& T_other_camera,
                const Camera& camera, const Superquadric& other) {
   constexpr int kSteps = 16;
   constexpr double kNearest = 0.1;  // shares of the depth
   constexpr double kFarthest = 0.92;
-  const Eigen::Vector3d ray = camera.Unproject(pixel);
+  const Eigen::Vector3d ray = depth * camera.Unproject(pixel);
   for (int i = 0; i <= kSteps; ++i) {
     const double share = kNearest + (kFarthest - kNearest) * i / kSteps;
-    const Eigen::Vector3d p = T_other_camera * (share * depth * ray);
+    const Eigen::Vector3d p = T_other_camera * (share * ray);
     // Most are outside the bounding box, which saves the powers.
     if ((p.cwiseAbs() - other.half_size).maxCoeff() < 0.0 && other.RadialScale(p) < 1.0) {
-      return true;
+      const Passage passage =
+          PassageThrough(other.half_size, T_other_camera.translation, T_other_camera.rotation * ray);
+      const bool low = other.half_size.z() < std::sqrt(other.half_size.head<2>().prod());
+      return passage.leave < 1.0 || (low && passage.axis == 2);
     }
   }
   return false;

@@ -35,11 +35,13 @@ Rigid3d Pose() {
   return {Eigen::Quaterniond(R), {0.0, 0.0, 1.3}};
 }
 
-std::array<bool, 4> HiddenByTheTable(const PosedSuperquadric& seen) {
+std::array<bool, 4> HiddenBy(const PosedSuperquadric& other, const PosedSuperquadric& seen) {
   const Box2d box = *ProjectToBox(seen, Pose(), TestCamera());
   const double depth = (Pose().Inverse() * seen.T_map_object.translation).z();
-  return EdgesHiddenBy(box, depth, Pose(), TestCamera(), Table());
+  return EdgesHiddenBy(box, depth, Pose(), TestCamera(), other);
 }
+
+std::array<bool, 4> HiddenByTheTable(const PosedSuperquadric& seen) { return HiddenBy(Table(), seen); }
 
 TEST(EdgesHiddenBy, ATableHidesTheLegsOfTheChairBehindIt) {
   EXPECT_THAT(HiddenByTheTable(Box({0.1, 2.8, 0.75}, {0.2, 0.05, 0.15})),
@@ -51,6 +53,13 @@ TEST(EdgesHiddenBy, NothingIsHiddenBesideOrBeforeIt) {
               ElementsAre(false, false, false, false));
   EXPECT_THAT(HiddenByTheTable(Box({0.0, 1.2, 0.5}, {0.1, 0.05, 0.15})),
               ElementsAre(false, false, false, false));
+}
+
+TEST(EdgesHiddenBy, TheHullOfAChairHidesWhatIsBehindItNotWhatIsBeside) {
+  const PosedSuperquadric cup = Box({0.06, 1.95, 0.75}, {0.04, 0.04, 0.05});
+  const Eigen::Vector3d half_size(0.23, 0.26, 0.45);
+  EXPECT_THAT(HiddenBy(Box({-0.22, 1.96, 0.45}, half_size), cup), ElementsAre(false, false, false, false));
+  EXPECT_THAT(HiddenBy(Box({-0.22, 1.3, 0.45}, half_size), cup), ElementsAre(true, false, false, false));
 }
 
 TEST(EdgesHiddenBy, ATableTakenTooHighHidesNothingAtItsRim) {
@@ -108,7 +117,7 @@ Landmark FittedBehindTheTable(const std::string& label, const PosedSuperquadric&
   context.options = &options;
   context.classes = &classes;
   context.camera = TestCamera();
-  context.surroundings.hiders = {Box({-1.5, 2.8, 0.4}, {0.4, 0.4, 0.4}), Table()};
+  context.surroundings.others = {Box({-1.5, 2.8, 0.4}, {0.4, 0.4, 0.4}), Table()};
   TakeFit(landmark, {fit, 0.0, 0.0, 1e-6 * Eigen::Matrix<double, 9, 9>::Identity()}, landmark.views, context);
   return landmark;
 }

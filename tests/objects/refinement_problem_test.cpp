@@ -137,7 +137,12 @@ TEST(RefinementProblem, AYawAnEighthOfATurnOffIsWorstNotFree) {
   };
   EXPECT_NEAR(cost(0.0), 0.0, 1e-12);
   EXPECT_NEAR(cost(M_PI / 2.0), 0.0, 1e-12);  // a quarter turn is the same yaw
-  EXPECT_NEAR(cost(0.01), 0.5 * 16.0 * 0.01 * 0.01, 1e-6);
+  // One object in five has its yaw anywhere in the quarter turn.
+  const auto density = [](double off) {
+    return 0.8 * 4.0 / std::sqrt(2.0 * M_PI) * std::exp(-0.5 * 16.0 * off * off) + 0.2 * 2.0 / M_PI;
+  };
+  EXPECT_NEAR(cost(0.01), std::log(density(0.0) / density(0.01)), 1e-6);
+  EXPECT_NEAR(cost(M_PI / 4.0), std::log(density(0.0) / density(0.5)), 1e-6);
   for (const double yaw : {0.1, 0.4, 0.7}) {
     EXPECT_LT(cost(yaw), cost(M_PI / 4.0));
   }
