@@ -147,8 +147,8 @@ void Map::RemoveKeyframe(KeyframeId id) {
                           : best.front();
   }
   const Keyframe& anchor = At(parent);
-  removed_[id] = {{parent, keyframe.T_camera_map * anchor.T_camera_map.Inverse(), anchor.scale},
-                  keyframe.scale};
+  removed_.Add(
+      id, {{parent, keyframe.T_camera_map * anchor.T_camera_map.Inverse(), anchor.scale}, keyframe.scale});
   for (const PointId point : std::vector(keyframe.points)) {
     RemoveObservation(point, id);
   }
@@ -246,26 +246,19 @@ void Map::Transform(const Sim3d& S_new_old) {
   }
 }
 
-KeyframeId Map::IdBound() const {
-  const KeyframeId removed = removed_.empty() ? kNoKeyframe : removed_.rbegin()->first;
-  return std::max(NewestKeyframe(), removed) + 1;
-}
+KeyframeId Map::IdBound() const { return std::max(NewestKeyframe() + 1, removed_.IdBound()); }
 
 void Map::Absorb(Map&& other) {
   keyframes_.merge(other.keyframes_);
-  removed_.merge(other.removed_);
+  removed_.Absorb(std::move(other.removed_));
   points_.Absorb(std::move(other.points_));
 }
 
 ScaledPose Map::PoseOf(KeyframeId id) const {
-  if (const auto it = keyframes_.find(id); it != keyframes_.end()) {
-    return it->second.Pose();
-  }
-  const RemovedKeyframe& removed = removed_.at(id);
-  const ScaledPose parent = PoseOf(removed.pose.reference);
-  ScaledPose pose = sqslam::Resolve(removed.pose, parent);
-  pose.scale = removed.scale * parent.scale / removed.pose.scale;
-  return pose;
+  return removed_.PoseOf(id, [this](KeyframeId present) {
+    const auto it = keyframes_.find(present);
+    return it != keyframes_.end() ? std::optional(it->second.Pose()) : std::nullopt;
+  });
 }
 
 TrackingView MakeTrackingView(const Map& map) {
@@ -280,9 +273,7 @@ TrackingView MakeTrackingView(const Map& map) {
                           keyframe.points,
                           keyframe.BestCovisible(kNeighbours)};
   }
-  for (const auto& [id, removed] : map.Removed()) {
-    view.removed_poses[id] = map.PoseOf(id);
-  }
+  view.removed = map.Removed();
   view.points = map.Points().Map<ViewPoint>([](const MapPoint& point) {
     return ViewPoint{point, point.observations.size() >= kWellObserved};
   });

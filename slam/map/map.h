@@ -12,36 +12,12 @@
 #include "slam/features/orb_extractor.h"
 #include "slam/geometry/camera.h"
 #include "slam/geometry/rigid3.h"
+#include "slam/map/anchored_pose.h"
 #include "slam/map/point_table.h"
+#include "slam/map/removed_keyframes.h"
 #include "slam/recognition/vocabulary.h"
 
 namespace sqslam {
-
-// Pose of a camera in a map whose unit of length differs between keyframes: closing a loop or merging maps
-// rescales keyframes one by one. `scale` is the present length of one unit of the time when the keyframe was
-// made.
-struct ScaledPose {
-  Rigid3d T_camera_map;
-  double scale = 1.0;
-};
-
-// Pose of a frame relative to a keyframe: stays valid when the map is optimised, moved, rotated or rescaled.
-struct AnchoredPose {
-  KeyframeId reference = kNoKeyframe;
-  Rigid3d T_camera_reference;
-  double scale = 1.0;  // scale of the reference at the time of writing
-
-  static void VisitState(auto& self, auto&& visit) {
-    visit(self.reference, self.T_camera_reference, self.scale);
-  }
-};
-
-// Returns T_camera_map of an anchored frame from the reference's present pose.
-inline ScaledPose Resolve(const AnchoredPose& anchor, const ScaledPose& reference) {
-  Rigid3d T_camera_reference = anchor.T_camera_reference;
-  T_camera_reference.translation *= reference.scale / anchor.scale;
-  return {T_camera_reference * reference.T_camera_map, reference.scale};
-}
 
 // Returns the camera's pose after the map moved by p_new = S_new_old * p_old.
 inline Rigid3d MoveCamera(const Rigid3d& T_camera_map, const Sim3d& S_new_old) {
@@ -175,7 +151,7 @@ class Map {
 
   // Returns the pose of a present or removed keyframe.
   ScaledPose PoseOf(KeyframeId id) const;
-  bool Knows(KeyframeId id) const { return keyframes_.contains(id) || removed_.contains(id); }
+  bool Knows(KeyframeId id) const { return keyframes_.contains(id) || removed_.Contains(id); }
 
   const std::map<KeyframeId, Keyframe>& Keyframes() const { return keyframes_; }
   const PointTable<MapPoint>& Points() const { return points_; }
@@ -185,13 +161,7 @@ class Map {
   KeyframeId IdBound() const;  // above the ids of all keyframes, including removed ones
   KeyframeId NewestKeyframe() const { return keyframes_.empty() ? kNoKeyframe : keyframes_.rbegin()->first; }
 
-  struct RemovedKeyframe {
-    AnchoredPose pose;  // relative to its parent
-    double scale = 1.0;
-
-    static void VisitState(auto& self, auto&& visit) { visit(self.pose, self.scale); }
-  };
-  const std::map<KeyframeId, RemovedKeyframe>& Removed() const { return removed_; }
+  const RemovedKeyframes& Removed() const { return removed_; }
 
   static void VisitState(auto& self, auto&& visit) { visit(self.keyframes_, self.removed_, self.points_); }
 
@@ -199,7 +169,7 @@ class Map {
   ScaleLevels levels_;
   std::shared_ptr<IdSource> ids_;
   std::map<KeyframeId, Keyframe> keyframes_;
-  std::map<KeyframeId, RemovedKeyframe> removed_;
+  RemovedKeyframes removed_;
   PointTable<MapPoint> points_;
 };
 
@@ -224,7 +194,7 @@ struct ViewKeyframe {
 struct TrackingView {
   std::int64_t submap = 0;
   std::map<KeyframeId, ViewKeyframe> keyframes;
-  std::map<KeyframeId, ScaledPose> removed_poses;  // poses of culled keyframes
+  RemovedKeyframes removed;  // shared with the map
   PointTable<ViewPoint> points;
   bool gravity_known = false;
   std::shared_ptr<const ObjectMapView> objects;
@@ -232,10 +202,12 @@ struct TrackingView {
   PointId Resolve(PointId id) const { return points.Resolve(id); }
   bool Has(PointId id) const { return points.IsAlive(id); }
   const ViewPoint& Point(PointId id) const { return points.At(id); }
-  bool Knows(KeyframeId id) const { return keyframes.contains(id) || removed_poses.contains(id); }
-  ScaledPose PoseOf(KeyframeId id) const {
-    const auto it = keyframes.find(id);
-    return it != keyframes.end() ? it->second.pose : removed_poses.at(id);
+  bool Knows(KeyframeId id) const { return keyframes.contains(id) || removed.Contains(id); }
+  ScaledPose PoseOf(KeyframeId id) const {  // of a present or removed keyframe
+    return removed.PoseOf(id, [this](KeyframeId present) {
+      const auto it = keyframes.find(present);
+      return it != keyframes.end() ? std::optional(it->second.pose) : std::nullopt;
+    });
   }
 };
 

@@ -86,17 +86,16 @@ void CheckKeyframes(const ByteReader& reader, const Map& map) {
     }
   }
   std::set<KeyframeId> placed;  // removed keyframes whose references lead to an existing one
-  for (const auto& [first, removed] : map.Removed()) {
+  for (const auto& [first, first_removed] : map.Removed().All()) {
     std::set<KeyframeId> way;
     KeyframeId id = first;
     while (!map.HasKeyframe(id) && !placed.contains(id)) {
-      const auto it = map.Removed().find(id);
-      if (it == map.Removed().end() || !way.insert(id).second ||
-          !IsPose(it->second.pose.T_camera_reference) || !(it->second.pose.scale > 0.0) ||
-          !(it->second.scale > 0.0)) {
+      const RemovedKeyframe* removed = map.Removed().Find(id);
+      if (removed == nullptr || !way.insert(id).second || !IsPose(removed->pose.T_camera_reference) ||
+          !(removed->pose.scale > 0.0) || !(removed->scale > 0.0)) {
         reader.Refuse(fmt::format("has no place for the removed keyframe {}", first));
       }
-      id = it->second.pose.reference;
+      id = removed->pose.reference;
     }
     if (map.HasKeyframe(first)) {
       reader.Refuse(fmt::format("has removed the keyframe {} that is there", first));

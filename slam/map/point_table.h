@@ -1,24 +1,15 @@
 #pragma once
 
 #include <algorithm>
-#include <atomic>
 #include <cstdint>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
+#include "slam/map/ids.h"
+#include "slam/map/shared_pages.h"
+
 namespace sqslam {
-
-using KeyframeId = std::int64_t;
-using PointId = std::int64_t;
-inline constexpr PointId kNoPoint = -1;
-inline constexpr KeyframeId kNoKeyframe = -1;
-
-// Issues the ids of keyframes and map points. All submaps of a run share one, on both threads: ids are unique
-// and don't change when submaps are merged.
-struct IdSource {
-  std::atomic<KeyframeId> next_keyframe = 0;
-  std::atomic<PointId> next_point = 0;
-};
 
 // Returns true for each keypoint with a map point.
 inline std::vector<bool> HavePoints(const std::vector<PointId>& points) {
@@ -28,42 +19,39 @@ inline std::vector<bool> HavePoints(const std::vector<PointId>& points) {
 }
 
 // Values by PointId: constant-time access, iteration in the order of ids, and memory in proportion to the
-// values that are alive. Remembers what replaced a removed id. A reference stays valid until the next Add().
+// values that are alive. Remembers what replaced a removed id, in memory that converted copies share. A
+// reference stays valid until the next Add().
 template <typename Value>
 class PointTable {
  public:
   void Add(PointId id, Value value) {
-    if (id >= static_cast<PointId>(entries_.size())) {
-      entries_.resize(static_cast<std::size_t>(id) + 1, kGone);
-    }
+    entries_.Grow(static_cast<std::size_t>(id) + 1);
     if (free_.empty()) {
-      Entry(id) = static_cast<std::int64_t>(values_.size());
+      entries_.Set(id, static_cast<std::int64_t>(values_.size()));
       values_.push_back(std::move(value));
     } else {
-      Entry(id) = free_.back();
+      entries_.Set(id, free_.back());
       values_[free_.back()] = std::move(value);
       free_.pop_back();
     }
   }
 
   void Remove(PointId id, PointId replaced_by = kNoPoint) {
-    const std::int64_t slot = Entry(id);
+    const std::int64_t slot = entries_[id];
     values_[slot] = Value{};
     free_.push_back(slot);
-    Entry(id) = replaced_by == kNoPoint ? kGone : kFirstReplaced - replaced_by;
+    entries_.Set(id, replaced_by == kNoPoint ? kGone : kFirstReplaced - replaced_by);
   }
 
   // Takes over all values and replacements of another table; no id may be alive in both.
   void Absorb(PointTable&& other) {
-    if (other.entries_.size() > entries_.size()) {
-      entries_.resize(other.entries_.size(), kGone);
-    }
+    entries_.Grow(other.entries_.size());
     for (std::size_t i = 0; i < other.entries_.size(); ++i) {
       const std::int64_t entry = other.entries_[i];
       if (entry >= 0) {
         Add(static_cast<PointId>(i), std::move(other.values_[entry]));
       } else if (entry <= kFirstReplaced && entries_[i] == kGone) {
-        entries_[i] = entry;
+        entries_.Set(i, entry);
       }
     }
     other = {};
@@ -72,7 +60,7 @@ class PointTable {
   bool IsAlive(PointId id) const {
     return id >= 0 && id < static_cast<PointId>(entries_.size()) && entries_[id] >= 0;
   }
-  Value& At(PointId id) { return values_[Entry(id)]; }
+  Value& At(PointId id) { return values_[entries_[id]]; }
   const Value& At(PointId id) const { return values_[entries_[id]]; }
 
   // Follows replacements; kNoPoint if the value is gone.
@@ -125,7 +113,13 @@ class PointTable {
 
   PointId IdBound() const { return static_cast<PointId>(entries_.size()); }  // above every id
 
-  static void VisitState(auto& self, auto&& visit) { visit(self.entries_, self.values_, self.free_); }
+  static void VisitState(auto& self, auto&& visit) {
+    std::vector<std::int64_t> entries = self.entries_.All();
+    visit(entries, self.values_, self.free_);
+    if constexpr (!std::is_const_v<std::remove_reference_t<decltype(self)>>) {
+      self.entries_ = SharedPages<std::int64_t, kGone>(entries);
+    }
+  }
 
   // Returns a table with the same ids and replacements but converted values.
   template <typename Other, typename Convert>
@@ -171,9 +165,7 @@ class PointTable {
   static constexpr std::int64_t kGone = -1;
   static constexpr std::int64_t kFirstReplaced = -2;  // -2 - id: replaced by that id
 
-  std::int64_t& Entry(PointId id) { return entries_[id]; }
-
-  std::vector<std::int64_t> entries_;  // by id: index into values_, or kGone, or a replacement
+  SharedPages<std::int64_t, kGone> entries_;  // by id: index into values_, or kGone, or a replacement
   std::vector<Value> values_;
   std::vector<std::int64_t> free_;  // unused indices of values_
 };

@@ -22,11 +22,13 @@ void RenumberKeyframes(const IdShift& shift, std::map<KeyframeId, Keyframe>& key
   }
 }
 
-void RenumberRemoved(const IdShift& shift, std::map<KeyframeId, Map::RemovedKeyframe>& removed) {
-  RaiseKeys(removed, shift.keyframe);
-  for (auto& [id, keyframe] : removed) {
-    keyframe.pose.reference += shift.keyframe;
-  }
+void RenumberRemoved(const IdShift& shift, RemovedKeyframes& removed) {
+  RemovedKeyframes::VisitState(removed, [&](std::map<KeyframeId, RemovedKeyframe>& all) {
+    RaiseKeys(all, shift.keyframe);
+    for (auto& [id, keyframe] : all) {
+      keyframe.pose.reference += shift.keyframe;
+    }
+  });
 }
 
 void RenumberPoints(const IdShift& shift, PointTable<MapPoint>& points) {

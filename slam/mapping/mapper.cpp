@@ -338,6 +338,7 @@ void Mapper::TrackBacklog() {
 }
 
 void Mapper::PublishView() {
+  const StageTimes::Scope timer(times_, "mapping.view");
   atlas_.submaps[active_->Number()] = active_->MakeView();
   outputs_.publish_atlas(std::make_shared<const AtlasView>(atlas_));
 }
@@ -355,6 +356,7 @@ SnapshotProgress Mapper::TakeProgress() {
 }
 
 MapSnapshotPtr Mapper::MakeSnapshot() {
+  const StageTimes::Scope timer(times_, "mapping.snapshot");
   auto snapshot = std::make_shared<MapSnapshot>();
   snapshot->sequence_number = snapshots_++;
   snapshot->frame_index = shown_.frame_index;

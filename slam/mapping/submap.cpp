@@ -188,7 +188,9 @@ void Submap::Transform(const Sim3d& S_new_old) {
 void Submap::Bend(const std::function<void(sqslam::Map&)>& change) {
   std::map<KeyframeId, ScaledPose> before;
   for (const auto& [index, record] : frames_) {
-    before.try_emplace(record.pose.reference, map_->PoseOf(record.pose.reference));
+    if (!before.contains(record.pose.reference)) {  // far fewer than frames
+      before[record.pose.reference] = map_->PoseOf(record.pose.reference);
+    }
   }
   change(*map_);
   objects_.MoveWith([&](std::int64_t frame) {

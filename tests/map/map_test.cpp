@@ -61,7 +61,7 @@ TEST(Map, ARemovedKeyframeMovesWithItsParent) {
   map.RemoveKeyframe(4);
   EXPECT_FALSE(map.HasKeyframe(4));
   EXPECT_TRUE(map.PoseOf(4).T_camera_map.Matrix().isApprox(before.Matrix(), 1e-12));
-  map.RemoveKeyframe(map.Removed().at(4).pose.reference);
+  map.RemoveKeyframe(map.Removed().At(4).pose.reference);
   EXPECT_TRUE(map.PoseOf(4).T_camera_map.Matrix().isApprox(before.Matrix(), 1e-12));
 }
 
@@ -95,7 +95,7 @@ TEST(Map, AnchoredFramesFollowAChangeOfScale) {
       3.0, Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitZ())), {1.0, 2.0, 3.0}};
   map.RemoveKeyframe(2);  // its pose lives on with its parent
   map.Transform(S_new_old);
-  map.RemoveKeyframe(map.Removed().at(2).pose.reference);
+  map.RemoveKeyframe(map.Removed().At(2).pose.reference);
   map.Transform(S_new_old);
   const ScaledPose pose = Resolve(anchor, map.PoseOf(2));
   EXPECT_NEAR(pose.scale, 9.0, 1e-12);
@@ -150,6 +150,9 @@ TEST(TrackingView, IsACopyThatLaterEditsDoNotReach) {
   EXPECT_TRUE(view.Point(1).p_map.isApprox(world.points[1]));
   EXPECT_EQ(view.keyframes.size(), 5U);
   EXPECT_TRUE(view.PoseOf(3).T_camera_map.Matrix().isApprox(world.T_camera_map[3].Matrix(), 1e-9));
+  world.map.RemoveKeyframe(2);
+  EXPECT_EQ(view.removed.Size(), 1);
+  EXPECT_TRUE(view.keyframes.contains(2));
 }
 
 }  // namespace

@@ -176,7 +176,7 @@ TEST_F(MapperTest, KeepsTheMapEachTimeThatItHasGrown) {
   Mapper other(world_.camera, options_, nullptr,
                {[this](AtlasViewPtr atlas) { atlas_ = std::move(atlas); }, {}, {}}, times_);
   other.Restore(kept_.front(), "the kept map", std::make_shared<IdSource>());
-  EXPECT_GE(View().keyframes.size() + View().removed_poses.size(), 10U);
+  EXPECT_GE(View().keyframes.size() + static_cast<std::size_t>(View().removed.Size()), 10U);
   EXPECT_LT(CenterDistance(View().PoseOf(5).T_camera_map, PoseOnArc(5.0)), 10.0 * kOneMillimetre);
 }
 
@@ -186,9 +186,10 @@ TEST_F(MapperTest, RemovesRedundantKeyframesAndKnowsWhereTheyWere) {
   Begin();
   Walk(5);
   EXPECT_EQ(View().keyframes.size(), 3U);
-  ASSERT_EQ(View().removed_poses.size(), 3U);
-  for (const auto& [id, pose] : View().removed_poses) {
-    EXPECT_LT(CenterDistance(pose.T_camera_map, PoseOnArc(static_cast<double>(id))), 10.0 * kOneMillimetre);
+  ASSERT_EQ(View().removed.Size(), 3);
+  for (const auto& [id, removed] : View().removed.All()) {
+    EXPECT_LT(CenterDistance(View().PoseOf(id).T_camera_map, PoseOnArc(static_cast<double>(id))),
+              10.0 * kOneMillimetre);
   }
   EXPECT_EQ(mapper_->Finish().at(0).trajectory.size(), 10U) << "their frames stay";
 }
@@ -351,8 +352,8 @@ TEST_F(MapperWithWords, ClosesALoop) {
   for (const auto& [id, keyframe] : View().keyframes) {
     ring.map.At(id).T_camera_map = keyframe.pose.T_camera_map;
   }
-  for (const auto& [id, pose] : View().removed_poses) {
-    ring.map.At(id).T_camera_map = pose.T_camera_map;
+  for (const auto& [id, removed] : View().removed.All()) {
+    ring.map.At(id).T_camera_map = View().PoseOf(id).T_camera_map;
   }
   EXPECT_LT(CenterError(ring), before / 5.0);
 }
