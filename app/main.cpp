@@ -12,6 +12,7 @@
 #include "app/terminal/terminal.h"
 #include "render/gl/offscreen_context.h"
 #include "slam/detection/network.h"
+#include "slam/util/freed_memory.h"
 
 namespace sqslam::app {
 namespace {
@@ -93,5 +94,6 @@ int ParseAndRun(const std::vector<std::string>& words) {
 }  // namespace sqslam::app
 
 int main(int argc, char** argv) {
+  sqslam::ReturnFreedMemory();
   return sqslam::app::RunProgram("sqslam", [&] { return sqslam::app::ParseAndRun({argv + 1, argv + argc}); });
 }

@@ -17,6 +17,7 @@
 #include "app/viewer/viewer.h"
 #include "app/viewer/widgets/widgets.h"
 #include "slam/util/error.h"
+#include "slam/util/freed_memory.h"
 #include "slam/util/options.h"
 
 namespace sqslam::viewer {
@@ -281,6 +282,7 @@ int ParseAndRun(const std::vector<std::string>& words) {
 }  // namespace sqslam::viewer
 
 int main(int argc, char** argv) {
+  sqslam::ReturnFreedMemory();
   return sqslam::app::RunProgram("sqslam-viewer", [&] {
     return sqslam::viewer::ParseAndRun({argv + 1, argv + argc});
   });

@@ -70,19 +70,24 @@ void Mapper::MapKeyframe(const TrackingReport& report, bool begins) {
 }
 
 // Saves only when the map has grown by a share of its size, so that the cost per keyframe stays constant in
-// long runs.
+// long runs. What is saved grows with the frames even where no keyframe is left of them.
 void Mapper::KeepGrownMap() {
-  constexpr int kFewest = 10;      // keyframes
-  constexpr double kShare = 0.25;  // of all keyframes
+  constexpr int kFewest = 10;              // keyframes
+  constexpr double kShare = 0.25;          // of all keyframes, or of as many as take the bytes last kept
+  constexpr double kKeyframeBytes = 50e3;  // with a thousand keypoints
   std::size_t keyframes = 0;
   for (const auto& [number, submap] : submaps_) {
     keyframes += submap.Map().Keyframes().size();
   }
   ++keyframes_since_kept_;
-  if (outputs_.keep && keyframes_since_kept_ >= std::max(kFewest, static_cast<int>(kShare * keyframes))) {
+  const double size =
+      std::max(static_cast<double>(keyframes), static_cast<double>(kept_bytes_) / kKeyframeBytes);
+  if (outputs_.keep && keyframes_since_kept_ >= std::max(kFewest, static_cast<int>(kShare * size))) {
     const StageTimes::Scope timer(times_, "mapping.keep");
     keyframes_since_kept_ = 0;
-    outputs_.keep(Save());
+    std::string state = Save();
+    kept_bytes_ = state.size();
+    outputs_.keep(std::move(state));
   }
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <functional>
 #include <map>
 #include <memory>
@@ -141,6 +142,7 @@ class Mapper {
   std::optional<std::chrono::steady_clock::time_point> step_start_;  // start of the current mapping step
   std::int64_t snapshots_ = 0;
   int keyframes_since_kept_ = 0;
+  std::size_t kept_bytes_ = 0;  // of the map as last kept
 };
 
 }  // namespace sqslam

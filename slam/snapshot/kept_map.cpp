@@ -1,6 +1,8 @@
 #include "slam/snapshot/kept_map.h"
 
+#include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "slam/snapshot/byte_archive.h"
@@ -11,27 +13,47 @@
 namespace sqslam {
 namespace {
 
-constexpr std::size_t kPieceBytes = std::size_t{32} << 20;  // a row of SQLite holds less than a gigabyte
-constexpr int kFirstVersion = 7;                            // of the recordings that keep their maps
+// A row of SQLite holds less than a gigabyte; small pieces need no second copy of the map in memory.
+constexpr std::size_t kPieceBytes = std::size_t{4} << 20;
+constexpr int kFirstVersion = 7;  // of the recordings that keep their maps
 
 bool IsCamera(const Camera& c) {
   const auto side = [](int pixels) { return pixels >= kMinImageSide && pixels <= kMaxImageSide; };
   return side(c.width) && side(c.height) && c.fx > 0.0 && c.fy > 0.0;
 }
 
+// Serializes and packs a map piece by piece.
+std::vector<std::string> PackPieces(const KeptMap& map) {
+  ByteWriter begin;
+  begin(map.camera, map.vocabulary, static_cast<std::uint32_t>(map.state.size()));
+  ByteWriter end;
+  if (map.camera.lens != LensModel::kRadialTangential) {
+    end(map.camera.lens);
+  }
+  std::vector<std::string> pieces;
+  std::string piece;
+  for (std::string_view part :
+       {std::string_view(begin.Bytes()), std::string_view(map.state), std::string_view(end.Bytes())}) {
+    while (!part.empty()) {
+      const std::string_view fits = part.substr(0, kPieceBytes - piece.size());
+      piece += fits;
+      part.remove_prefix(fits.size());
+      if (piece.size() == kPieceBytes) {
+        pieces.push_back(PackBytes(piece));
+        piece.clear();
+      }
+    }
+  }
+  if (!piece.empty()) {
+    pieces.push_back(PackBytes(piece));
+  }
+  return pieces;
+}
+
 }  // namespace
 
 void KeepInRecording(const std::filesystem::path& recording, const KeptMap& map) {
-  ByteWriter writer;
-  writer(map.camera, map.vocabulary, map.state);
-  if (map.camera.lens != LensModel::kRadialTangential) {
-    writer(map.camera.lens);
-  }
-  const std::string_view bytes = writer.Bytes();
-  std::vector<std::string> pieces;  // packed before the file is locked
-  for (std::size_t begin = 0; begin < bytes.size(); begin += kPieceBytes) {
-    pieces.push_back(PackBytes(bytes.substr(begin, kPieceBytes)));
-  }
+  const std::vector<std::string> pieces = PackPieces(map);  // before the file is locked
   const sqlite::Database db = sqlite::OpenRecording(recording, SQLITE_OPEN_READWRITE);
   sqlite::Execute(db.get(), recording,
                   "BEGIN IMMEDIATE; CREATE TABLE IF NOT EXISTS live_map"

@@ -180,6 +180,30 @@ TEST_F(MapperTest, KeepsTheMapEachTimeThatItHasGrown) {
   EXPECT_LT(CenterDistance(View().PoseOf(5).T_camera_map, PoseOnArc(5.0)), 10.0 * kOneMillimetre);
 }
 
+// The poses of its frames make a long run's map large, also where it stays at one place.
+TEST_F(MapperTest, KeepsTheMapOfALongRunLessOften) {
+  constexpr int kFrames = 60000;  // half an hour of a camera
+  Begin();
+  Walk(4);
+  TrackingReport frame = Seen(9, 4.5, false);
+  for (int i = 9; i < kFrames; ++i) {
+    TrackingReport next = Report(i);
+    next.pose = frame.pose;
+    mapper_->Process(std::move(next));
+  }
+  std::vector<int> times;  // keyframes when it was kept
+  for (int i = 0; i < 45; ++i) {
+    const std::size_t before = kept_.size();
+    mapper_->Process(Seen(kFrames + i, 4.5 + 0.02 * i, true));
+    if (kept_.size() > before) {
+      times.push_back(i);
+    }
+  }
+  ASSERT_GE(times.size(), 2U);
+  EXPECT_GT(kept_[0].size(), 5'000'000U);
+  EXPECT_GE(times[1] - times[0], 25) << "not each ten keyframes";
+}
+
 TEST_F(MapperTest, RemovesRedundantKeyframesAndKnowsWhereTheyWere) {
   options_.mapping.culling = CullingOptions();
   Restart();

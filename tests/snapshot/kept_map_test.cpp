@@ -53,6 +53,19 @@ TEST_F(KeptMapTest, IsReadAsItWasWritten) {
   EXPECT_EQ(RecordingReader(path_).Size(), 1) << "the pictures stay";
 }
 
+// Of a long run: several rows of the recording.
+TEST_F(KeptMapTest, MayBeLarge) {
+  map_.camera.lens = LensModel::kFisheye;
+  map_.state.clear();
+  for (int i = 0; map_.state.size() < 9'000'000; ++i) {
+    map_.state += std::to_string(i);
+  }
+  KeepInRecording(path_, map_);
+  const KeptMap read = ReadKeptMap(path_);
+  EXPECT_TRUE(read.state == map_.state);
+  EXPECT_EQ(read.camera.lens, LensModel::kFisheye);
+}
+
 TEST_F(KeptMapTest, RemembersAFisheyeLens) {
   map_.camera.lens = LensModel::kFisheye;
   KeepInRecording(path_, map_);
