@@ -25,11 +25,13 @@ NamedPoints Keep(const NamedPoints& points, const std::vector<bool>& keep) {
   return kept;
 }
 
+// The positions of a landmark's points with votes, by id.
+using VotedPositions = std::map<std::int64_t, Eigen::Vector3d>;
+
 // Looks up every point with votes; merges the votes of fused points and drops culled points.
-NamedPoints ResolvePoints(Landmark& landmark, const PointLookup& lookup, const ObjectOptions& all) {
-  const OutlierOptions& options = all.outliers;
+VotedPositions ResolveVotes(Landmark& landmark, const PointLookup& lookup) {
   std::map<std::int64_t, Landmark::PointVotes> votes;
-  std::map<std::int64_t, Eigen::Vector3d> positions;
+  VotedPositions positions;
   for (const auto& [old_id, vote] : landmark.votes) {
     std::int64_t id = old_id;
     if (const std::optional<Eigen::Vector3d> p = lookup(id)) {
@@ -39,6 +41,13 @@ NamedPoints ResolvePoints(Landmark& landmark, const PointLookup& lookup, const O
     }
   }
   landmark.votes = std::move(votes);
+  return positions;
+}
+
+// Returns the points that the votes take for the landmark's.
+NamedPoints ResolvePoints(Landmark& landmark, const PointLookup& lookup, const ObjectOptions& all) {
+  const OutlierOptions& options = all.outliers;
+  const VotedPositions positions = ResolveVotes(landmark, lookup);
   const int min_votes = landmark.views.size() >= 5 ? options.min_votes : 1;
   NamedPoints points;
   for (const auto& [id, p] : positions) {
@@ -169,6 +178,14 @@ SupportHeights PossibleSupports(const NamedPoints& points, const EstimationConte
     }
   }
   return supports;
+}
+
+void ForgetGonePoints(Landmark& landmark, const PointLookup& lookup) {
+  constexpr std::size_t kMany = 1000;
+  constexpr std::size_t kFarMore = 3;
+  if (landmark.votes.size() > kMany + kFarMore * landmark.verdicts.size()) {
+    ResolveVotes(landmark, lookup);
+  }
 }
 
 NamedPoints RemoveOutliers(Landmark& landmark, const std::vector<BoxView>& views,

@@ -35,6 +35,11 @@ struct BoxVotes {
 NamedPoints RemoveOutliers(Landmark& landmark, const std::vector<BoxView>& views,
                            const EstimationContext& context);
 
+// Does the same to the votes of a landmark with far more of them than at its last estimation: as an object is
+// estimated anew only when its boxes have grown by a share, points that come and go would pile up in a long
+// run.
+void ForgetGonePoints(Landmark& landmark, const PointLookup& lookup);
+
 // Returns the heights of the surfaces that an object with these points may stand on, from high to low.
 SupportHeights PossibleSupports(const NamedPoints& points, const EstimationContext& context);
 

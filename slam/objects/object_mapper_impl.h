@@ -14,6 +14,7 @@
 #include "slam/objects/dual_quadric.h"
 #include "slam/objects/landmark.h"
 #include "slam/objects/landmark_estimation.h"
+#include "slam/objects/landmark_outliers.h"
 #include "slam/objects/merging.h"
 #include "slam/objects/object_mapper.h"
 #include "slam/objects/single_view_quadric.h"
@@ -93,6 +94,9 @@ struct ObjectMapper::Impl {
       Estimate(merged, poses, context);
     }
     DeleteForgotten();
+    for (auto& [id, landmark] : landmarks) {
+      ForgetGonePoints(landmark, points);
+    }
     Publish();
   }
 

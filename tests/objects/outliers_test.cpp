@@ -268,5 +268,25 @@ TEST(SelectBoxes, ATableHidesNothingThatStandsOnIt) {
   EXPECT_EQ(boxes[0].edge_hidden, (std::array<bool, 4>{false, false, false, false}));
 }
 
+// Points that come and go must not pile up until the object is estimated again.
+TEST(Votes, OfPointsThatAreGoneAreForgottenWhereTheyAreMany) {
+  Landmark landmark;
+  for (std::int64_t point = 0; point < 900; ++point) {
+    landmark.votes[point].inside = 2;
+  }
+  const PointLookup few_stay = [](std::int64_t& id) -> std::optional<Eigen::Vector3d> {
+    id = id == 1 ? 0 : id;  // it was fused
+    return id < 50 ? std::optional(Eigen::Vector3d(1.0, 2.0, 3.0)) : std::nullopt;
+  };
+  ForgetGonePoints(landmark, few_stay);
+  EXPECT_EQ(landmark.votes.size(), 900U) << "few: left to the next estimation";
+  for (std::int64_t point = 900; point < 5000; ++point) {
+    landmark.votes[point].inside = 2;
+  }
+  ForgetGonePoints(landmark, few_stay);
+  EXPECT_EQ(landmark.votes.size(), 49U);
+  EXPECT_EQ(landmark.votes.at(0).inside, 4);
+}
+
 }  // namespace
 }  // namespace sqslam
