@@ -12,7 +12,7 @@ namespace sqslam {
 // the largest map that it has saved. For the beginning of main().
 inline void ReturnFreedMemory() {
 #ifdef __GLIBC__
-  constexpr int kLarge = 8 << 20;  // above the images of most cameras, which come and go with each frame
+  constexpr int kLarge = 4 << 20;  // above images of a megapixel, which come and go with each frame
   mallopt(M_MMAP_THRESHOLD, kLarge);
   mallopt(M_TRIM_THRESHOLD, 2 * kLarge);
 #endif
