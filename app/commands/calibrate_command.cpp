@@ -17,8 +17,8 @@
 #include "slam/geometry/angles.h"
 #include "slam/io/cameras.h"
 #include "slam/io/frame_source.h"
-#include "slam/util/error.h"
 #include "slam/util/options.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -166,9 +166,8 @@ int CalibrateCamera(CalibrateArguments a) {
     PrintBoard(a);
     return 0;
   }
-  if (a.sequence.input.empty() || a.output.empty()) {
-    throw UsageError("calibrate: expected INPUT --output camera.yaml, or --print-board board.pdf");
-  }
+  ThrowIf<UsageError>(a.sequence.input.empty() || a.output.empty(),
+                      "calibrate: expected INPUT --output camera.yaml, or --print-board board.pdf");
   const fs::path output = a.output;
   if (a.figure.empty()) {
     a.figure = (output.parent_path() / (output.stem().string() + "-residuals.png")).string();

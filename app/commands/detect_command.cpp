@@ -18,7 +18,7 @@
 #include "slam/io/detections.h"
 #include "slam/io/frame_source.h"
 #include "slam/util/data_path.h"
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam::app {
 namespace {
@@ -133,25 +133,19 @@ int Detect(const DetectArguments& a) {
   if (!a.check.empty()) {
     return Check(a);
   }
-  if (a.output.empty()) {
-    throw UsageError("detect: nothing to do, expected --output FILE or --check FILE");
-  }
-  if (a.format == BoxFormat::kCsv) {
-    throw UsageError("--output-format csv: can only be read, expected boxes, yolo, coco or mot");
-  }
+  ThrowIf<UsageError>(a.output.empty(), "detect: nothing to do, expected --output FILE or --check FILE");
+  ThrowIf<UsageError>(a.format == BoxFormat::kCsv,
+                      "--output-format csv: can only be read, expected boxes, yolo, coco or mot");
   const std::optional<NetworkOptions> network = ChooseNetwork(a.detector, a.set);
-  if (!network) {
-    throw InputError("no detector is installed; scripts/fetch-detector.sh downloads one");
-  }
+  ThrowIf<InputError>(!network, "no detector is installed; scripts/fetch-detector.sh downloads one");
   const Sequence sequence = OpenSequence(a.sequence.Request());
   const FrameRange range = a.sequence.Range();
   range.CheckHasFrames(sequence);
   Detector detector(*network);
   const bool plain = a.format == BoxFormat::kBoxes;
   const fs::path boxes = plain ? a.output : a.output + ".boxes.txt";
-  if (!plain && fs::exists(a.output)) {
-    throw UsageError("--output {}: exists already, expected a new name", a.output);
-  }
+  ThrowIf<UsageError>(!plain && fs::exists(a.output), "--output {}: exists already, expected a new name",
+                      a.output);
   DetectionWriter writer(boxes, fmt::format("boxes of {}, {}", sequence.path.string(), detector.Settings()),
                          FilePixels(sequence));
   if (writer.Frames() > 0 && !a.quiet) {

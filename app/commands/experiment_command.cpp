@@ -10,8 +10,8 @@
 #include "app/experiment/tables.h"
 #include "app/terminal/terminal.h"
 #include "slam/util/atomic_file.h"
-#include "slam/util/error.h"
 #include "slam/util/file_lock.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -126,9 +126,8 @@ int RunIn(const fs::path& folder, const ExperimentConfig& config, const Experime
   if (!lock && last) {
     return 0;  // another program follows the tasks and will write the tables
   }
-  if (!lock) {
-    throw InputError("{}: another program is running this experiment, expected no other", folder.string());
-  }
+  ThrowIf<InputError>(!lock, "{}: another program is running this experiment, expected no other",
+                      folder.string());
   const auto print = [&arguments](const std::string& line) {
     if (!arguments.quiet) {
       PrintLine(line);
@@ -157,9 +156,8 @@ int RunIn(const fs::path& folder, const ExperimentConfig& config, const Experime
 int Experiment(const ExperimentArguments& arguments) {
   ExperimentConfig config = ReadExperiment(arguments.config);
   config.jobs = arguments.jobs.value_or(config.jobs);
-  if (arguments.submit_only && arguments.where == "here") {
-    throw UsageError("--submit-only: expected --on slurm");
-  }
+  ThrowIf<UsageError>(arguments.submit_only && arguments.where == "here",
+                      "--submit-only: expected --on slurm");
   const fs::path output = arguments.output.empty() ? config.output : arguments.output;
   fs::path folder = fs::absolute(output).lexically_normal();
   if (!folder.has_filename()) {  // "out/desk/"

@@ -21,7 +21,7 @@
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/recording.h"
 #include "slam/util/atomic_file.h"
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -42,16 +42,14 @@ struct ExportArguments {
 
 void CheckArguments(const ExportArguments& a, const std::string& extension) {
   static const std::vector<std::string> kExtensions = {".glb", ".obj", ".ply", ".json", ".txt", ".html"};
-  if (std::ranges::find(kExtensions, extension) == kExtensions.end()) {
-    throw UsageError("--output {}: unknown extension, expected {}", a.output, fmt::join(kExtensions, ", "));
-  }
+  ThrowIf<UsageError>(std::ranges::find(kExtensions, extension) == kExtensions.end(),
+                      "--output {}: unknown extension, expected {}", a.output, fmt::join(kExtensions, ", "));
   for (const auto& [given, option, only] : {std::tuple(a.meshes, "--meshes", ".ply"),
                                             {a.surface, "--surface", ".glb"},
                                             {!a.ground_truth.empty(), "--ground-truth", ".html"}}) {
-    if (given && extension != only) {
-      throw UsageError("{0}: applies to a {1} only, expected --output FILE{1} instead of {2}", option, only,
-                       a.output);
-    }
+    ThrowIf<UsageError>(given && extension != only,
+                        "{0}: applies to a {1} only, expected --output FILE{1} instead of {2}", option, only,
+                        a.output);
   }
 }
 
@@ -84,12 +82,10 @@ void WriteViewPage(const ExportArguments& a, const fs::path& map_path) {
 
 // Exports keyframes, points and images for COLMAP or nerfstudio.
 void ExportForPrograms(const ExportArguments& a) {
-  if (a.meshes || a.surface || a.objects.reliable_only || !a.objects.edits.empty()) {
-    throw UsageError(
-        "--format {}: holds no objects, expected neither --meshes, --surface, --edits "
-        "nor --reliable-only",
-        NameOf(*a.format));
-  }
+  ThrowIf<UsageError>(
+      a.meshes || a.surface || a.objects.reliable_only || !a.objects.edits.empty(),
+      "--format {}: holds no objects, expected neither --meshes, --surface, --edits nor --reliable-only",
+      NameOf(*a.format));
   Progress progress(a.quiet, "image");
   const ModelSummary summary = ExportModel({a.map, a.images, a.output, *a.format, a.masks},
                                            [&](int done, int total) { progress.Update(done, total); });
@@ -108,9 +104,7 @@ void Export(const ExportArguments& a) {
     return;
   }
   for (const auto& [given, option] : {std::pair(!a.images.empty(), "--images"), {a.masks, "--masks"}}) {
-    if (given) {
-      throw UsageError("{}: applies to --format only, expected --format colmap or nerfstudio", option);
-    }
+    ThrowIf<UsageError>(given, "{}: applies to --format only, expected --format colmap or nerfstudio", option);
   }
   const fs::path map_path = MapFile(a.map);
   const fs::path output = a.output;

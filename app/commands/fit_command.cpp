@@ -14,9 +14,9 @@
 #include "slam/geometry/angles.h"
 #include "slam/io/point_cloud.h"
 #include "slam/io/result_files.h"
-#include "slam/util/error.h"
 #include "slam/util/options.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -49,16 +49,14 @@ MultiFitOptions MakeOptions(const FitArguments& arguments) {
   SetOptions(arguments.set, options);
   options.fit.upright |= arguments.upright;
   options.remove_plane |= arguments.remove_plane;
-  if (arguments.multiple && !arguments.clusters.empty()) {
-    throw UsageError("--multiple and --clusters: expected one of them");
-  }
+  ThrowIf<UsageError>(arguments.multiple && !arguments.clusters.empty(),
+                      "--multiple and --clusters: expected one of them");
   if (arguments.multiple || arguments.clusters == "auto") {
     options.clusters = 0;
   } else if (!arguments.clusters.empty()) {
     options.clusters = ParseNumber<int>(arguments.clusters).value_or(0);
-    if (options.clusters < 1) {
-      throw UsageError("--clusters {}: expected a number of objects, or auto", arguments.clusters);
-    }
+    ThrowIf<UsageError>(options.clusters < 1, "--clusters {}: expected a number of objects, or auto",
+                        arguments.clusters);
   }
   CheckOptions(options);
   return options;
@@ -67,9 +65,8 @@ MultiFitOptions MakeOptions(const FitArguments& arguments) {
 void CheckOutputs(const std::vector<std::string>& outputs) {
   for (const fs::path output : outputs) {
     const std::string extension = output.extension().string();
-    if (extension != ".json" && extension != ".obj" && extension != ".ply") {
-      throw UsageError("--output {}: unknown extension, expected .json, .obj or .ply", output.string());
-    }
+    ThrowIf<UsageError>(extension != ".json" && extension != ".obj" && extension != ".ply",
+                        "--output {}: unknown extension, expected .json, .obj or .ply", output.string());
   }
 }
 

@@ -10,7 +10,7 @@
 #include "slam/geometry/angles.h"
 #include "slam/recognition/vocabulary.h"
 #include "slam/snapshot/recording.h"
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam::app {
 namespace {
@@ -143,9 +143,7 @@ void AddInfoCommand(Command& program) {
   command.Flag("--history", a->history, "Print one line per snapshot, to show how the map grew");
   command.Notes(kInfoNotes);
   command.OnRun([a] {
-    if (a->config && a->history) {
-      throw UsageError("--config and --history: expected one of them");
-    }
+    ThrowIf<UsageError>(a->config && a->history, "--config and --history: expected one of them");
     PrintInfo(MapFile(a->map), a->config, a->history, a->objects);
   });
 }

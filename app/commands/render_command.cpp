@@ -18,7 +18,7 @@
 #include "render/video/video_alignment.h"
 #include "slam/io/image_files.h"
 #include "slam/snapshot/recording.h"
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -44,9 +44,7 @@ fs::path WriteDifference(const RenderArguments& a, const cv::Mat& image, const c
 
 int CompareWithReference(const RenderArguments& a, const cv::Mat& image) {
   const cv::Mat reference = ReadImage(a.reference, cv::IMREAD_UNCHANGED);
-  if (reference.empty()) {
-    throw InputError("{}: cannot be read, expected the reference picture", a.reference);
-  }
+  ThrowIf<InputError>(reference.empty(), "{}: cannot be read, expected the reference picture", a.reference);
   if (image.size() != reference.size() || image.type() != reference.type()) {
     fmt::print(stderr, "sqslam: {}: {}x{} with {} channels, expected {}x{} with {} as the picture has\n",
                a.reference, reference.cols, reference.rows, reference.channels(), image.cols, image.rows,
@@ -75,10 +73,8 @@ MapSnapshot MapShown(const RenderArguments& a, const RecordingReader& reader) {
   while (snapshot + 1 < reader.Size() && reader.FrameIndex(snapshot + 1) <= *a.at_frame) {
     ++snapshot;
   }
-  if (snapshot < 0) {
-    throw UsageError("--at-frame {}: there was no map yet, expected {} or more", *a.at_frame,
-                     reader.FrameIndex(0));
-  }
+  ThrowIf<UsageError>(snapshot < 0, "--at-frame {}: there was no map yet, expected {} or more", *a.at_frame,
+                      reader.FrameIndex(0));
   const MapSnapshotPtr read = reader.Read(snapshot);
   MapSnapshot map = Transformed(AlignByKeyframes(*read, *last), *read);
   if (map.frame_index != *a.at_frame) {

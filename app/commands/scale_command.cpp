@@ -14,8 +14,8 @@
 #include "slam/run/scale_estimation.h"
 #include "slam/run/scaled_result.h"
 #include "slam/snapshot/recording.h"
-#include "slam/util/error.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -59,18 +59,16 @@ std::optional<ScaleReference> ReferenceOf(const ScaleArguments& a) {
     throw UsageError(a.height ? "--height: expected --object ID with it"
                               : "--object: expected --height METRES with it");
   }
-  if (!a.object.empty() + !a.distance.empty() + a.use_board + a.none > 1) {
-    throw UsageError("expected one of --object with --height, --distance, --board, --none");
-  }
+  ThrowIf<UsageError>(!a.object.empty() + !a.distance.empty() + a.use_board + a.none > 1,
+                      "expected one of --object with --height, --distance, --board, --none");
   std::optional<ScaleReference> reference;
   if (a.height) {
     reference = KnownHeight{a.object, *a.height};
   } else if (!a.distance.empty()) {
     const auto metres = a.distance.size() == 3 ? ParseNumber<double>(a.distance[2]) : std::nullopt;
-    if (!metres) {
-      throw UsageError(
-          "--distance: expected A B METRES, A and B ids of objects or positions X,Y,Z, such as 2 7 1.20");
-    }
+    ThrowIf<UsageError>(
+        !metres,
+        "--distance: expected A B METRES, A and B ids of objects or positions X,Y,Z, such as 2 7 1.20");
     reference = KnownDistance{a.distance[0], a.distance[1], *metres};
   } else if (a.use_board) {
     reference = a.board;

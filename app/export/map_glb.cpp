@@ -13,8 +13,8 @@
 #include "slam/dense/surface_fusion.h"
 #include "slam/snapshot/recording.h"
 #include "slam/util/atomic_file.h"
-#include "slam/util/error.h"
 #include "slam/util/options.h"
+#include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam::app {
@@ -281,9 +281,8 @@ std::string ViewGlb(const MapSnapshot& map, const std::vector<CloudPoint>& cloud
 std::optional<SurfaceMesh> SurfaceOf(const std::filesystem::path& recording, int threads,
                                      const DensifyProgress& progress) {
   const DepthRecording depths(recording);
-  if (depths.Keyframes().empty()) {
-    throw InputError("{}: holds no depth maps, expected those of sqslam densify", recording.string());
-  }
+  ThrowIf<InputError>(depths.Keyframes().empty(), "{}: holds no depth maps, expected those of sqslam densify",
+                      recording.string());
   SurfaceOptions options;
   if (const std::string text = depths.Text(kSurfaceOptions); !text.empty()) {
     ParseOptions(text, recording.string(), options);

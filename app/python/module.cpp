@@ -24,8 +24,8 @@
 #include "slam/geometry/solid_iou.h"
 #include "slam/snapshot/recording.h"
 #include "slam/util/data_path.h"
-#include "slam/util/error.h"
 #include "slam/util/options.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam::python {
 namespace {
@@ -134,17 +134,16 @@ PosedSuperquadric MakeSuperquadric(const Eigen::Vector3d& half_size, const std::
                                    const Eigen::Matrix4d& T_map_object) {
   const Eigen::Matrix3d rotation = T_map_object.topLeftCorner<3, 3>();
   const bool rigid = (rotation * rotation.transpose()).isIdentity(1e-6) && rotation.determinant() > 0.0;
-  if (!rigid || T_map_object.row(3) != Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0)) {
-    throw UsageError("T_map_object: expected a rotation and a translation");
-  }
+  ThrowIf<UsageError>(!rigid || T_map_object.row(3) != Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0),
+                      "T_map_object: expected a rotation and a translation");
   const PosedSuperquadric made = {
       {half_size, shape[0], shape[1]},
       {Eigen::Quaterniond(rotation).normalized(), T_map_object.topRightCorner<3, 1>()}};
   const auto in_range = [](double e) { return e >= kMinShapeExponent && e <= kMaxShapeExponent; };
-  if (!Solid::FromSuperquadric(made).IsUsable() || !in_range(made.shape.e1) || !in_range(made.shape.e2)) {
-    throw UsageError("half_size, shape: expected sizes above 0 and exponents from {} to {}",
-                     kMinShapeExponent, kMaxShapeExponent);
-  }
+  ThrowIf<UsageError>(
+      !Solid::FromSuperquadric(made).IsUsable() || !in_range(made.shape.e1) || !in_range(made.shape.e2),
+      "half_size, shape: expected sizes above 0 and exponents from {} to {}", kMinShapeExponent,
+      kMaxShapeExponent);
   return made;
 }
 

@@ -15,10 +15,10 @@
 #include "slam/geometry/angles.h"
 #include "slam/io/input_images.h"
 #include "slam/system_options.h"
-#include "slam/util/error.h"
 #include "slam/util/markup.h"
 #include "slam/util/options.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam::app {
@@ -183,9 +183,7 @@ std::string PictureUri(const cv::Mat& picture) {
 
 std::string PictureUri(const fs::path& file) {
   const cv::Mat picture = cv::imread(file.string());
-  if (picture.empty()) {
-    throw InputError("{}: cannot be read, expected a picture", file.string());
-  }
+  ThrowIf<InputError>(picture.empty(), "{}: cannot be read, expected a picture", file.string());
   return PictureUri(picture);
 }
 

@@ -6,8 +6,8 @@
 #include "render/camera/scene_framing.h"
 #include "render/figures/figures.h"
 #include "render/page/chart.h"
-#include "slam/util/error.h"
 #include "slam/util/statistics.h"
+#include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
@@ -122,9 +122,7 @@ void DrawErrorHistogram(FigurePage& page, const CalibrationFigure& figure, const
 }  // namespace
 
 FigurePage DrawCalibration(const CalibrationFigure& figure, const FigureOptions& options) {
-  if (figure.corners.empty()) {
-    throw UsageError("no corners to draw, expected at least one");
-  }
+  ThrowIf<UsageError>(figure.corners.empty(), "no corners to draw, expected at least one");
   const double aspect = static_cast<double>(figure.height) / figure.width;
   FigureSheet sheet =
       MakeSheet(options, kTextWidth, "Errors of a calibration", [&](double width, const FigureTheme& theme) {
@@ -135,9 +133,7 @@ FigurePage DrawCalibration(const CalibrationFigure& figure, const FigureOptions&
   const double below = XAxisHeight(theme, true);
   FigureRect panel{sheet.area.x, sheet.area.y + above, (sheet.area.width - 2.0 * kCalibrationGap) / 3.0, 0.0};
   panel.height = std::min(panel.width * aspect, sheet.area.height - above - below);
-  if (panel.height < 30.0) {
-    throw UsageError("the figure is too small for its panels, expected a larger size");
-  }
+  ThrowIf<UsageError>(panel.height < 30.0, "the figure is too small for its panels, expected a larger size");
   FigureRect image = panel;  // keeps the image's proportions
   image.width = panel.height / aspect;
   image.x += 0.5 * (panel.width - image.width);

@@ -11,7 +11,7 @@
 #include "render/picture/picture_overlay.h"
 #include "slam/geometry/superquadric.h"
 #include "slam/io/result_files.h"
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
@@ -167,9 +167,7 @@ void DrawObjectNames(FigurePage& page, const MapSnapshot& map, UncertainObjects 
 }  // namespace
 
 FigurePage DrawMaps(const MapsFigure& figure, const FigureOptions& options, const FigureProgress& progress) {
-  if (figure.panels.empty()) {
-    throw UsageError("no maps, expected at least one");
-  }
+  ThrowIf<UsageError>(figure.panels.empty(), "no maps, expected at least one");
   const double own_width = figure.panels.size() == 1 ? kColumnWidth : kTextWidth;
   const UncertainObjects uncertain = options.style.objects.uncertain;
   FigureSheet sheet =
@@ -186,9 +184,8 @@ FigurePage DrawMaps(const MapsFigure& figure, const FigureOptions& options, cons
   const double shared = spare > 0.0 ? 0.0 : grid.image / (grid.image + grid.height);
   grid.image += shared * spare;
   grid.height += (1.0 - shared) * spare;
-  if (grid.height < 10.0) {
-    throw UsageError("the figure is too low for its maps, expected a larger height or more columns");
-  }
+  ThrowIf<UsageError>(grid.height < 10.0,
+                      "the figure is too low for its maps, expected a larger height or more columns");
   PictureRenderer renderer(PanelOptions(options, sheet.page.dpi, grid.width, grid.height, colors));
   const int count = static_cast<int>(figure.panels.size());
   Tell(progress, 0, count);
@@ -301,10 +298,9 @@ MapsFigure::Panel ReadPanel(const FigureRequest& request, std::size_t index, con
 
 FigurePage DrawMapsOf(const FigureRequest& request, const MapsOptions& options) {
   const std::vector<std::string> names = ResultNames(request);
-  if (!request.frames.empty() && request.frames.size() != request.results.size()) {
-    throw UsageError("--frame: {} for {}, expected one for each result in their order", request.frames.size(),
-                     request.results.size());
-  }
+  ThrowIf<UsageError>(!request.frames.empty() && request.frames.size() != request.results.size(),
+                      "--frame: {} for {}, expected one for each result in their order",
+                      request.frames.size(), request.results.size());
   MapsFigure figure;
   figure.columns = options.columns;
   figure.labels = options.labels;

@@ -8,8 +8,8 @@
 #include "render/page/chart.h"
 #include "slam/io/result_files.h"
 #include "slam/snapshot/snapshot.h"
-#include "slam/util/error.h"
 #include "slam/util/largest.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace {
@@ -132,9 +132,8 @@ double AroundBars(const TimingFigure& figure, const std::vector<StageGroup>& gro
 
 FigurePage DrawTiming(const TimingFigure& figure, const FigureOptions& options) {
   const std::vector<StageGroup> groups = StageGroups(figure);
-  if (groups.empty() || figure.series.empty()) {
-    throw UsageError("no times to draw, expected at least one stage");
-  }
+  ThrowIf<UsageError>(groups.empty() || figure.series.empty(),
+                      "no times to draw, expected at least one stage");
   const auto row_count = static_cast<double>(figure.stages.size());
   const auto series = static_cast<double>(figure.series.size());
   FigureSheet sheet =
@@ -152,9 +151,8 @@ FigurePage DrawTiming(const TimingFigure& figure, const FigureOptions& options) 
   const double names = Largest(figure.stages, 0.0, [&](const std::string& stage) {
     return TextWidth(RowName(stage), theme.small) + 6.0;
   });
-  if (rows.bar < 1.5 || names > 0.7 * area.width) {
-    throw UsageError("the figure is too small for its bars, expected a larger size or fewer stages");
-  }
+  ThrowIf<UsageError>(rows.bar < 1.5 || names > 0.7 * area.width,
+                      "the figure is too small for its bars, expected a larger size or fewer stages");
   DrawLegend(sheet.page, TimingLegend(figure, theme), {area.x, area.y, area.width, legend}, theme);
   double y = area.y + legend + kTimingGap;
   for (const StageGroup& group : groups) {
@@ -207,10 +205,8 @@ void CheckStages(const std::vector<std::string>& wanted, const std::vector<RunSt
     }
   }
   for (const std::string& stage : wanted) {
-    if (!known.contains(stage)) {
-      throw InputError("--stage {}: in none of the results, expected one of {}", stage,
-                       fmt::join(known, ", "));
-    }
+    ThrowIf<InputError>(!known.contains(stage), "--stage {}: in none of the results, expected one of {}",
+                        stage, fmt::join(known, ", "));
   }
 }
 
@@ -229,10 +225,8 @@ FigurePage DrawTimingOf(const FigureRequest& request, const TimingOptions& optio
   }
   CheckStages(options.stages, runs);
   figure.stages = options.stages.empty() ? SlowestStages(runs) : options.stages;
-  if (figure.stages.empty()) {
-    throw InputError("{}: no stage ran more than once, expected timing_ms of a run",
-                     fmt::join(request.results, ", "));
-  }
+  ThrowIf<InputError>(figure.stages.empty(), "{}: no stage ran more than once, expected timing_ms of a run",
+                      fmt::join(request.results, ", "));
   return DrawTiming(figure, request.page);
 }
 

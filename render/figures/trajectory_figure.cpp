@@ -11,7 +11,7 @@
 #include "slam/io/result_files.h"
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/map_scale.h"
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -48,9 +48,7 @@ PathBounds BoundsOf(const TrajectoryFigure& figure) {
   for (const TrajectoryFigure::Footprint& object : figure.objects) {
     std::ranges::for_each(object.outline, [&bounds](const auto& p) { bounds.box.extend(p); });
   }
-  if (bounds.box.isEmpty()) {
-    throw UsageError("no camera path to draw, expected at least one pose");
-  }
+  ThrowIf<UsageError>(bounds.box.isEmpty(), "no camera path to draw, expected at least one pose");
   const double size = std::max(bounds.box.sizes().maxCoeff(), 1e-6);
   const Eigen::Vector3d least = Eigen::Vector3d::Constant(0.1 * size);  // also for a straight path
   const Eigen::Vector3d missing =
@@ -255,20 +253,17 @@ std::string LengthText(double metres) {
 
 Trajectory ReadPath(const std::string& result) {
   Trajectory trajectory = ReadTrajectory(ResultFile(result, "trajectory.txt"));
-  if (trajectory.empty()) {
-    throw InputError("{}: holds no pose, expected a camera path", result);
-  }
+  ThrowIf<InputError>(trajectory.empty(), "{}: holds no pose, expected a camera path", result);
   return trajectory;
 }
 
 TrajectoryError AlignPath(const std::string& name, const Trajectory& path, const Trajectory& reference,
                           double max_time_difference) {
   const auto error = ComputeTrajectoryError(path, reference, max_time_difference);
-  if (!error) {
-    throw InputError(
-        "{}: cannot be aligned, expected at least three poses within {} s of the reference, not on one line",
-        name, max_time_difference);
-  }
+  ThrowIf<InputError>(
+      !error,
+      "{}: cannot be aligned, expected at least three poses within {} s of the reference, not on one line",
+      name, max_time_difference);
   return *error;
 }
 

@@ -15,7 +15,7 @@
 #include "render/synthetic/scene_renderer.h"
 #include "slam/io/coco.h"
 #include "slam/util/atomic_file.h"
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 #include "slam/util/worker_thread.h"
 
 namespace sqslam {
@@ -225,9 +225,8 @@ class Tremor {
 SynthesisSummary WriteSyntheticSequence(const SceneDescription& scene, const fs::path& output,
                                         const SynthesisOptions& options, const SynthesisProgress& progress) {
   const fs::path target = output.filename().empty() ? output.parent_path() : output;  // "folder/"
-  if (fs::exists(target) && !(fs::is_directory(target) && fs::is_empty(target))) {
-    throw InputError("{}: exists already; expected a new or empty folder", target.string());
-  }
+  ThrowIf<InputError>(fs::exists(target) && !(fs::is_directory(target) && fs::is_empty(target)),
+                      "{}: exists already; expected a new or empty folder", target.string());
   AtomicPath folder(target);
   std::error_code error;
   fs::create_directories(folder.Path() / "rgb", error);
