@@ -4,7 +4,6 @@
 
 #include <array>
 #include <cmath>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -157,7 +156,8 @@ void Report(const CalibrateArguments& a, const Calibration& c, const std::string
   }
 }
 
-int CalibrateCamera(CalibrateArguments a) {
+int CalibrateCamera(const CalibrateArguments& given) {
+  CalibrateArguments a = given;
   CheckBoard(a.board);
   CalibrationOptions options;
   SetOptions(a.set, options);
@@ -199,28 +199,25 @@ int CalibrateCamera(CalibrateArguments a) {
 }  // namespace
 
 void AddCalibrateCommand(Command& program) {
-  const auto a = std::make_shared<CalibrateArguments>();
-  Command& command =
-      program.AddCommand("calibrate", "Estimate a camera's focal length and distortion from a board");
-  a->sequence.AddTo(command, "Video, folder of photographs, or sequence folder", false);
+  const auto [command, a] =
+      program.AddCommand("calibrate", "Estimate a camera's focal length and distortion from a board",
+                         kCalibrateNotes, CalibrateCamera);
+  a.sequence.AddTo(command, "Video, folder of photographs, or sequence folder", false);
   command.Group("Board");
-  command.Option("--board NAME", a->board.kind, "Pattern of the board");
-  command.Option("--columns N", a->board.columns, "Squares per row");
-  command.Option("--rows N", a->board.rows, "Squares per column");
-  command.Option("--square-mm MM", a->board.square_mm, "Side length of a square");
-  command.Option("--marker-mm MM", a->board.marker_mm, "ChArUco: side length of a marker");
-  command.Option("--dictionary NAME", a->board.dictionary, "ChArUco: marker dictionary of OpenCV");
-  command.Option("--set KEY=VALUE", a->set,
+  command.Option("--board NAME", a.board.kind, "Pattern of the board");
+  command.Option("--columns N", a.board.columns, "Squares per row");
+  command.Option("--rows N", a.board.rows, "Squares per column");
+  command.Option("--square-mm MM", a.board.square_mm, "Side length of a square");
+  command.Option("--marker-mm MM", a.board.marker_mm, "ChArUco: side length of a marker");
+  command.Option("--dictionary NAME", a.board.dictionary, "ChArUco: marker dictionary of OpenCV");
+  command.Option("--set KEY=VALUE", a.set,
                  "Override max_views, max_view_error or max_corner_error; may be repeated");
   command.Group("Output");
-  command.Option("--output,-o FILE", a->output, "camera.yaml to write");
-  command.Option("--figure FILE", a->figure,
+  command.Option("--output,-o FILE", a.output, "camera.yaml to write");
+  command.Option("--figure FILE", a.figure,
                  "Plot of the residuals (.png, .svg, .pdf); default: NAME-residuals.png beside the output");
-  command.Option("--print-board FILE", a->print_board, "Instead, write a printable board (.pdf, .svg, .png)");
-  command.Group("General");
-  command.Flag("--quiet,-q", a->quiet, "No progress and no summary");
-  command.Notes(kCalibrateNotes);
-  command.OnRun([a] { return CalibrateCamera(*a); });
+  command.Option("--print-board FILE", a.print_board, "Instead, write a printable board (.pdf, .svg, .png)");
+  command.QuietFlag(a.quiet, "No progress and no summary");
 }
 
 }  // namespace sqslam::app

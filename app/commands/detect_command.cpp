@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -169,24 +168,21 @@ int Detect(const DetectArguments& a) {
 }  // namespace
 
 void AddDetectCommand(Command& program) {
-  const auto a = std::make_shared<DetectArguments>();
-  Command& command = program.AddCommand("detect", "Detect objects in images and write their boxes");
-  a->sequence.AddTo(command, "Sequence folder, folder of images, or video").Required();
+  const auto [command, a] =
+      program.AddCommand("detect", "Detect objects in images and write their boxes", kDetectNotes, Detect);
+  a.sequence.AddTo(command, "Sequence folder, folder of images, or video").Required();
   command.Group("Detector");
-  command.Option("--detector NAME", a->detector,
+  command.Option("--detector NAME", a.detector,
                  "One of configs/detectors (" + ConfigNameList("configs/detectors") +
                      "), FILE.yaml, or auto: the first of yolox-nano and centernet whose weights are "
                      "installed");
-  command.Option("--set KEY=VALUE", a->set, "Override one value of the detector file; may be repeated");
+  command.Option("--set KEY=VALUE", a.set, "Override one value of the detector file; may be repeated");
   command.Group("Output");
-  command.Option("--output,-o FILE", a->output, "Output file (yolo: folder)");
-  command.Option("--output-format NAME", a->format,
+  command.Option("--output,-o FILE", a.output, "Output file (yolo: folder)");
+  command.Option("--output-format NAME", a.format,
                  "boxes: a boxes.txt; yolo: a folder with one file per image; coco: JSON; mot: MOTChallenge");
-  command.Option("--check FILE", a->check, "Instead, check boxes in any supported format");
-  command.Group("General");
-  command.Flag("--quiet,-q", a->quiet, "No progress");
-  command.Notes(kDetectNotes);
-  command.OnRun([a] { return Detect(*a); });
+  command.Option("--check FILE", a.check, "Instead, check boxes in any supported format");
+  command.QuietFlag(a.quiet, "No progress");
 }
 
 }  // namespace sqslam::app

@@ -3,7 +3,6 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <memory>
 #include <optional>
 #include <string>
 #include <tuple>
@@ -165,31 +164,29 @@ Examples:
 }  // namespace
 
 void AddExportCommand(Command& program) {
-  const auto a = std::make_shared<ExportArguments>();
-  Command& command = program.AddCommand("export", "Export a map for other programs");
+  const auto [command, a] =
+      program.AddCommand("export", "Export a map for other programs", kExportNotes, Export);
   command.Group("Input");
-  command.Positional("MAP", a->map, "map.sqmap, or the result folder that holds it").Required();
-  AddObjectOptions(command, a->objects);
+  command.Positional("MAP", a.map, "map.sqmap, or the result folder that holds it").Required();
+  AddObjectOptions(command, a.objects);
   command.Group("Output");
   command
       .Option(
-          "--output,-o FILE", a->output,
+          "--output,-o FILE", a.output,
           "FILE.html, .glb, .obj, .ply, .json or .txt; an existing file is replaced. With --format: a new "
           "folder")
       .Required();
-  command.Option("--format NAME", a->format,
+  command.Option("--format NAME", a.format,
                  "Instead of one file, write a folder with keyframes, tracks and images");
-  command.Option("--images PATH", a->images, "With --format: the sequence that was mapped, if it has moved");
-  command.Flag("--masks", a->masks,
+  command.Option("--images PATH", a.images, "With --format: the sequence that was mapped, if it has moved");
+  command.Flag("--masks", a.masks,
                "With --format: also masks/, a PNG for each image, white where the map has an object");
-  command.Flag("--meshes", a->meshes, "In a .ply: superquadrics as meshes instead of points");
-  command.Flag("--surface", a->surface, "In a .glb: also the coloured mesh of a densified result");
-  command.Option("--ground-truth SEQUENCE", a->ground_truth,
+  command.Flag("--meshes", a.meshes, "In a .ply: superquadrics as meshes instead of points");
+  command.Flag("--surface", a.surface, "In a .glb: also the coloured mesh of a densified result");
+  command.Option("--ground-truth SEQUENCE", a.ground_truth,
                  "In a .html: also the true camera path of this sequence folder; auto: of the sequence that "
                  "was mapped");
-  command.Flag("--quiet,-q", a->quiet, "No progress and no summary");
-  command.Notes(kExportNotes);
-  command.OnRun([a] { Export(*a); });
+  command.Flag("--quiet,-q", a.quiet, "No progress and no summary");
 }
 
 }  // namespace sqslam::app

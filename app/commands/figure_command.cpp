@@ -56,7 +56,7 @@ void AddPageOptions(Command& command, const FigureEntry& figure, FigureArguments
   if (figure.pictures) {
     AddBackendOption(command, page.backend);
   }
-  command.Flag("--quiet,-q", a.quiet, "No progress");
+  command.QuietFlag(a.quiet, "No progress");
 }
 
 // Adds the inputs: results and their names, objects, frames, and the view of maps.

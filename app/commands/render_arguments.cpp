@@ -247,7 +247,7 @@ void AddRenderOptions(Command& command, RenderArguments& a) {
   AddClusterOptions(command, a);
   command.Group("General");
   AddBackendOption(command, a.picture.backend);
-  command.Flag("--quiet,-q", a.quiet, "No progress");
+  command.QuietFlag(a.quiet, "No progress");
 }
 
 }  // namespace sqslam::app

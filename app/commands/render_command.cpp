@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <opencv2/imgcodecs.hpp>
 #include <optional>
 #include <string>
@@ -259,11 +258,9 @@ Examples:
 }  // namespace
 
 void AddRenderCommand(Command& program) {
-  const auto a = std::make_shared<RenderArguments>();
-  Command& command = program.AddCommand("render", "Draw a map as a picture, numbered pictures or a video");
-  AddRenderOptions(command, *a);
-  command.Notes(kRenderNotes);
-  command.OnRun([a] { return Render(*a); });
+  const auto [command, a] = program.AddCommand(
+      "render", "Draw a map as a picture, numbered pictures or a video", kRenderNotes, Render);
+  AddRenderOptions(command, a);
 }
 
 }  // namespace sqslam::app

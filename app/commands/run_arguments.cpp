@@ -139,8 +139,7 @@ void RunArguments::AddTo(Command& command) {
   command.Option("--seed N", seed, "Seed of all random numbers").AtLeast(0);
   command.Flag("--realtime", realtime,
                "Play at the recorded speed and drop frames that come too fast, like a live camera");
-  command.Group("General");
-  command.Flag("--quiet,-q", quiet, "Print only warnings and errors");
+  command.QuietFlag(quiet, "Print only warnings and errors");
 }
 
 SystemOptions RunArguments::Options() const {

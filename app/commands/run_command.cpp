@@ -1,7 +1,5 @@
 #include <fmt/format.h>
 
-#include <memory>
-
 #include "app/commands/commands.h"
 #include "app/commands/run_arguments.h"
 #include "slam/run/run_pipeline.h"
@@ -59,12 +57,9 @@ int Run(const RunArguments& arguments) {
 }  // namespace
 
 void AddRunCommand(Command& program) {
-  const auto a = std::make_shared<RunArguments>();
-  Command& command =
-      program.AddCommand("run", "Map an image sequence: objects, points, trajectory, pictures");
-  a->AddTo(command);
-  command.Notes(kRunExamples);
-  command.OnRun([a] { return Run(*a); });
+  const auto [command, a] = program.AddCommand(
+      "run", "Map an image sequence: objects, points, trajectory, pictures", kRunExamples, Run);
+  a.AddTo(command);
 }
 
 }  // namespace sqslam::app

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -131,32 +130,28 @@ void Scale(const ScaleArguments& a) {
 }  // namespace
 
 void AddScaleCommand(Command& program) {
-  const auto a = std::make_shared<ScaleArguments>();
-  Command& command =
-      program.AddCommand("scale", "Set the metric scale of a finished map from a known length");
+  const auto [command, a] = program.AddCommand(
+      "scale", "Set the metric scale of a finished map from a known length", kScaleNotes, Scale);
   command.Group("Input");
-  command.Positional("RESULT", a->result, "Result folder of sqslam run, merge or localize").Required();
+  command.Positional("RESULT", a.result, "Result folder of sqslam run, merge or localize").Required();
   command.Group("Reference");
-  command.Option("--object ID", a->object, "Id of an object, or a label: its best observed object");
-  command.Option("--height METRES", a->height, "With --object: its height");
+  command.Option("--object ID", a.object, "Id of an object, or a label: its best observed object");
+  command.Option("--height METRES", a.height, "With --object: its height");
   command
-      .Option("--distance A B METRES", a->distance,
+      .Option("--distance A B METRES", a.distance,
               "Distance between A and B: ids of objects (their centres) or positions X,Y,Z in the map "
               "(their nearest map points)")
       .Several();
-  command.Flag("--board", a->use_board, "A ChArUco board that is visible in at least four keyframes");
-  command.Option("--columns N", a->board.columns, "Squares per row of the board");
-  command.Option("--rows N", a->board.rows, "Squares per column");
-  command.Option("--square-mm MM", a->board.square_mm, "Side length of a square");
-  command.Option("--marker-mm MM", a->board.marker_mm, "Side length of a marker");
-  command.Option("--dictionary NAME", a->board.dictionary, "Marker dictionary of OpenCV");
-  command.Flag("--none", a->none, "Remove the scale");
+  command.Flag("--board", a.use_board, "A ChArUco board that is visible in at least four keyframes");
+  command.Option("--columns N", a.board.columns, "Squares per row of the board");
+  command.Option("--rows N", a.board.rows, "Squares per column");
+  command.Option("--square-mm MM", a.board.square_mm, "Side length of a square");
+  command.Option("--marker-mm MM", a.board.marker_mm, "Side length of a marker");
+  command.Option("--dictionary NAME", a.board.dictionary, "Marker dictionary of OpenCV");
+  command.Flag("--none", a.none, "Remove the scale");
   command.Group("Output");
-  command.Flag("--no-render", a->no_render, "Do not redraw pictures and the report");
-  command.Group("General");
-  command.Flag("--quiet,-q", a->quiet, "No progress and no summary");
-  command.Notes(kScaleNotes);
-  command.OnRun([a] { Scale(*a); });
+  command.Flag("--no-render", a.no_render, "Do not redraw pictures and the report");
+  command.QuietFlag(a.quiet, "No progress and no summary");
 }
 
 }  // namespace sqslam::app
