@@ -33,13 +33,12 @@ struct LocalizeArguments : SequenceArguments {
 };
 
 int RunLocalize(const LocalizeArguments& a) {
-  LocalizeRequest request;
-  request.sequence = a.Request();
-  request.range = a.Range();
-  request.map = a.map;
-  request.output =
-      a.output.empty() ? FreeResultFolder("out", NameOfInput(a.input)) : std::filesystem::path(a.output);
-  request.set = a.set;
+  const LocalizeRequest request{.sequence = a.Request(),
+                                .range = a.Range(),
+                                .map = a.map,
+                                .output = a.output.empty() ? FreeResultFolder("out", NameOfInput(a.input))
+                                                           : std::filesystem::path(a.output),
+                                .set = a.set};
   TerminalRun host({"", false}, a.quiet);
   const LocalizedRun run = LocalizeSequence(request, host);
   if (!a.quiet) {

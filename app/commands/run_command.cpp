@@ -48,10 +48,7 @@ int Run(const RunArguments& arguments) {
   if (!arguments.quiet) {
     Print(run);
   }
-  if (run.interrupted) {
-    return EndInterrupted(run);
-  }
-  return 0;
+  return run.interrupted ? EndInterrupted(run) : 0;
 }
 
 }  // namespace

@@ -100,11 +100,7 @@ double IouSlots(const IouFigure& figure) {
 }
 
 PlotArea UnitPlot(const FigureRect& area) {
-  PlotArea plot;
-  plot.area = area;
-  plot.x = {0.0, 1.0, 1.0};
-  plot.y = {0.0, 1.0, area.height > 70.0 ? 0.2 : 0.5};
-  return plot;
+  return {area, {0.0, 1.0, 1.0}, {0.0, 1.0, area.height > 70.0 ? 0.2 : 0.5}};
 }
 
 void DrawIouBar(FigurePage& page, const PlotArea& plot, double left, double width,

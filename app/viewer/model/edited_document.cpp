@@ -82,13 +82,8 @@ Annotation ReadAnnotation(const fs::path& path, const Sim3d& S_file_annotation) 
     ThrowIf<InputError>(!ids.insert(object.id).second,
                         "{}: object {} of the list: id {} is there twice, expected each once", path.string(),
                         i + 1, object.id);
-    AnnotatedSolid annotated;
-    annotated.id = object.id;
-    annotated.label = object.label;
-    annotated.name = object.name;
-    annotated.solid = Transform(S_annotation_file, object.solid);
-    annotated.more = Others(list.at(i), kOwnKeys);
-    annotation.solids.push_back(std::move(annotated));
+    annotation.solids.push_back({object.id, object.label, object.name,
+                                 Transform(S_annotation_file, object.solid), Others(list.at(i), kOwnKeys)});
   }
   return annotation;
 }
