@@ -9,9 +9,9 @@
 #include <string>
 #include <string_view>
 
-#include "slam/util/error.h"
 #include "slam/util/limits.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -110,10 +110,9 @@ cv::Size ImageResize::Of(cv::Size image) const {
   const double share = width > 0 ? static_cast<double>(width) / image.width : scale;
   const cv::Size size(width > 0 ? width : rounded(share * image.width),
                       height > 0 ? height : rounded(share * image.height));
-  if (!IsSide(size.width) || !IsSide(size.height)) {
-    throw UsageError("--resize makes images of {}x{} pixels into {}x{}, expected sides from {} to {}",
-                     image.width, image.height, size.width, size.height, kMinImageSide, kMaxImageSide);
-  }
+  ThrowIf<UsageError>(!IsSide(size.width) || !IsSide(size.height),
+                      "--resize makes images of {}x{} pixels into {}x{}, expected sides from {} to {}",
+                      image.width, image.height, size.width, size.height, kMinImageSide, kMaxImageSide);
   return size;
 }
 

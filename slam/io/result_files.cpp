@@ -8,8 +8,8 @@
 #include "slam/io/pose_json.h"
 #include "slam/snapshot/byte_archive.h"
 #include "slam/util/atomic_file.h"
-#include "slam/util/error.h"
 #include "slam/util/json_file.h"
+#include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
@@ -133,9 +133,9 @@ void WriteObjects(const fs::path& path, const std::vector<SnapshotObject>& objec
 
 std::vector<SnapshotObject> ReadObjects(const fs::path& path) {
   const Json root = ReadJsonFile(path, "an objects.json");
-  if (!root.is_object() || root.value("format", Json()) != "sqslam-objects" || !root.contains("objects")) {
-    throw InputError("{}: expected \"format\": \"sqslam-objects\" and \"objects\"", path.string());
-  }
+  ThrowIf<InputError>(
+      !root.is_object() || root.value("format", Json()) != "sqslam-objects" || !root.contains("objects"),
+      "{}: expected \"format\": \"sqslam-objects\" and \"objects\"", path.string());
   if (const Json version = root.value("version", Json()); version != 1) {
     throw InputError("{}: version {}, expected 1", path.string(), JsonText(version));
   }
