@@ -72,8 +72,7 @@ class Panel {
 
 using PanelPtr = std::unique_ptr<Panel>;
 
-// Each creates a panel. The scene and the image need an OpenGL context, here and
-// when they are destroyed.
+// Each creates a panel. The scene and the image need an OpenGL context, also to be destroyed.
 PanelPtr MakeScenePanel(ViewerState& s);
 PanelPtr MakeImagePanel(ViewerState& s);
 PanelPtr MakeObjectsPanel(ViewerState& s);
@@ -88,8 +87,7 @@ PanelPtr MakeSettingsPanel(ViewerState& s);
 PanelPtr MakeUnsavedPanel(ViewerState& s);  // asks what to do with unsaved changes
 PanelPtr MakeMessagesPanel(ViewerState& s);
 
-// Marks over the scene and the image: selection, input camera, measurements, annotated solids and their mouse
-// handling.
+// Marks over the scene and the image: selection, input camera, measurements, solids and their mouse handling.
 
 // Draws all marks over the scene. `origin`: its top-left corner on the screen, pixels.
 void DrawSceneMarks(const EditContext& context, const WindowState& window, ImVec2 origin);
