@@ -27,20 +27,7 @@ enum class Place {
 class Panel {
  public:
   // The state must outlive the panel.
-  Panel(Place where, std::string name, ViewerState& s)
-      : place(where),
-        title(std::move(name)),
-        document_(s.document),
-        playback_(s.playback),
-        selection_(s.selection),
-        view_(s.view),
-        layers_(s.layers),
-        editing_(s.editing),
-        preferences_(s.preferences),
-        window_(s.window),
-        messages_(s.messages),
-        requests_(s.requests),
-        context_(s.Editor()) {}
+  Panel(Place where, std::string name, ViewerState& s) : place(where), title(std::move(name)), state_(s) {}
   virtual ~Panel() = default;
   Panel(const Panel&) = delete;
   Panel& operator=(const Panel&) = delete;
@@ -57,17 +44,18 @@ class Panel {
   const std::string title;  // title of its tab
 
  protected:
-  const Document& document_;
-  Playback& playback_;
-  Selection& selection_;
-  SceneView& view_;
-  Layers& layers_;
-  Editing& editing_;
-  Preferences& preferences_;
-  WindowState& window_;
-  Messages& messages_;
-  Requests& requests_;
-  const EditContext context_;
+  ViewerState& state_;
+  const Document& document_ = state_.document;
+  Playback& playback_ = state_.playback;
+  Selection& selection_ = state_.selection;
+  SceneView& view_ = state_.view;
+  Layers& layers_ = state_.layers;
+  Editing& editing_ = state_.editing;
+  Preferences& preferences_ = state_.preferences;
+  WindowState& window_ = state_.window;
+  Messages& messages_ = state_.messages;
+  std::vector<Request>& requests_ = state_.requests;
+  const EditContext context_ = state_.Editor();
 };
 
 using PanelPtr = std::unique_ptr<Panel>;

@@ -103,7 +103,7 @@ class TimelinePanel : public Panel {
   void DrawRunControls() {
     using What = RunControl::What;
     const RunStatus& run = document_.run;
-    const auto ask = [this](What what) { return [this, what] { requests_.Ask(RunControl{what}); }; };
+    const auto ask = [this](What what) { return [this, what] { requests_.push_back(RunControl{what}); }; };
     OnPress("pause", run.paused ? Icon::kPlay : Icon::kPause,
             run.paused ? "Go on (Space)" : "Pause the run (Space)",
             ask(run.paused ? What::kContinue : What::kPause), run.paused);
@@ -113,7 +113,7 @@ class TimelinePanel : public Panel {
       return rate > 0.0 ? fmt::format("{:g} frames/s", rate) : std::string("full speed");
     };
     if (const auto rate = NumberChoice("##rate", run.max_rate, {0, 60, 30, 15, 5, 1}, name, 9.0F)) {
-      requests_.Ask(RunControl{What::kRate, *rate});
+      requests_.push_back(RunControl{What::kRate, *rate});
     }
     Tip("How fast the images are taken at most");
     ImGui::SameLine();
