@@ -16,7 +16,6 @@
 #include "slam/geometry/angles.h"
 #include "slam/io/cameras.h"
 #include "slam/io/frame_source.h"
-#include "slam/util/options.h"
 #include "slam/util/throw_if.h"
 
 namespace sqslam::app {

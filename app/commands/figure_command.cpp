@@ -5,10 +5,8 @@
 
 #include "app/commands/commands.h"
 #include "app/commands/render_arguments.h"
-#include "app/result/map_input.h"
 #include "app/terminal/terminal.h"
 #include "render/figures/figures.h"
-#include "render/video/input_frames.h"
 
 namespace sqslam::app {
 namespace {

@@ -7,7 +7,6 @@
 #include "render/camera/scene_framing.h"
 #include "slam/io/frame_source.h"
 #include "slam/util/data_path.h"
-#include "slam/util/options.h"
 #include "slam/util/throw_if.h"
 
 namespace sqslam::app {

@@ -1,8 +1,6 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
-
 #include "app/experiment/cell_run.h"
 #include "app/experiment/runner.h"
 #include "app/terminal/terminal.h"

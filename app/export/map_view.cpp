@@ -16,7 +16,6 @@
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/snapshot.h"
 #include "slam/util/error.h"
-#include "slam/util/json_file.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam::app {

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
 #include <iterator>
 #include <map>
 
@@ -10,7 +9,6 @@
 #include "slam/snapshot/snapshot.h"
 #include "slam/util/largest.h"
 #include "slam/util/markup.h"
-#include "slam/util/text_lines.h"
 
 namespace sqslam::app {
 namespace {

@@ -7,7 +7,6 @@
 #include "render/figures/figure_input.h"
 #include "render/figures/figures.h"
 #include "render/page/chart.h"
-#include "render/picture/outlines.h"
 #include "render/picture/picture_text.h"
 #include "slam/util/throw_if.h"
 
