@@ -94,7 +94,7 @@ void DrawErrorHistogram(FigurePage& page, const CalibrationFigure& figure, const
     ++counts[static_cast<std::size_t>(std::min(kBins - 1, static_cast<int>(length / plot.x.high * kBins)))];
   }
   plot.y = RoundAxis(0.0, *std::ranges::max_element(counts), 4, true);
-  const double left = YAxisWidth(plot.y, theme, true);
+  const double left = YAxisWidth(plot.y, theme);
   plot.area = {panel.x + left, panel.y,
                panel.width - left - 0.5 * TextWidth(plot.x.TickText(plot.x.high), theme.small), panel.height};
   DrawXAxis(page, plot, "error [px]", theme);
@@ -126,11 +126,11 @@ FigurePage DrawCalibration(const CalibrationFigure& figure, const FigureOptions&
   const double aspect = static_cast<double>(figure.height) / figure.width;
   FigureSheet sheet =
       MakeSheet(options, kTextWidth, "Errors of a calibration", [&](double width, const FigureTheme& theme) {
-        return (width - 2.0 * kCalibrationGap) / 3.0 * aspect + 2.0 * theme.small + XAxisHeight(theme, true);
+        return (width - 2.0 * kCalibrationGap) / 3.0 * aspect + 2.0 * theme.small + XAxisHeight(theme);
       });
   const FigureTheme& theme = sheet.theme;
   const double above = 2.0 * theme.small;
-  const double below = XAxisHeight(theme, true);
+  const double below = XAxisHeight(theme);
   FigureRect panel{sheet.area.x, sheet.area.y + above, (sheet.area.width - 2.0 * kCalibrationGap) / 3.0, 0.0};
   panel.height = std::min(panel.width * aspect, sheet.area.height - above - below);
   ThrowIf<UsageError>(panel.height < 30.0, "the figure is too small for its panels, expected a larger size");

@@ -179,8 +179,8 @@ FigurePage DrawIou(const IouFigure& figure, const FigureOptions& options) {
   const NameRoom names = MeasureNames(figure, slot_width(area.width), theme);
   FigureRect plot_area{area.x, area.y + legend + kIouGap, area.width,
                        area.height - legend - kIouGap - names.height};
-  const double left = std::max(YAxisWidth(UnitPlot(plot_area).y, theme, true) + 2.0,
-                               names.left - 0.5 * slot_width(area.width));
+  const double left =
+      std::max(YAxisWidth(UnitPlot(plot_area).y, theme) + 2.0, names.left - 0.5 * slot_width(area.width));
   plot_area.x += left;
   plot_area.width -= left;
   ThrowIf<UsageError>(plot_area.height < 20.0 || plot_area.width / IouSlots(figure) < 3.0,

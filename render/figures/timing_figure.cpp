@@ -125,7 +125,7 @@ void DrawStageGroup(FigurePage& page, const TimingFigure& figure, const StageGro
 double AroundBars(const TimingFigure& figure, const std::vector<StageGroup>& groups, const FigureTheme& theme,
                   double width) {
   return LegendHeight(TimingLegend(figure, theme), width, theme) +
-         static_cast<double>(groups.size()) * (kTimingGap + XAxisHeight(theme, true));
+         static_cast<double>(groups.size()) * (kTimingGap + XAxisHeight(theme));
 }
 
 }  // namespace
@@ -159,7 +159,7 @@ FigurePage DrawTiming(const TimingFigure& figure, const FigureOptions& options) 
     const double height = static_cast<double>(group.stages.size()) * rows.row;
     DrawStageGroup(sheet.page, figure, group, {area.x + names, y, area.width - names - 4.0, height}, rows,
                    theme);
-    y += height + XAxisHeight(theme, true) + kTimingGap;
+    y += height + XAxisHeight(theme) + kTimingGap;
   }
   return std::move(sheet.page);
 }

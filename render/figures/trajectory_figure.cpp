@@ -143,11 +143,11 @@ void DrawFootprints(FigurePage& page, const PlotArea& plot, const TrajectoryFigu
   }
 }
 
-double HeightsBlock(const FigureTheme& theme) { return 60.0 + XAxisHeight(theme, true) + kTrajectoryGap; }
+double HeightsBlock(const FigureTheme& theme) { return 60.0 + XAxisHeight(theme) + kTrajectoryGap; }
 
 // Returns the height of everything above and below the x-y plot, points.
 double AroundPlot(const TrajectoryFigure& figure, const FigureTheme& theme, double width) {
-  return LegendHeight(PathLegend(figure, theme), width, theme) + kTrajectoryGap + XAxisHeight(theme, true) +
+  return LegendHeight(PathLegend(figure, theme), width, theme) + kTrajectoryGap + XAxisHeight(theme) +
          (figure.heights ? HeightsBlock(theme) : 0.0);
 }
 
@@ -202,7 +202,7 @@ FigurePage DrawTrajectories(const TrajectoryFigure& figure, const FigureOptions&
   DrawLegend(sheet.page, entries, {area.x, area.y, area.width, legend}, theme);
   // The axis and the width of its tick labels depend on each other: the width of a first axis is used.
   FigureRect above{area.x, area.y + legend + kTrajectoryGap, area.width - 6.0, plot_height};
-  const double left = YAxisWidth(EqualAxes(above, bounds).y, theme, true) + 2.0;
+  const double left = YAxisWidth(EqualAxes(above, bounds).y, theme) + 2.0;
   above.x += left;
   above.width -= left;
   const PlotArea plot = EqualAxes(above, bounds);
@@ -213,9 +213,9 @@ FigurePage DrawTrajectories(const TrajectoryFigure& figure, const FigureOptions&
   });
   DrawFootprints(sheet.page, plot, figure, theme);
   if (figure.heights) {
-    const double top = above.Bottom() + XAxisHeight(theme, true) + 1.6 * kTrajectoryGap;
-    DrawPathHeights(sheet.page, {above.x, top, above.width, area.Bottom() - XAxisHeight(theme, true) - top},
-                    figure, bounds, theme);
+    const double top = above.Bottom() + XAxisHeight(theme) + 1.6 * kTrajectoryGap;
+    DrawPathHeights(sheet.page, {above.x, top, above.width, area.Bottom() - XAxisHeight(theme) - top}, figure,
+                    bounds, theme);
   }
   return std::move(sheet.page);
 }
