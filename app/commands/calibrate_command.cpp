@@ -49,14 +49,7 @@ struct CalibrateArguments {
 // Writes a board at true scale: as vectors in PDF and SVG, at 600 dpi in PNG.
 void PrintBoard(const CalibrateArguments& a) {
   constexpr double kDpi = 600.0;
-  BoardSheet sheet;
-  sheet.width = a.board.columns * a.board.square_mm;
-  sheet.height = a.board.rows * a.board.square_mm;
-  for (const BoardArea& part : BoardAreas(a.board)) {
-    sheet.areas.push_back({{part.area.x, part.area.y, part.area.width, part.area.height}, part.black});
-  }
-  sheet.caption = BoardText(a.board) + ". Print at 100 %, glue it to something flat, and measure a square.";
-  const FigurePage page = DrawBoardSheet(sheet, kDpi);
+  const FigurePage page = DrawBoardSheet(a.board, kDpi);
   WriteFigure(page, a.print_board);
   if (!a.quiet) {
     fmt::print("{}: {}, on a page of {:.0f} x {:.0f} mm\n", a.print_board, BoardText(a.board),
@@ -132,16 +125,6 @@ std::string Text(const Calibration& c, const Search& search, const CalibrationBo
   return text + fmt::format("\nRMS error {:.3f} px, {:.0f} % of the image covered", c.rms, 100.0 * c.covered);
 }
 
-CalibrationFigure FigureOf(const Calibration& c) {
-  CalibrationFigure figure{c.camera.width, c.camera.height, {}, c.rms};
-  for (const CalibratedView& view : c.views) {
-    for (std::size_t i = 0; i < view.pixels.size(); ++i) {
-      figure.corners.push_back({view.pixels[i], view.errors[i]});
-    }
-  }
-  return figure;
-}
-
 void Report(const CalibrateArguments& a, const Calibration& c, const std::string& text) {
   if (!c.dropped_views.empty() || c.dropped_corners > 0) {
     spdlog::info("left out as outliers: {} views{}{}, {} corners", c.dropped_views.size(),
@@ -190,7 +173,7 @@ int CalibrateCamera(const CalibrateArguments& given) {
   c.camera.fps = sequence.camera.fps;
   const std::string text = Text(c, search, a.board);
   WriteCamera(output, c.camera, text);
-  WriteFigure(DrawCalibration(FigureOf(c), {}), a.figure);
+  WriteFigure(DrawCalibration(c, {}), a.figure);
   Report(a, c, text);
   return 0;
 }

@@ -24,7 +24,7 @@ std::map<std::string, Eigen::Vector3d> CommonColors(const MapsFigure& figure) {
     for (const SnapshotObject& object : panel.map.objects) {
       labels.insert(object.label);
     }
-    for (const MapsFigure::Box& box : panel.boxes) {
+    for (const Detection& box : panel.boxes) {
       labels.insert(box.label);
     }
   }
@@ -51,7 +51,7 @@ std::vector<LegendEntry> ClassLegend(const MapsFigure& figure, UncertainObjects 
         labels.insert(object.label);
       }
     }
-    for (const MapsFigure::Box& box : panel.boxes) {
+    for (const Detection& box : panel.boxes) {
       labels.insert(box.label);
     }
   }
@@ -92,7 +92,7 @@ void DrawImageWithBoxes(FigurePage& page, const MapsFigure::Panel& panel, const 
   const double scale = fitted.width / panel.image.cols;
   page.Image(panel.image, fitted);
   const double stroke = std::min(1.1, 0.0065 * area.width);
-  for (const MapsFigure::Box& box : panel.boxes) {
+  for (const Detection& box : panel.boxes) {
     const double left = std::clamp(box.box.x, 0.0, double(panel.image.cols));
     const double top = std::clamp(box.box.y, 0.0, double(panel.image.rows));
     const double right = std::clamp(box.box.x + box.box.width, 0.0, double(panel.image.cols));
@@ -260,17 +260,14 @@ MapSnapshotPtr Representative(const RecordedMap& recorded, std::optional<std::in
 }
 
 // Returns the boxes associated with objects, with the objects' final labels.
-std::vector<MapsFigure::Box> BoxesOf(const MapSnapshot& moment, const MapSnapshot& last) {
-  std::vector<MapsFigure::Box> boxes;
-  for (const SnapshotDetection& box : moment.detections) {
-    if (box.object_id < 0) {
-      continue;
+std::vector<Detection> BoxesOf(const MapSnapshot& moment, const MapSnapshot& last) {
+  std::vector<Detection> boxes;
+  for (const SnapshotDetection& seen : moment.detections) {
+    if (seen.object_id >= 0) {
+      Detection& box = boxes.emplace_back(seen.detection);
+      const auto object = std::ranges::find(last.objects, seen.object_id, &SnapshotObject::id);
+      box.label = object != last.objects.end() ? object->label : box.label;
     }
-    std::string label = box.detection.label;
-    for (const SnapshotObject& object : last.objects) {
-      label = object.id == box.object_id ? object.label : label;
-    }
-    boxes.push_back({label, box.detection.box});
   }
   return boxes;
 }

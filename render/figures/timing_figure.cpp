@@ -10,6 +10,7 @@
 #include "slam/snapshot/snapshot.h"
 #include "slam/util/largest.h"
 #include "slam/util/throw_if.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -74,7 +75,7 @@ std::string MeanText(double milliseconds) {
 
 // Draws a bar of the mean with its value, a diamond at the median and a line to the 95th percentile.
 void DrawTimes(FigurePage& page, const PlotArea& plot, double top, double height,
-               const TimingFigure::Times& times, const SeriesLook& look, const FigureTheme& theme) {
+               const StageTimes::Summary& times, const SeriesLook& look, const FigureTheme& theme) {
   const double middle = top + 0.5 * height;
   DrawBar(page, {plot.X(0.0), top, plot.X(times.mean) - plot.X(0.0), height}, look, theme.background);
   const FigureStroke thin{theme.ink, 0.8, {}};
@@ -172,19 +173,16 @@ struct TimingOptions {
 };
 
 // Sorts groups ("tracking") before their stages, and each by decreasing time.
-std::vector<std::string> SlowestStages(const std::vector<RunStats>& runs) {
+std::vector<std::string> SlowestStages(const TimingFigure& figure) {
   std::map<std::string, double> slowest;
-  for (const RunStats& run : runs) {
-    for (const auto& [stage, times] : run.timing_ms) {
+  for (const TimingFigure::Series& run : figure.series) {
+    for (const auto& [stage, times] : run.stages) {
       if (times.count > 1) {
         slowest[stage] = std::max(slowest[stage], times.mean);
       }
     }
   }
-  std::vector<std::string> stages;
-  for (const auto& [stage, mean] : slowest) {
-    stages.push_back(stage);
-  }
+  std::vector<std::string> stages = ToVector(slowest, [](const auto& stage) { return stage.first; });
   const auto rank = [&slowest](const std::string& stage) {
     const bool whole = stage.find('.') == std::string::npos;
     return std::make_pair(whole ? 0 : 1, -slowest.at(stage));
@@ -197,10 +195,10 @@ std::vector<std::string> SlowestStages(const std::vector<RunStats>& runs) {
   return stages;
 }
 
-void CheckStages(const std::vector<std::string>& wanted, const std::vector<RunStats>& runs) {
+void CheckStages(const std::vector<std::string>& wanted, const TimingFigure& figure) {
   std::set<std::string> known;
-  for (const RunStats& run : runs) {
-    for (const auto& [stage, times] : run.timing_ms) {
+  for (const TimingFigure::Series& run : figure.series) {
+    for (const auto& [stage, times] : run.stages) {
       known.insert(stage);
     }
   }
@@ -212,19 +210,12 @@ void CheckStages(const std::vector<std::string>& wanted, const std::vector<RunSt
 
 FigurePage DrawTimingOf(const FigureRequest& request, const TimingOptions& options) {
   const std::vector<std::string> names = ResultNames(request);
-  std::vector<RunStats> runs;
   TimingFigure figure;
   for (std::size_t i = 0; i < request.results.size(); ++i) {
-    runs.push_back(ReadStats(ResultFile(request.results[i], "stats.json")));
-    TimingFigure::Series series;
-    series.name = names[i];
-    for (const auto& [stage, times] : runs.back().timing_ms) {
-      series.stages[stage] = {times.mean, times.median, times.p95};
-    }
-    figure.series.push_back(std::move(series));
+    figure.series.push_back({names[i], ReadStats(ResultFile(request.results[i], "stats.json")).timing_ms});
   }
-  CheckStages(options.stages, runs);
-  figure.stages = options.stages.empty() ? SlowestStages(runs) : options.stages;
+  CheckStages(options.stages, figure);
+  figure.stages = options.stages.empty() ? SlowestStages(figure) : options.stages;
   ThrowIf<InputError>(figure.stages.empty(), "{}: no stage ran more than once, expected timing_ms of a run",
                       fmt::join(request.results, ", "));
   return DrawTiming(figure, request.page);
