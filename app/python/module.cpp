@@ -96,7 +96,8 @@ const MapSnapshot& MapOf(const Result& result) { return *result.Last(); }
 
 py::array_t<std::uint8_t> Render(const std::variant<const Result*, const State*>& what, int width, int height,
                                  const std::string& style, const std::vector<std::string>& settings,
-                                 const CameraOverrides& camera, bool transparent) {
+                                 const std::string& view, double azimuth, double elevation, double zoom,
+                                 bool transparent) {
   cv::Mat image;
   {
     const py::gil_scoped_release others_run;
@@ -104,7 +105,7 @@ py::array_t<std::uint8_t> Render(const std::variant<const Result*, const State*>
     options.width = width;
     options.height = height;
     options.transparent = transparent;
-    options.camera = camera;
+    options.camera = {view, {}, {}, {}, {}, azimuth, elevation, zoom};
     options.style = LoadStyle(style);
     app::SetOptions(settings, options.style);
     CheckStyle(options.style);
@@ -269,21 +270,9 @@ void BindMaps(py::module_& m) {
       },
       "result"_a, py::kw_only(), "edits"_a = "", "reliable_only"_a = false,
       "Opens a result folder or its map.sqmap.", py::call_guard<py::gil_scoped_release>());
-  m.def(
-      "render",
-      [](const std::variant<const Result*, const State*>& map, int width, int height,
-         const std::string& style, const std::vector<std::string>& settings, const std::string& view,
-         double azimuth, double elevation, double zoom, bool transparent) {
-        CameraOverrides camera;
-        camera.view = view;
-        camera.azimuth = azimuth;
-        camera.elevation = elevation;
-        camera.zoom = zoom;
-        return Render(map, width, height, style, settings, camera, transparent);
-      },
-      "map"_a, py::kw_only(), "width"_a = 1280, "height"_a = 720, "style"_a = "paper",
-      "set"_a = std::vector<std::string>(), "view"_a = "", "azimuth"_a = 0.0, "elevation"_a = 0.0,
-      "zoom"_a = 1.0, "transparent"_a = false, "Draws a map into an H x W x 3 (or 4) array.");
+  m.def("render", &Render, "map"_a, py::kw_only(), "width"_a = 1280, "height"_a = 720, "style"_a = "paper",
+        "set"_a = std::vector<std::string>(), "view"_a = "", "azimuth"_a = 0.0, "elevation"_a = 0.0,
+        "zoom"_a = 1.0, "transparent"_a = false, "Draws a map into an H x W x 3 (or 4) array.");
 }
 
 }  // namespace
