@@ -128,7 +128,6 @@ struct Detector::Impl {
 
 Detector::Detector(const NetworkOptions& options) : impl_(std::make_unique<Impl>(options)) {}
 Detector::~Detector() = default;
-Detector::Detector(Detector&&) noexcept = default;
 
 std::vector<Detection> Detector::Detect(const cv::Mat& bgr) {
   const NetworkOptions& options = impl_->options;
