@@ -6,6 +6,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 #include <optional>
+#include <ranges>
 #include <regex>
 
 #include "render/video/video.h"
@@ -13,6 +14,7 @@
 #include "slam/io/image_files.h"
 #include "slam/util/text_lines.h"
 #include "slam/util/throw_if.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -148,11 +150,7 @@ std::vector<Part> SortedParts(const std::vector<std::string>& pieces) {
     throw InputError("{}: missing {} {} of {}", by_index.begin()->second.video,
                      missing.size() == 1 ? "piece" : "pieces", fmt::join(missing, ", "), count);
   }
-  std::vector<Part> parts;
-  for (auto& [index, part] : by_index) {
-    parts.push_back(std::move(part));
-  }
-  return parts;
+  return ToVector(by_index | std::views::values);
 }
 
 struct Opened {
@@ -203,14 +201,9 @@ std::vector<Opened> Checked(const std::vector<Part>& parts) {
 int JoinParts(const std::vector<std::string>& pieces, const fs::path& output, const VideoProgress& progress) {
   const std::vector<Part> parts = SortedParts(pieces);
   const std::vector<Opened> opened = Checked(parts);
-  std::vector<fs::path> paths;
-  std::vector<int> frames;
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    paths.push_back(parts[i].path);
-    frames.push_back(opened[i].frames);
-  }
   AtomicPath file(output);
-  const int done = CopyVideos(paths, frames, file.Path(), progress);
+  const int done =
+      CopyVideos(ToVector(parts, &Part::path), ToVector(opened, &Opened::frames), file.Path(), progress);
   file.Commit();
   return done;
 }
