@@ -10,6 +10,7 @@
 #include <opencv2/imgproc.hpp>
 #include <sstream>
 
+#include "slam/estimation/reprojection_error.h"
 #include "slam/io/input_images.h"
 #include "slam/run/known_map.h"
 #include "slam/snapshot/recording.h"
@@ -277,10 +278,7 @@ Eigen::Matrix3d PointCovariance(const Map& map, const Camera& camera, PointId id
   for (const Observation& observation : point.observations) {
     const Rigid3d& T_camera_map = map.At(observation.keyframe).T_camera_map;
     const Eigen::Vector3d p = T_camera_map * point.p_map;
-    Eigen::Matrix<double, 2, 3> by_camera;
-    by_camera << camera.fx / p.z(), 0.0, -camera.fx * p.x() / (p.z() * p.z()), 0.0, camera.fy / p.z(),
-        -camera.fy * p.y() / (p.z() * p.z());
-    const Eigen::Matrix<double, 2, 3> by_map = by_camera * T_camera_map.RotationMatrix();
+    const Eigen::Matrix<double, 2, 3> by_map = ProjectionJacobian(camera, p) * T_camera_map.RotationMatrix();
     information += by_map.transpose() * by_map /
                    (pixel_variance * map.Levels().Variance(map.KeypointOf(observation).octave));
   }
