@@ -56,16 +56,15 @@ std::string FormatObjects(const SceneDescription& scene) {
       continue;
     }
     const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> pose = body.superquadric.T_map_object.Matrix();
-    const Eigen::Vector3d& center = body.superquadric.T_map_object.translation;
     const Superquadric& shape = body.superquadric.shape;
     nlohmann::ordered_json entry;
     entry["id"] = body.id;
     entry["label"] = body.label;
     entry["primitive"] = PrimitiveName(shape);
-    entry["center"] = {center.x(), center.y(), center.z()};
+    entry["center"] = body.superquadric.T_map_object.translation;
     entry["yaw"] = body.yaw;
     entry["T_world_object"] = std::vector<double>(pose.data(), pose.data() + 16);
-    entry["half_size"] = {shape.half_size.x(), shape.half_size.y(), shape.half_size.z()};
+    entry["half_size"] = shape.half_size;
     entry["shape"] = {shape.e1, shape.e2};
     list.push_back(entry);
   }

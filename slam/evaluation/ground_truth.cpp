@@ -44,8 +44,7 @@ Solid ParseSolid(const json& entry) {
   const std::optional<SolidKind> kind = FromName<SolidKind>(name);
   ThrowIf<InputError>(!kind, "primitive '{}', expected cuboid, cylinder, ellipsoid or superquadric", name);
   Solid solid;
-  const auto half_size = entry.at("half_size").get<std::array<double, 3>>();
-  solid.half_size = {half_size[0], half_size[1], half_size[2]};
+  solid.half_size = Eigen::Vector3d(entry.at("half_size").get<std::array<double, 3>>().data());
   if (!(solid.half_size.allFinite() && solid.half_size.minCoeff() > 0.0)) {
     throw InputError("expected three half sizes above 0");
   }
