@@ -103,7 +103,8 @@ void Export(const ExportArguments& a) {
     return;
   }
   for (const auto& [given, option] : {std::pair(!a.images.empty(), "--images"), {a.masks, "--masks"}}) {
-    ThrowIf<UsageError>(given, "{}: applies to --format only, expected --format colmap or nerfstudio", option);
+    ThrowIf<UsageError>(given, "{}: applies to --format only, expected --format colmap or nerfstudio",
+                        option);
   }
   const fs::path map_path = MapFile(a.map);
   const fs::path output = a.output;

@@ -80,8 +80,7 @@ RecordingReader OpenMap(const fs::path& recording, const ObjectArguments& a, Hid
 std::string CannotBeLaid(const fs::path& sequence) {
   return fmt::format(
       "{}: its true poses cannot be aligned with the map, expected at least three at the times of keyframes, "
-      "not "
-      "on one line",
+      "not on one line",
       sequence.string());
 }
 

@@ -120,8 +120,8 @@ Camera ReadKittiCamera(const std::filesystem::path& calib, int number, const std
                        double fps) {
   const ProjectionMatrix p = ReadKittiProjection(calib, number);
   const cv::Mat picture = ReadImage(image, cv::IMREAD_COLOR);
-  ThrowIf<InputError>(picture.empty(),
-                      "{}: cannot be read, expected an image to take the camera's size from", image.string());
+  ThrowIf<InputError>(picture.empty(), "{}: cannot be read, expected an image to take the camera's size from",
+                      image.string());
   return {picture.cols, picture.rows, p(0, 0), p(1, 1), p(0, 2), p(1, 2), {}, fps};
 }
 
