@@ -55,7 +55,7 @@ struct Localizer::Impl {
   void TakeBacklog(const Backlog& backlog) {
     for (const TrackedFrame& frame :
          TrackBackward(pose_tracker, *view, backlog, tracking.min_recovery_inliers)) {
-      Take(frame.index, {frame.timestamp, images[frame.index], {}}, frame.anchor);
+      Take(frame.index, {{frame.timestamp, {}}, images[frame.index]}, frame.anchor);
     }
   }
 
@@ -90,7 +90,7 @@ TrackingState Localizer::Process(const Frame& frame) {
     s.images[frame.index] = frame.image_path;
     return TrackingState::kLost;
   }
-  s.Take(frame.index, {frame.timestamp, frame.image_path, {}}, *report.pose);
+  s.Take(frame.index, {{frame.timestamp, {}}, frame.image_path}, *report.pose);
   if (s.result.poses.size() == 1) {
     s.times.Add("localization.first_pose",
                 std::chrono::duration<double, std::milli>(Impl::Clock::now() - *s.start).count());

@@ -17,10 +17,8 @@ namespace sqslam {
 
 // Poses of frames in a kept map.
 struct Localization {
-  struct Pose {
-    double timestamp = 0.0;  // seconds
+  struct Pose : TimedPose {
     std::string image_path;
-    Rigid3d T_map_camera;
   };
   int frames = 0;
   std::map<std::int64_t, Pose> poses;  // by index of the frame

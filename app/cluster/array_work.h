@@ -47,9 +47,8 @@ struct ArrayCall {
   bool last_job = false;  // called by the last job: attempts are not reset
 };
 
-// Submits the unfinished tasks, waits for them, and resubmits those that ended without a result; prints each
-// failure. Tasks of an earlier call that are still in the queue are followed first. Throws InputError if
-// Slurm rejects a job.
+// Submits the unfinished tasks, after those of an earlier call have left the queue, waits for them, resubmits
+// those that ended without a result, and prints each failure. Throws InputError if Slurm rejects a job.
 ArrayEnd FollowArray(const ArrayWork& work, const SlurmOptions& options, const ArrayCall& call,
                      const std::function<bool()>& stop, const std::function<void(const std::string&)>& print);
 

@@ -11,9 +11,9 @@
 #include <sstream>
 #include <string_view>
 
-#include "slam/util/error.h"
 #include "slam/util/fingerprint.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -33,9 +33,7 @@ ProgramOutput OutputOf(const Words& words) {
       "trap '' INT HUP; unset SLURM_ARRAY_JOB_ID SLURM_ARRAY_TASK_ID SLURM_RESTART_COUNT; " +
       ShellLine(words) + " 2>&1";
   FILE* const pipe = ::popen(line.c_str(), "r");
-  if (pipe == nullptr) {
-    throw InputError("{}: cannot be started, expected Slurm's programs", words.front());
-  }
+  ThrowIf<InputError>(pipe == nullptr, "{}: cannot be started, expected Slurm's programs", words.front());
   std::array<char, 4096> part{};
   while (const std::size_t size = std::fread(part.data(), 1, part.size(), pipe)) {
     output.text.append(part.data(), size);
@@ -142,9 +140,8 @@ std::string SubmitJob(const fs::path& script, const Words& after) {
   words.push_back(script.string());
   const ProgramOutput output = OutputOf(words);
   const Words numbers = JobNumbers(output);
-  if (output.exit_code != 0 || numbers.empty()) {
-    throw InputError("{}: sbatch rejected it: {}", script.string(), Complaint(output));
-  }
+  ThrowIf<InputError>(output.exit_code != 0 || numbers.empty(), "{}: sbatch rejected it: {}", script.string(),
+                      Complaint(output));
   return numbers.back();
 }
 

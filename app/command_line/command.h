@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "slam/util/options.h"
@@ -48,12 +49,11 @@ concept SeveralNumbers = requires(T values) {
 // A command of a program, or the program itself: arguments bound to variables, the text of --help, and an
 // action. Example:
 //
-//   Command& info = program.AddCommand("info", "Say what is in a map");
-//   info.Positional("MAP", a->map, "map.sqmap, or the result folder that holds it").Required();
+//   const auto [info, a] = program.AddCommand("info", "Say what is in a map", "", Info);
+//   info.Positional("MAP", a.map, "map.sqmap, or the result folder that holds it").Required();
 //   info.Group("Output");
-//   info.Option("--output,-o FILE", a->output, "File to write");
-//   info.Flag("--quiet,-q", a->quiet, "No summary");
-//   info.OnRun([a] { return Info(*a); });
+//   info.Option("--output,-o FILE", a.output, "File to write");
+//   info.QuietFlag(a.quiet, "No summary");
 //
 // Variables may be numbers, strings and enums with names, std::optional of these or of several numbers
 // ("1280,720"), and std::vector of these (an option is then repeated). They must outlive the command.
@@ -62,6 +62,17 @@ class Command {
   Command(std::string name, std::string summary);
 
   Command& AddCommand(std::string name, std::string summary);
+
+  // Adds a command that runs `run` with its arguments. Returns it with these, to be bound to its options.
+  template <typename Result, typename Arguments>
+  std::pair<Command&, Arguments&> AddCommand(std::string name, std::string summary, std::string notes,
+                                             Result (*run)(const Arguments&)) {
+    const auto arguments = std::make_shared<Arguments>();
+    Command& command = AddCommand(std::move(name), std::move(summary));
+    command.Notes(std::move(notes));
+    command.OnRun([run, arguments] { return run(*arguments); });
+    return {command, *arguments};
+  }
 
   // Sets the --help heading of the arguments and commands added from now on.
   void Group(std::string heading) { group_ = std::move(heading); }
@@ -77,6 +88,11 @@ class Command {
   }
   Argument& Positional(const std::string& name, auto& value, std::string help) {
     return Add(positionals_, name, Bind(value), std::move(help));
+  }
+  // Adds --quiet under the heading "General".
+  void QuietFlag(bool& quiet, std::string help) {
+    Group("General");
+    Flag("--quiet,-q", quiet, std::move(help));
   }
 
   // Sets the text below the options. Unindented lines are paragraphs; "  name   text" is an item in two

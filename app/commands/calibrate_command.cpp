@@ -4,7 +4,6 @@
 
 #include <array>
 #include <cmath>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,8 +16,7 @@
 #include "slam/geometry/angles.h"
 #include "slam/io/cameras.h"
 #include "slam/io/frame_source.h"
-#include "slam/util/error.h"
-#include "slam/util/options.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -51,14 +49,7 @@ struct CalibrateArguments {
 // Writes a board at true scale: as vectors in PDF and SVG, at 600 dpi in PNG.
 void PrintBoard(const CalibrateArguments& a) {
   constexpr double kDpi = 600.0;
-  BoardSheet sheet;
-  sheet.width = a.board.columns * a.board.square_mm;
-  sheet.height = a.board.rows * a.board.square_mm;
-  for (const BoardArea& part : BoardAreas(a.board)) {
-    sheet.areas.push_back({{part.area.x, part.area.y, part.area.width, part.area.height}, part.black});
-  }
-  sheet.caption = BoardText(a.board) + ". Print at 100 %, glue it to something flat, and measure a square.";
-  const FigurePage page = DrawBoardSheet(sheet, kDpi);
+  const FigurePage page = DrawBoardSheet(a.board, kDpi);
   WriteFigure(page, a.print_board);
   if (!a.quiet) {
     fmt::print("{}: {}, on a page of {:.0f} x {:.0f} mm\n", a.print_board, BoardText(a.board),
@@ -134,16 +125,6 @@ std::string Text(const Calibration& c, const Search& search, const CalibrationBo
   return text + fmt::format("\nRMS error {:.3f} px, {:.0f} % of the image covered", c.rms, 100.0 * c.covered);
 }
 
-CalibrationFigure FigureOf(const Calibration& c) {
-  CalibrationFigure figure{c.camera.width, c.camera.height, {}, c.rms};
-  for (const CalibratedView& view : c.views) {
-    for (std::size_t i = 0; i < view.pixels.size(); ++i) {
-      figure.corners.push_back({view.pixels[i], view.errors[i]});
-    }
-  }
-  return figure;
-}
-
 void Report(const CalibrateArguments& a, const Calibration& c, const std::string& text) {
   if (!c.dropped_views.empty() || c.dropped_corners > 0) {
     spdlog::info("left out as outliers: {} views{}{}, {} corners", c.dropped_views.size(),
@@ -157,7 +138,8 @@ void Report(const CalibrateArguments& a, const Calibration& c, const std::string
   }
 }
 
-int CalibrateCamera(CalibrateArguments a) {
+int CalibrateCamera(const CalibrateArguments& given) {
+  CalibrateArguments a = given;
   CheckBoard(a.board);
   CalibrationOptions options;
   SetOptions(a.set, options);
@@ -166,9 +148,8 @@ int CalibrateCamera(CalibrateArguments a) {
     PrintBoard(a);
     return 0;
   }
-  if (a.sequence.input.empty() || a.output.empty()) {
-    throw UsageError("calibrate: expected INPUT --output camera.yaml, or --print-board board.pdf");
-  }
+  ThrowIf<UsageError>(a.sequence.input.empty() || a.output.empty(),
+                      "calibrate: expected INPUT --output camera.yaml, or --print-board board.pdf");
   const fs::path output = a.output;
   if (a.figure.empty()) {
     a.figure = (output.parent_path() / (output.stem().string() + "-residuals.png")).string();
@@ -192,7 +173,7 @@ int CalibrateCamera(CalibrateArguments a) {
   c.camera.fps = sequence.camera.fps;
   const std::string text = Text(c, search, a.board);
   WriteCamera(output, c.camera, text);
-  WriteFigure(DrawCalibration(FigureOf(c), {}), a.figure);
+  WriteFigure(DrawCalibration(c, {}), a.figure);
   Report(a, c, text);
   return 0;
 }
@@ -200,28 +181,25 @@ int CalibrateCamera(CalibrateArguments a) {
 }  // namespace
 
 void AddCalibrateCommand(Command& program) {
-  const auto a = std::make_shared<CalibrateArguments>();
-  Command& command =
-      program.AddCommand("calibrate", "Estimate a camera's focal length and distortion from a board");
-  a->sequence.AddTo(command, "Video, folder of photographs, or sequence folder", false);
+  const auto [command, a] =
+      program.AddCommand("calibrate", "Estimate a camera's focal length and distortion from a board",
+                         kCalibrateNotes, CalibrateCamera);
+  a.sequence.AddTo(command, "Video, folder of photographs, or sequence folder", false);
   command.Group("Board");
-  command.Option("--board NAME", a->board.kind, "Pattern of the board");
-  command.Option("--columns N", a->board.columns, "Squares per row");
-  command.Option("--rows N", a->board.rows, "Squares per column");
-  command.Option("--square-mm MM", a->board.square_mm, "Side length of a square");
-  command.Option("--marker-mm MM", a->board.marker_mm, "ChArUco: side length of a marker");
-  command.Option("--dictionary NAME", a->board.dictionary, "ChArUco: marker dictionary of OpenCV");
-  command.Option("--set KEY=VALUE", a->set,
+  command.Option("--board NAME", a.board.kind, "Pattern of the board");
+  command.Option("--columns N", a.board.columns, "Squares per row");
+  command.Option("--rows N", a.board.rows, "Squares per column");
+  command.Option("--square-mm MM", a.board.square_mm, "Side length of a square");
+  command.Option("--marker-mm MM", a.board.marker_mm, "ChArUco: side length of a marker");
+  command.Option("--dictionary NAME", a.board.dictionary, "ChArUco: marker dictionary of OpenCV");
+  command.Option("--set KEY=VALUE", a.set,
                  "Override max_views, max_view_error or max_corner_error; may be repeated");
   command.Group("Output");
-  command.Option("--output,-o FILE", a->output, "camera.yaml to write");
-  command.Option("--figure FILE", a->figure,
+  command.Option("--output,-o FILE", a.output, "camera.yaml to write");
+  command.Option("--figure FILE", a.figure,
                  "Plot of the residuals (.png, .svg, .pdf); default: NAME-residuals.png beside the output");
-  command.Option("--print-board FILE", a->print_board, "Instead, write a printable board (.pdf, .svg, .png)");
-  command.Group("General");
-  command.Flag("--quiet,-q", a->quiet, "No progress and no summary");
-  command.Notes(kCalibrateNotes);
-  command.OnRun([a] { return CalibrateCamera(*a); });
+  command.Option("--print-board FILE", a.print_board, "Instead, write a printable board (.pdf, .svg, .png)");
+  command.QuietFlag(a.quiet, "No progress and no summary");
 }
 
 }  // namespace sqslam::app

@@ -4,9 +4,8 @@
 
 namespace sqslam::app {
 
-// Each adds one command with its options, its help and its examples to the program. Commands return their
-// exit code, or throw InputError, UsageError or NoMapError (slam/util/error.h), which main() turns into one
-// line and an exit code.
+// Each adds one command with its options, help and examples. Commands return their exit code, or throw an
+// error of slam/util/error.h, which main() turns into one line and an exit code.
 void AddDemoCommand(Command& program);
 void AddRunCommand(Command& program);
 void AddCalibrateCommand(Command& program);

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <memory>
 #include <string>
 
 #include "app/commands/commands.h"
@@ -111,21 +110,19 @@ int Demo(const DemoArguments& arguments) {
 }  // namespace
 
 void AddDemoCommand(Command& program) {
-  const auto a = std::make_shared<DemoArguments>();
-  Command& command = program.AddCommand("demo", "Render, map and evaluate a synthetic desk; needs no input");
+  const auto [command, a] = program.AddCommand(
+      "demo", "Render, map and evaluate a synthetic desk; needs no input", kDemoExamples, Demo);
   command.Group("Input");
-  command.Option("--frames N", a->scene.frames, "Only the first N frames of the scene");
-  command.Option("--seed N", a->scene.options.seed, "Seed of the camera shake and the image noise");
+  command.Option("--frames N", a.scene.frames, "Only the first N frames of the scene");
+  command.Option("--seed N", a.scene.options.seed, "Seed of the camera shake and the image noise");
   command.Group("Output");
-  command.Option("--output,-o DIR", a->output, "Output folder; default: out/demo, out/demo-2, ...");
-  command.Flag("--no-video", a->no_video, "Do not write a video of the growing map");
+  command.Option("--output,-o DIR", a.output, "Output folder; default: out/demo, out/demo-2, ...");
+  command.Flag("--no-video", a.no_video, "Do not write a video of the growing map");
   command.Group("General");
-  command.Flag("--deterministic", a->deterministic,
+  command.Flag("--deterministic", a.deterministic,
                "Run tracking and mapping in turn, and record no times: all files are the same byte for byte");
-  AddBackendOption(command, a->scene.options.backend);
-  command.Flag("--quiet,-q", a->scene.quiet, "Print only the paths of the results");
-  command.Notes(kDemoExamples);
-  command.OnRun([a] { return Demo(*a); });
+  AddBackendOption(command, a.scene.options.backend);
+  command.QuietFlag(a.scene.quiet, "Print only the paths of the results");
 }
 
 }  // namespace sqslam::app

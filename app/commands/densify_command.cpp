@@ -1,7 +1,5 @@
 #include <fmt/format.h>
 
-#include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -74,22 +72,18 @@ int RunDensify(const DensifyArguments& a) {
 }  // namespace
 
 void AddDensifyCommand(Command& program) {
-  const auto a = std::make_shared<DensifyArguments>();
-  Command& command =
-      program.AddCommand("densify", "Compute depth maps, a dense cloud and a mesh of a finished run");
+  const auto [command, a] = program.AddCommand(
+      "densify", "Compute depth maps, a dense cloud and a mesh of a finished run", kDensifyNotes, RunDensify);
   command.Group("Input");
-  command.Positional("RESULT", a->result, "Result folder of sqslam run").Required();
-  command.Option("--images PATH", a->images, "The sequence that was mapped, if it has moved");
+  command.Positional("RESULT", a.result, "Result folder of sqslam run").Required();
+  command.Option("--images PATH", a.images, "The sequence that was mapped, if it has moved");
   command.Group("Depth");
-  command.Option("--config FILE", a->config, "Options (YAML, see `dense` in configs/default.yaml)");
-  command.Option("--set KEY=VALUE", a->set,
+  command.Option("--config FILE", a.config, "Options (YAML, see `dense` in configs/default.yaml)");
+  command.Option("--set KEY=VALUE", a.set,
                  "Override one option, such as dense.stereo.planes=128; may be repeated");
-  command.Option("--threads N", a->threads, "Keyframes processed in parallel; 0: one per core").Range(0, 256);
-  command.Flag("--no-mesh", a->no_mesh, "Do not write dense.glb");
-  command.Group("General");
-  command.Flag("--quiet,-q", a->quiet, "No progress and no summary");
-  command.Notes(kDensifyNotes);
-  command.OnRun([a] { return RunDensify(*a); });
+  command.Option("--threads N", a.threads, "Keyframes processed in parallel; 0: one per core").Range(0, 256);
+  command.Flag("--no-mesh", a.no_mesh, "Do not write dense.glb");
+  command.QuietFlag(a.quiet, "No progress and no summary");
 }
 
 }  // namespace sqslam::app

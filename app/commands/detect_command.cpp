@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,7 +17,7 @@
 #include "slam/io/detections.h"
 #include "slam/io/frame_source.h"
 #include "slam/util/data_path.h"
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam::app {
 namespace {
@@ -133,25 +132,19 @@ int Detect(const DetectArguments& a) {
   if (!a.check.empty()) {
     return Check(a);
   }
-  if (a.output.empty()) {
-    throw UsageError("detect: nothing to do, expected --output FILE or --check FILE");
-  }
-  if (a.format == BoxFormat::kCsv) {
-    throw UsageError("--output-format csv: can only be read, expected boxes, yolo, coco or mot");
-  }
+  ThrowIf<UsageError>(a.output.empty(), "detect: nothing to do, expected --output FILE or --check FILE");
+  ThrowIf<UsageError>(a.format == BoxFormat::kCsv,
+                      "--output-format csv: can only be read, expected boxes, yolo, coco or mot");
   const std::optional<NetworkOptions> network = ChooseNetwork(a.detector, a.set);
-  if (!network) {
-    throw InputError("no detector is installed; scripts/fetch-detector.sh downloads one");
-  }
+  ThrowIf<InputError>(!network, "no detector is installed; scripts/fetch-detector.sh downloads one");
   const Sequence sequence = OpenSequence(a.sequence.Request());
   const FrameRange range = a.sequence.Range();
   range.CheckHasFrames(sequence);
   Detector detector(*network);
   const bool plain = a.format == BoxFormat::kBoxes;
   const fs::path boxes = plain ? a.output : a.output + ".boxes.txt";
-  if (!plain && fs::exists(a.output)) {
-    throw UsageError("--output {}: exists already, expected a new name", a.output);
-  }
+  ThrowIf<UsageError>(!plain && fs::exists(a.output), "--output {}: exists already, expected a new name",
+                      a.output);
   DetectionWriter writer(boxes, fmt::format("boxes of {}, {}", sequence.path.string(), detector.Settings()),
                          FilePixels(sequence));
   if (writer.Frames() > 0 && !a.quiet) {
@@ -175,24 +168,21 @@ int Detect(const DetectArguments& a) {
 }  // namespace
 
 void AddDetectCommand(Command& program) {
-  const auto a = std::make_shared<DetectArguments>();
-  Command& command = program.AddCommand("detect", "Detect objects in images and write their boxes");
-  a->sequence.AddTo(command, "Sequence folder, folder of images, or video").Required();
+  const auto [command, a] =
+      program.AddCommand("detect", "Detect objects in images and write their boxes", kDetectNotes, Detect);
+  a.sequence.AddTo(command, "Sequence folder, folder of images, or video").Required();
   command.Group("Detector");
-  command.Option("--detector NAME", a->detector,
+  command.Option("--detector NAME", a.detector,
                  "One of configs/detectors (" + ConfigNameList("configs/detectors") +
                      "), FILE.yaml, or auto: the first of yolox-nano and centernet whose weights are "
                      "installed");
-  command.Option("--set KEY=VALUE", a->set, "Override one value of the detector file; may be repeated");
+  command.Option("--set KEY=VALUE", a.set, "Override one value of the detector file; may be repeated");
   command.Group("Output");
-  command.Option("--output,-o FILE", a->output, "Output file (yolo: folder)");
-  command.Option("--output-format NAME", a->format,
+  command.Option("--output,-o FILE", a.output, "Output file (yolo: folder)");
+  command.Option("--output-format NAME", a.format,
                  "boxes: a boxes.txt; yolo: a folder with one file per image; coco: JSON; mot: MOTChallenge");
-  command.Option("--check FILE", a->check, "Instead, check boxes in any supported format");
-  command.Group("General");
-  command.Flag("--quiet,-q", a->quiet, "No progress");
-  command.Notes(kDetectNotes);
-  command.OnRun([a] { return Detect(*a); });
+  command.Option("--check FILE", a.check, "Instead, check boxes in any supported format");
+  command.QuietFlag(a.quiet, "No progress");
 }
 
 }  // namespace sqslam::app

@@ -2,7 +2,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -191,19 +190,16 @@ int Examine(const DoctorArguments& a) {
 }  // namespace
 
 void AddDoctorCommand(Command& program) {
-  const auto a = std::make_shared<DoctorArguments>();
-  Command& command = program.AddCommand("doctor", "Check whether a video can be mapped, and if not, why");
-  a->sequence.AddTo(command, "Sequence folder, folder of images, or video").Required();
+  const auto [command, a] = program.AddCommand(
+      "doctor", "Check whether a video can be mapped, and if not, why", kDoctorNotes, Examine);
+  a.sequence.AddTo(command, "Sequence folder, folder of images, or video").Required();
   command.Group("Inspection");
-  command.Option("--detector NAME", a->detector,
+  command.Option("--detector NAME", a.detector,
                  "Count objects in a few frames with this detector (see `sqslam detect`), or none");
-  command.Option("--set KEY=VALUE", a->set, "Override one limit: " + LimitNames() + "; may be repeated");
+  command.Option("--set KEY=VALUE", a.set, "Override one limit: " + LimitNames() + "; may be repeated");
   command.Group("Output");
-  command.Option("--output,-o FILE", a->output, "Write all samples and findings to this JSON file");
-  command.Group("General");
-  command.Flag("--quiet,-q", a->quiet, "Print only the verdict");
-  command.Notes(kDoctorNotes);
-  command.OnRun([a] { return Examine(*a); });
+  command.Option("--output,-o FILE", a.output, "Write all samples and findings to this JSON file");
+  command.QuietFlag(a.quiet, "Print only the verdict");
 }
 
 }  // namespace sqslam::app

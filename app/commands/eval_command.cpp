@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -144,30 +143,27 @@ void Evaluate(const EvalArguments& arguments) {
 }  // namespace
 
 void AddEvalCommand(Command& program) {
-  const auto a = std::make_shared<EvalArguments>();
-  Command& command = program.AddCommand("eval", "Evaluate a result: trajectory error, 3D IoU, object counts");
+  const auto [command, a] = program.AddCommand(
+      "eval", "Evaluate a result: trajectory error, 3D IoU, object counts", kEvalNotes, Evaluate);
   command.Group("Input");
   command
-      .Positional("RESULT", a->results,
+      .Positional("RESULT", a.results,
                   "Result folders of sqslam run, all of one sequence; writes eval.json to each and updates "
                   "its report.html")
       .Required();
   command
-      .Option("--ground-truth DIR", a->ground_truth,
+      .Option("--ground-truth DIR", a.ground_truth,
               "Sequence folder with true poses: groundtruth.txt, or the files of 7-Scenes, RGB-D Scenes v2, "
               "ICL-NUIM, EuRoC or KITTI; objects_gt.json is optional")
       .Required();
-  command.Flag("--dense", a->dense, "Instead, evaluate the depth maps of sqslam densify (dense_eval.json)");
-  command.Flag("--budget", a->budget,
+  command.Flag("--dense", a.dense, "Instead, evaluate the depth maps of sqslam densify (dense_eval.json)");
+  command.Flag("--budget", a.budget,
                "Instead, refit the objects with one part of the truth at a time (budget.json)");
-  command.Option("--set KEY=VALUE", a->set, "Override one option of the evaluation; may be repeated");
+  command.Option("--set KEY=VALUE", a.set, "Override one option of the evaluation; may be repeated");
   command.Group("Output");
-  command.Option("--output,-o FILE", a->output,
+  command.Option("--output,-o FILE", a.output,
                  "Also write the tables to this file: .md, .tex, .csv (one line per object) or .json");
-  command.Group("General");
-  command.Flag("--quiet,-q", a->quiet, "Only write files, print nothing");
-  command.Notes(kEvalNotes);
-  command.OnRun([a] { Evaluate(*a); });
+  command.QuietFlag(a.quiet, "Only write files, print nothing");
 }
 
 }  // namespace sqslam::app

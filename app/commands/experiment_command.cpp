@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <fstream>
-#include <memory>
 #include <optional>
 #include <string>
 
@@ -10,8 +9,8 @@
 #include "app/experiment/tables.h"
 #include "app/terminal/terminal.h"
 #include "slam/util/atomic_file.h"
-#include "slam/util/error.h"
 #include "slam/util/file_lock.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -126,9 +125,8 @@ int RunIn(const fs::path& folder, const ExperimentConfig& config, const Experime
   if (!lock && last) {
     return 0;  // another program follows the tasks and will write the tables
   }
-  if (!lock) {
-    throw InputError("{}: another program is running this experiment, expected no other", folder.string());
-  }
+  ThrowIf<InputError>(!lock, "{}: another program is running this experiment, expected no other",
+                      folder.string());
   const auto print = [&arguments](const std::string& line) {
     if (!arguments.quiet) {
       PrintLine(line);
@@ -157,9 +155,8 @@ int RunIn(const fs::path& folder, const ExperimentConfig& config, const Experime
 int Experiment(const ExperimentArguments& arguments) {
   ExperimentConfig config = ReadExperiment(arguments.config);
   config.jobs = arguments.jobs.value_or(config.jobs);
-  if (arguments.submit_only && arguments.where == "here") {
-    throw UsageError("--submit-only: expected --on slurm");
-  }
+  ThrowIf<UsageError>(arguments.submit_only && arguments.where == "here",
+                      "--submit-only: expected --on slurm");
   const fs::path output = arguments.output.empty() ? config.output : arguments.output;
   fs::path folder = fs::absolute(output).lexically_normal();
   if (!folder.has_filename()) {  // "out/desk/"
@@ -175,27 +172,24 @@ int Experiment(const ExperimentArguments& arguments) {
 }  // namespace
 
 void AddExperimentCommand(Command& program) {
-  const auto a = std::make_shared<ExperimentArguments>();
-  Command& command =
-      program.AddCommand("experiment", "Run many sequences and configurations and tabulate the results");
+  const auto [command, a] =
+      program.AddCommand("experiment", "Run many sequences and configurations and tabulate the results",
+                         kExperimentNotes, Experiment);
   command.Group("Input");
-  command.Positional("CONFIG", a->config, "Description of the experiment (YAML)").Required();
+  command.Positional("CONFIG", a.config, "Description of the experiment (YAML)").Required();
   command.Group("Output");
-  command.Option("--output,-o DIR", a->output,
+  command.Option("--output,-o DIR", a.output,
                  "Folder of the experiment, new or to be resumed; default: output of CONFIG, or out/NAME");
   command.Group("Runs");
-  command.Option("--jobs N", a->jobs, "Parallel runs, instead of jobs of CONFIG").AtLeast(1);
-  command.Flag("--dry-run", a->dry_run, "List the runs and whether they are finished, then exit");
-  command.Flag("--fresh", a->fresh, "Repeat all runs, for example after a new build");
+  command.Option("--jobs N", a.jobs, "Parallel runs, instead of jobs of CONFIG").AtLeast(1);
+  command.Flag("--dry-run", a.dry_run, "List the runs and whether they are finished, then exit");
+  command.Flag("--fresh", a.fresh, "Repeat all runs, for example after a new build");
   command.Group("Cluster");
-  command.Option("--on WHERE", a->where, "Run on this computer or on a cluster").OneOf({"here", "slurm"});
-  command.Flag("--submit-only", a->submit_only,
+  command.Option("--on WHERE", a.where, "Run on this computer or on a cluster").OneOf({"here", "slurm"});
+  command.Flag("--submit-only", a.submit_only,
                "With --on slurm: submit all jobs and exit; a last job writes the tables");
-  command.Option("--task RUN", a->task, "Make only this run, without tables; for tasks of a cluster");
-  command.Group("General");
-  command.Flag("--quiet,-q", a->quiet, "Print only errors");
-  command.Notes(kExperimentNotes);
-  command.OnRun([a] { return Experiment(*a); });
+  command.Option("--task RUN", a.task, "Make only this run, without tables; for tasks of a cluster");
+  command.QuietFlag(a.quiet, "Print only errors");
 }
 
 }  // namespace sqslam::app

@@ -3,7 +3,6 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <memory>
 #include <optional>
 #include <string>
 #include <tuple>
@@ -21,7 +20,7 @@
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/recording.h"
 #include "slam/util/atomic_file.h"
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -42,16 +41,14 @@ struct ExportArguments {
 
 void CheckArguments(const ExportArguments& a, const std::string& extension) {
   static const std::vector<std::string> kExtensions = {".glb", ".obj", ".ply", ".json", ".txt", ".html"};
-  if (std::ranges::find(kExtensions, extension) == kExtensions.end()) {
-    throw UsageError("--output {}: unknown extension, expected {}", a.output, fmt::join(kExtensions, ", "));
-  }
+  ThrowIf<UsageError>(std::ranges::find(kExtensions, extension) == kExtensions.end(),
+                      "--output {}: unknown extension, expected {}", a.output, fmt::join(kExtensions, ", "));
   for (const auto& [given, option, only] : {std::tuple(a.meshes, "--meshes", ".ply"),
                                             {a.surface, "--surface", ".glb"},
                                             {!a.ground_truth.empty(), "--ground-truth", ".html"}}) {
-    if (given && extension != only) {
-      throw UsageError("{0}: applies to a {1} only, expected --output FILE{1} instead of {2}", option, only,
-                       a.output);
-    }
+    ThrowIf<UsageError>(given && extension != only,
+                        "{0}: applies to a {1} only, expected --output FILE{1} instead of {2}", option, only,
+                        a.output);
   }
 }
 
@@ -84,12 +81,10 @@ void WriteViewPage(const ExportArguments& a, const fs::path& map_path) {
 
 // Exports keyframes, points and images for COLMAP or nerfstudio.
 void ExportForPrograms(const ExportArguments& a) {
-  if (a.meshes || a.surface || a.objects.reliable_only || !a.objects.edits.empty()) {
-    throw UsageError(
-        "--format {}: holds no objects, expected neither --meshes, --surface, --edits "
-        "nor --reliable-only",
-        NameOf(*a.format));
-  }
+  ThrowIf<UsageError>(
+      a.meshes || a.surface || a.objects.reliable_only || !a.objects.edits.empty(),
+      "--format {}: holds no objects, expected neither --meshes, --surface, --edits nor --reliable-only",
+      NameOf(*a.format));
   Progress progress(a.quiet, "image");
   const ModelSummary summary = ExportModel({a.map, a.images, a.output, *a.format, a.masks},
                                            [&](int done, int total) { progress.Update(done, total); });
@@ -108,9 +103,8 @@ void Export(const ExportArguments& a) {
     return;
   }
   for (const auto& [given, option] : {std::pair(!a.images.empty(), "--images"), {a.masks, "--masks"}}) {
-    if (given) {
-      throw UsageError("{}: applies to --format only, expected --format colmap or nerfstudio", option);
-    }
+    ThrowIf<UsageError>(given, "{}: applies to --format only, expected --format colmap or nerfstudio",
+                        option);
   }
   const fs::path map_path = MapFile(a.map);
   const fs::path output = a.output;
@@ -171,31 +165,29 @@ Examples:
 }  // namespace
 
 void AddExportCommand(Command& program) {
-  const auto a = std::make_shared<ExportArguments>();
-  Command& command = program.AddCommand("export", "Export a map for other programs");
+  const auto [command, a] =
+      program.AddCommand("export", "Export a map for other programs", kExportNotes, Export);
   command.Group("Input");
-  command.Positional("MAP", a->map, "map.sqmap, or the result folder that holds it").Required();
-  AddObjectOptions(command, a->objects);
+  command.Positional("MAP", a.map, "map.sqmap, or the result folder that holds it").Required();
+  AddObjectOptions(command, a.objects);
   command.Group("Output");
   command
       .Option(
-          "--output,-o FILE", a->output,
+          "--output,-o FILE", a.output,
           "FILE.html, .glb, .obj, .ply, .json or .txt; an existing file is replaced. With --format: a new "
           "folder")
       .Required();
-  command.Option("--format NAME", a->format,
+  command.Option("--format NAME", a.format,
                  "Instead of one file, write a folder with keyframes, tracks and images");
-  command.Option("--images PATH", a->images, "With --format: the sequence that was mapped, if it has moved");
-  command.Flag("--masks", a->masks,
+  command.Option("--images PATH", a.images, "With --format: the sequence that was mapped, if it has moved");
+  command.Flag("--masks", a.masks,
                "With --format: also masks/, a PNG for each image, white where the map has an object");
-  command.Flag("--meshes", a->meshes, "In a .ply: superquadrics as meshes instead of points");
-  command.Flag("--surface", a->surface, "In a .glb: also the coloured mesh of a densified result");
-  command.Option("--ground-truth SEQUENCE", a->ground_truth,
+  command.Flag("--meshes", a.meshes, "In a .ply: superquadrics as meshes instead of points");
+  command.Flag("--surface", a.surface, "In a .glb: also the coloured mesh of a densified result");
+  command.Option("--ground-truth SEQUENCE", a.ground_truth,
                  "In a .html: also the true camera path of this sequence folder; auto: of the sequence that "
                  "was mapped");
-  command.Flag("--quiet,-q", a->quiet, "No progress and no summary");
-  command.Notes(kExportNotes);
-  command.OnRun([a] { Export(*a); });
+  command.Flag("--quiet,-q", a.quiet, "No progress and no summary");
 }
 
 }  // namespace sqslam::app

@@ -5,10 +5,8 @@
 
 #include "app/commands/commands.h"
 #include "app/commands/render_arguments.h"
-#include "app/result/map_input.h"
 #include "app/terminal/terminal.h"
 #include "render/figures/figures.h"
-#include "render/video/input_frames.h"
 
 namespace sqslam::app {
 namespace {
@@ -56,7 +54,7 @@ void AddPageOptions(Command& command, const FigureEntry& figure, FigureArguments
   if (figure.pictures) {
     AddBackendOption(command, page.backend);
   }
-  command.Flag("--quiet,-q", a.quiet, "No progress");
+  command.QuietFlag(a.quiet, "No progress");
 }
 
 // Adds the inputs: results and their names, objects, frames, and the view of maps.

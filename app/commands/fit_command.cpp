@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <memory>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -14,9 +13,9 @@
 #include "slam/geometry/angles.h"
 #include "slam/io/point_cloud.h"
 #include "slam/io/result_files.h"
-#include "slam/util/error.h"
 #include "slam/util/options.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -49,16 +48,14 @@ MultiFitOptions MakeOptions(const FitArguments& arguments) {
   SetOptions(arguments.set, options);
   options.fit.upright |= arguments.upright;
   options.remove_plane |= arguments.remove_plane;
-  if (arguments.multiple && !arguments.clusters.empty()) {
-    throw UsageError("--multiple and --clusters: expected one of them");
-  }
+  ThrowIf<UsageError>(arguments.multiple && !arguments.clusters.empty(),
+                      "--multiple and --clusters: expected one of them");
   if (arguments.multiple || arguments.clusters == "auto") {
     options.clusters = 0;
   } else if (!arguments.clusters.empty()) {
     options.clusters = ParseNumber<int>(arguments.clusters).value_or(0);
-    if (options.clusters < 1) {
-      throw UsageError("--clusters {}: expected a number of objects, or auto", arguments.clusters);
-    }
+    ThrowIf<UsageError>(options.clusters < 1, "--clusters {}: expected a number of objects, or auto",
+                        arguments.clusters);
   }
   CheckOptions(options);
   return options;
@@ -67,9 +64,8 @@ MultiFitOptions MakeOptions(const FitArguments& arguments) {
 void CheckOutputs(const std::vector<std::string>& outputs) {
   for (const fs::path output : outputs) {
     const std::string extension = output.extension().string();
-    if (extension != ".json" && extension != ".obj" && extension != ".ply") {
-      throw UsageError("--output {}: unknown extension, expected .json, .obj or .ply", output.string());
-    }
+    ThrowIf<UsageError>(extension != ".json" && extension != ".obj" && extension != ".ply",
+                        "--output {}: unknown extension, expected .json, .obj or .ply", output.string());
   }
 }
 
@@ -132,30 +128,31 @@ void Fit(const FitArguments& arguments) {
   }
 }
 
+std::string FitNotes() {
+  std::string notes = kFitNotes + std::string("\nOptions for --set, with their defaults:\n");
+  std::istringstream lines(DumpOptions(MultiFitOptions()));
+  for (std::string line; std::getline(lines, line);) {
+    notes += "| " + line + "\n";
+  }
+  return notes;
+}
+
 }  // namespace
 
 void AddFitCommand(Command& program) {
-  const auto a = std::make_shared<FitArguments>();
-  Command& command = program.AddCommand("fit", "Fit superquadrics to a point cloud");
+  const auto [command, a] = program.AddCommand("fit", "Fit superquadrics to a point cloud", FitNotes(), Fit);
   command.Group("Input");
-  command.Positional("CLOUD", a->cloud, "Point cloud (.ply, or text with x y z)").Required();
+  command.Positional("CLOUD", a.cloud, "Point cloud (.ply, or text with x y z)").Required();
   command.Group("Output");
-  command.Option("--output,-o FILE", a->output,
+  command.Option("--output,-o FILE", a.output,
                  ".json objects, .obj or .ply meshes; may be repeated; existing files are replaced");
   command.Group("Fitting");
-  command.Flag("--upright", a->upright, "Align the object's z axis with the cloud's: only yaw is free");
-  command.Option("--clusters N", a->clusters,
+  command.Flag("--upright", a.upright, "Align the object's z axis with the cloud's: only yaw is free");
+  command.Option("--clusters N", a.clusters,
                  "Split the cloud at gaps and fit the N largest parts; default: 1; auto: all of them");
-  command.Flag("--multiple", a->multiple, "Same as --clusters auto");
-  command.Flag("--remove-plane", a->remove_plane, "First remove the largest plane, such as a table or floor");
-  command.Option("--set KEY=VALUE", a->set, "Override one of the options below; may be repeated");
-  std::string options = "\nOptions for --set, with their defaults:\n";
-  std::istringstream lines(DumpOptions(MultiFitOptions()));
-  for (std::string line; std::getline(lines, line);) {
-    options += "| " + line + "\n";
-  }
-  command.Notes(kFitNotes + options);
-  command.OnRun([a] { Fit(*a); });
+  command.Flag("--multiple", a.multiple, "Same as --clusters auto");
+  command.Flag("--remove-plane", a.remove_plane, "First remove the largest plane, such as a table or floor");
+  command.Option("--set KEY=VALUE", a.set, "Override one of the options below; may be repeated");
 }
 
 }  // namespace sqslam::app

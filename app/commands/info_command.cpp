@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -10,7 +9,7 @@
 #include "slam/geometry/angles.h"
 #include "slam/recognition/vocabulary.h"
 #include "slam/snapshot/recording.h"
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam::app {
 namespace {
@@ -91,17 +90,26 @@ void PrintEdits(const std::filesystem::path& path, const std::string& edits) {
   }
 }
 
-void PrintInfo(const std::filesystem::path& path, bool config, bool history, const ObjectArguments& objects) {
+struct InfoArguments {
+  std::string map;
+  bool config = false;
+  bool history = false;
+  ObjectArguments objects;
+};
+
+void PrintInfo(const InfoArguments& a) {
+  ThrowIf<UsageError>(a.config && a.history, "--config and --history: expected one of them");
+  const std::filesystem::path path = MapFile(a.map);
   if (Vocabulary::IsVocabularyFile(path)) {
     PrintVocabulary(path);
     return;
   }
-  const RecordingReader reader = OpenMap(path, objects, HiddenObjects::kKeep);
-  if (config) {
+  const RecordingReader reader = OpenMap(path, a.objects, HiddenObjects::kKeep);
+  if (a.config) {
     fmt::print("{}", reader.Info().config);
     return;
   }
-  if (history) {
+  if (a.history) {
     PrintHistory(reader);
     return;
   }
@@ -110,7 +118,7 @@ void PrintInfo(const std::filesystem::path& path, bool config, bool history, con
              reader.Info().program_version, reader.Size());
   fmt::print("lengths    {}\n",
              reader.Info().scale ? "metres: " + ScaleText(*reader.Info().scale) : "map units (sqslam scale)");
-  PrintEdits(path, objects.edits);
+  PrintEdits(path, a.objects.edits);
   if (reader.Size() == 0) {
     return;
   }
@@ -127,27 +135,14 @@ void PrintInfo(const std::filesystem::path& path, bool config, bool history, con
 }  // namespace
 
 void AddInfoCommand(Command& program) {
-  struct Arguments {
-    std::string map;
-    bool config = false;
-    bool history = false;
-    ObjectArguments objects;
-  };
-  const auto a = std::make_shared<Arguments>();
-  Command& command = program.AddCommand("info", "List the contents of a map or a vocabulary");
+  const auto [command, a] =
+      program.AddCommand("info", "List the contents of a map or a vocabulary", kInfoNotes, PrintInfo);
   command.Group("Input");
-  command.Positional("MAP", a->map, "map.sqmap, the result folder that holds it, or a vocabulary").Required();
-  AddObjectOptions(command, a->objects);
+  command.Positional("MAP", a.map, "map.sqmap, the result folder that holds it, or a vocabulary").Required();
+  AddObjectOptions(command, a.objects);
   command.Group("Output");
-  command.Flag("--config", a->config, "Print the options of the run as YAML");
-  command.Flag("--history", a->history, "Print one line per snapshot, to show how the map grew");
-  command.Notes(kInfoNotes);
-  command.OnRun([a] {
-    if (a->config && a->history) {
-      throw UsageError("--config and --history: expected one of them");
-    }
-    PrintInfo(MapFile(a->map), a->config, a->history, a->objects);
-  });
+  command.Flag("--config", a.config, "Print the options of the run as YAML");
+  command.Flag("--history", a.history, "Print one line per snapshot, to show how the map grew");
 }
 
 }  // namespace sqslam::app

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -34,13 +33,12 @@ struct LocalizeArguments : SequenceArguments {
 };
 
 int RunLocalize(const LocalizeArguments& a) {
-  LocalizeRequest request;
-  request.sequence = a.Request();
-  request.range = a.Range();
-  request.map = a.map;
-  request.output =
-      a.output.empty() ? FreeResultFolder("out", NameOfInput(a.input)) : std::filesystem::path(a.output);
-  request.set = a.set;
+  const LocalizeRequest request{.sequence = a.Request(),
+                                .range = a.Range(),
+                                .map = a.map,
+                                .output = a.output.empty() ? FreeResultFolder("out", NameOfInput(a.input))
+                                                           : std::filesystem::path(a.output),
+                                .set = a.set};
   TerminalRun host({"", false}, a.quiet);
   const LocalizedRun run = LocalizeSequence(request, host);
   if (!a.quiet) {
@@ -53,20 +51,18 @@ int RunLocalize(const LocalizeArguments& a) {
 }  // namespace
 
 void AddLocalizeCommand(Command& program) {
-  const auto a = std::make_shared<LocalizeArguments>();
-  Command& command =
-      program.AddCommand("localize", "Find the camera poses of images or a video in a finished map");
-  a->AddTo(command, "Sequence folder, dataset folder, image folder or video").Required();
-  command.Option("--map RESULT", a->map, "Map to localize in: result folder of sqslam run, or its map.sqmap")
+  const auto [command, a] =
+      program.AddCommand("localize", "Find the camera poses of images or a video in a finished map",
+                         kLocalizeNotes, RunLocalize);
+  a.AddTo(command, "Sequence folder, dataset folder, image folder or video").Required();
+  command.Option("--map RESULT", a.map, "Map to localize in: result folder of sqslam run, or its map.sqmap")
       .Required();
   command.Group("Output");
-  command.Option("--output,-o DIR", a->output, "Result folder; default: out/NAME, out/NAME-2, ...");
+  command.Option("--output,-o DIR", a.output, "Result folder; default: out/NAME, out/NAME-2, ...");
   command.Group("General");
-  command.Option("--set KEY=VALUE", a->set,
+  command.Option("--set KEY=VALUE", a.set,
                  "Override one of the options that the map was made with; may be repeated");
-  command.Flag("--quiet,-q", a->quiet, "Print only warnings and errors");
-  command.Notes(kLocalizeNotes);
-  command.OnRun([a] { return RunLocalize(*a); });
+  command.QuietFlag(a.quiet, "Print only warnings and errors");
 }
 
 }  // namespace sqslam::app

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <memory>
 #include <string>
 
 #include "app/commands/commands.h"
@@ -42,18 +41,15 @@ void Merge(const MergeArguments& a) {
 }  // namespace
 
 void AddMergeCommand(Command& program) {
-  const auto a = std::make_shared<MergeArguments>();
-  Command& command = program.AddCommand("merge", "Merge two overlapping maps into one");
+  const auto [command, a] =
+      program.AddCommand("merge", "Merge two overlapping maps into one", kMergeNotes, Merge);
   command.Group("Input");
-  command.Positional("A", a->first, "Result folder of sqslam run, or its map.sqmap").Required();
-  command.Positional("B", a->second, "Second result folder, or its map.sqmap").Required();
+  command.Positional("A", a.first, "Result folder of sqslam run, or its map.sqmap").Required();
+  command.Positional("B", a.second, "Second result folder, or its map.sqmap").Required();
   command.Group("Output");
-  command.Option("--output,-o DIR", a->output, "Result folder; default: out/merged, out/merged-2, ...");
-  command.Flag("--no-render", a->no_render, "Do not write pictures and the report");
-  command.Group("General");
-  command.Flag("--quiet,-q", a->quiet, "Print only warnings and errors");
-  command.Notes(kMergeNotes);
-  command.OnRun([a] { Merge(*a); });
+  command.Option("--output,-o DIR", a.output, "Result folder; default: out/merged, out/merged-2, ...");
+  command.Flag("--no-render", a.no_render, "Do not write pictures and the report");
+  command.QuietFlag(a.quiet, "Print only warnings and errors");
 }
 
 }  // namespace sqslam::app

@@ -7,8 +7,7 @@
 #include "render/camera/scene_framing.h"
 #include "slam/io/frame_source.h"
 #include "slam/util/data_path.h"
-#include "slam/util/error.h"
-#include "slam/util/options.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -21,10 +20,8 @@ bool IsPathFile(const std::string& path) {
 
 CameraPath ParsePath(const std::string& name) {
   const std::optional<CameraPath> path = FromName<CameraPath>(name == "turntable" ? "orbit" : name);
-  if (!path) {
-    throw UsageError("--camera-path {}: expected still, orbit, turntable, follow, first-person or FILE.yaml",
-                     name);
-  }
+  ThrowIf<UsageError>(
+      !path, "--camera-path {}: expected still, orbit, turntable, follow, first-person or FILE.yaml", name);
   return *path;
 }
 
@@ -89,12 +86,11 @@ void AddClusterOptions(Command& command, RenderArguments& a) {
 }
 
 void CheckClusterArguments(const RenderArguments& a) {
-  if (a.where == "here" && (a.shards || !a.slurm.empty() || a.submit_only || !a.task.empty())) {
-    throw UsageError("--shards, --slurm, --submit-only and --task: expected --on slurm");
-  }
-  if (a.where == "slurm" && (!a.shards || !a.shard.empty() || fs::path(a.output).extension() != ".mp4")) {
-    throw UsageError("--on slurm: expected --shards N, --output FILE.mp4 and no --shard");
-  }
+  ThrowIf<UsageError>(a.where == "here" && (a.shards || !a.slurm.empty() || a.submit_only || !a.task.empty()),
+                      "--shards, --slurm, --submit-only and --task: expected --on slurm");
+  ThrowIf<UsageError>(
+      a.where == "slurm" && (!a.shards || !a.shard.empty() || fs::path(a.output).extension() != ".mp4"),
+      "--on slurm: expected --shards N, --output FILE.mp4 and no --shard");
 }
 
 }  // namespace
@@ -107,9 +103,8 @@ PictureOptions MakePictureOptions(const RenderArguments& a) {
   }
   options.style = a.style.Load();
   CheckStyle(options.style);
-  if (options.camera.view_up && options.camera.view_up->norm() < 1e-9) {
-    throw UsageError("--camera-view-up: expected a direction, not zero");
-  }
+  ThrowIf<UsageError>(options.camera.view_up && options.camera.view_up->norm() < 1e-9,
+                      "--camera-view-up: expected a direction, not zero");
   return options;
 }
 
@@ -144,61 +139,44 @@ void CheckRenderArguments(const RenderArguments& a) {
   CheckClusterArguments(a);
   ParseFrameRange(a.frames);  // throws on invalid ranges before anything is read
   if (!a.join.empty()) {
-    if (a.where != "here" || fs::path(a.output).extension() != ".mp4" || !a.map.empty() ||
-        !a.objects.edits.empty()) {
-      throw UsageError("--join: expected pieces and --output FILE.mp4, and no MAP, --edits or --on");
-    }
+    ThrowIf<UsageError>(a.where != "here" || fs::path(a.output).extension() != ".mp4" || !a.map.empty() ||
+                            !a.objects.edits.empty(),
+                        "--join: expected pieces and --output FILE.mp4, and no MAP, --edits or --on");
     return;
   }
-  if (a.map.empty()) {
-    throw UsageError("render: MAP is missing, expected map.sqmap or the result folder that holds it");
-  }
-  if (a.output.empty() && a.reference.empty()) {
-    throw UsageError("render: nothing to do, expected --output FILE, --reference FILE or both");
-  }
-  if (!frames && !a.output.empty() && fs::path(a.output).extension() != ".png") {
-    throw UsageError(
-        "--output {}: expected FILE.png, a name with {{frame:04}} that ends in .png, or "
-        "FILE.mp4",
-        a.output);
-  }
-  if (frames && !a.reference.empty()) {
-    throw UsageError("--reference: compares one picture, expected --output FILE.png or none");
-  }
+  ThrowIf<UsageError>(a.map.empty(),
+                      "render: MAP is missing, expected map.sqmap or the result folder that holds it");
+  ThrowIf<UsageError>(a.output.empty() && a.reference.empty(),
+                      "render: nothing to do, expected --output FILE, --reference FILE or both");
+  ThrowIf<UsageError>(
+      !frames && !a.output.empty() && fs::path(a.output).extension() != ".png",
+      "--output {}: expected FILE.png, a name with {{frame:04}} that ends in .png, or FILE.mp4", a.output);
+  ThrowIf<UsageError>(frames && !a.reference.empty(),
+                      "--reference: compares one picture, expected --output FILE.png or none");
   const bool wants_frames =
       a.growth || !a.frames.empty() || !a.shard.empty() || (!a.path.empty() && a.path != "still");
-  if (!frames && wants_frames) {
-    throw UsageError(
-        "--output {}: one picture, expected FILE.mp4 or a name with {{frame:04}} for "
-        "--growth, --frames, --shard and --camera-path",
-        a.output);
-  }
-  if (frames && a.camera_frame) {
-    throw UsageError(
-        "--camera-frame: makes one picture, expected --output FILE.png (for a video: --camera-path "
-        "first-person)");
-  }
+  ThrowIf<UsageError>(!frames && wants_frames,
+                      "--output {}: one picture, expected FILE.mp4 or a name with {{frame:04}} for --growth, "
+                      "--frames, --shard and --camera-path",
+                      a.output);
+  ThrowIf<UsageError>(frames && a.camera_frame,
+                      "--camera-frame: makes one picture, expected --output FILE.png (for a video: "
+                      "--camera-path first-person)");
   const CameraOverrides& camera = a.picture.camera;
   const bool moved = !camera.view.empty() || camera.position || camera.focal_point || camera.view_up ||
                      camera.view_angle || camera.azimuth != 0.0 || camera.elevation != 0.0 ||
                      camera.zoom != 1.0;
-  if (a.camera_frame && moved) {
-    throw UsageError(
-        "--camera-frame: the view of a real camera, expected no --view and no other --camera option");
-  }
-  if (a.at_frame && frames) {
-    throw UsageError("--at-frame: makes one picture, expected --output FILE.png");
-  }
+  ThrowIf<UsageError>(
+      a.camera_frame && moved,
+      "--camera-frame: the view of a real camera, expected no --view and no other --camera option");
+  ThrowIf<UsageError>(a.at_frame && frames, "--at-frame: makes one picture, expected --output FILE.png");
   const char* over = a.overlay ? "--overlay" : "--photo";
-  if ((a.overlay || a.photo) && !a.camera_frame) {
-    throw UsageError("{}: expected --camera-frame N, the frame to draw over", over);
-  }
-  if ((a.overlay || a.photo) && a.picture.transparent) {
-    throw UsageError("{}: the photograph is the background, expected no --no-background", over);
-  }
-  if (a.overlay && a.photo) {
-    throw UsageError("--overlay and --photo: expected outlines or the map itself, not both");
-  }
+  ThrowIf<UsageError>((a.overlay || a.photo) && !a.camera_frame,
+                      "{}: expected --camera-frame N, the frame to draw over", over);
+  ThrowIf<UsageError>((a.overlay || a.photo) && a.picture.transparent,
+                      "{}: the photograph is the background, expected no --no-background", over);
+  ThrowIf<UsageError>(a.overlay && a.photo,
+                      "--overlay and --photo: expected outlines or the map itself, not both");
 }
 
 void StyleArguments::AddTo(Command& command) {
@@ -223,9 +201,8 @@ void AddBackendOption(Command& command, RenderBackend& backend) {
 
 int SceneArguments::Frames() const {
   const FrameRange range = ParseFrameRange(frames);
-  if (range.start > 0) {
-    throw UsageError("--frames {}: a scene is rendered from its first frame on, expected N", frames);
-  }
+  ThrowIf<UsageError>(range.start > 0, "--frames {}: a scene is rendered from its first frame on, expected N",
+                      frames);
   const std::int64_t longest = std::numeric_limits<int>::max();
   return frames.empty() ? 0 : static_cast<int>(std::min(range.count, longest));
 }
@@ -269,7 +246,7 @@ void AddRenderOptions(Command& command, RenderArguments& a) {
   AddClusterOptions(command, a);
   command.Group("General");
   AddBackendOption(command, a.picture.backend);
-  command.Flag("--quiet,-q", a.quiet, "No progress");
+  command.QuietFlag(a.quiet, "No progress");
 }
 
 }  // namespace sqslam::app

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <opencv2/imgcodecs.hpp>
 #include <optional>
 #include <string>
@@ -18,7 +17,7 @@
 #include "render/video/video_alignment.h"
 #include "slam/io/image_files.h"
 #include "slam/snapshot/recording.h"
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -44,9 +43,7 @@ fs::path WriteDifference(const RenderArguments& a, const cv::Mat& image, const c
 
 int CompareWithReference(const RenderArguments& a, const cv::Mat& image) {
   const cv::Mat reference = ReadImage(a.reference, cv::IMREAD_UNCHANGED);
-  if (reference.empty()) {
-    throw InputError("{}: cannot be read, expected the reference picture", a.reference);
-  }
+  ThrowIf<InputError>(reference.empty(), "{}: cannot be read, expected the reference picture", a.reference);
   if (image.size() != reference.size() || image.type() != reference.type()) {
     fmt::print(stderr, "sqslam: {}: {}x{} with {} channels, expected {}x{} with {} as the picture has\n",
                a.reference, reference.cols, reference.rows, reference.channels(), image.cols, image.rows,
@@ -75,10 +72,8 @@ MapSnapshot MapShown(const RenderArguments& a, const RecordingReader& reader) {
   while (snapshot + 1 < reader.Size() && reader.FrameIndex(snapshot + 1) <= *a.at_frame) {
     ++snapshot;
   }
-  if (snapshot < 0) {
-    throw UsageError("--at-frame {}: there was no map yet, expected {} or more", *a.at_frame,
-                     reader.FrameIndex(0));
-  }
+  ThrowIf<UsageError>(snapshot < 0, "--at-frame {}: there was no map yet, expected {} or more", *a.at_frame,
+                      reader.FrameIndex(0));
   const MapSnapshotPtr read = reader.Read(snapshot);
   MapSnapshot map = Transformed(AlignByKeyframes(*read, *last), *read);
   if (map.frame_index != *a.at_frame) {
@@ -263,11 +258,9 @@ Examples:
 }  // namespace
 
 void AddRenderCommand(Command& program) {
-  const auto a = std::make_shared<RenderArguments>();
-  Command& command = program.AddCommand("render", "Draw a map as a picture, numbered pictures or a video");
-  AddRenderOptions(command, *a);
-  command.Notes(kRenderNotes);
-  command.OnRun([a] { return Render(*a); });
+  const auto [command, a] = program.AddCommand(
+      "render", "Draw a map as a picture, numbered pictures or a video", kRenderNotes, Render);
+  AddRenderOptions(command, a);
 }
 
 }  // namespace sqslam::app

@@ -1,17 +1,15 @@
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <set>
 #include <string>
 #include <vector>
 
 #include "app/cluster/array_work.h"
 #include "app/terminal/terminal.h"
 #include "slam/util/atomic_file.h"
-#include "slam/util/error.h"
 #include "slam/util/file_lock.h"
 #include "slam/util/json_file.h"
 #include "slam/util/options.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -83,10 +81,9 @@ void ClaimFolder(const VideoPieces& pieces, const std::string& settings) {
       throw InputError("{}, so pieces of another video may be drawn in {} now", problem,
                        pieces.Folder().string());
     }
-    if (!queued->empty()) {
-      throw InputError("{}: pieces of another video are being drawn there, expected none (scancel -n {})",
-                       pieces.Folder().string(), name);
-    }
+    ThrowIf<InputError>(!queued->empty(),
+                        "{}: pieces of another video are being drawn there, expected none (scancel -n {})",
+                        pieces.Folder().string(), name);
   }
   for (int i = 1; i <= pieces.Count(); ++i) {
     fs::remove(pieces.Beside(i, ".size"));
@@ -97,9 +94,8 @@ void ClaimFolder(const VideoPieces& pieces, const std::string& settings) {
 int RenderPiece(const VideoPieces& pieces, const RenderArguments& a, const SlurmOptions& options,
                 const DrawsHere& render) {
   const Shard shard = ParseShard(a.task);
-  if (shard.count != pieces.Count()) {
-    throw UsageError("--task {}: expected a piece of {}", a.task, pieces.Count());
-  }
+  ThrowIf<UsageError>(shard.count != pieces.Count(), "--task {}: expected a piece of {}", a.task,
+                      pieces.Count());
   if (pieces.IsWhole(shard.index)) {
     return 0;
   }
@@ -173,10 +169,8 @@ int RenderOnSlurm(const RenderArguments& a, const DrawsHere& render) {
   if (!lock && last) {
     return 0;  // another program follows the tasks and will join the pieces
   }
-  if (!lock) {
-    throw InputError("{}: another program is waiting for its tasks, expected no other",
-                     pieces.Folder().string());
-  }
+  ThrowIf<InputError>(!lock, "{}: another program is waiting for its tasks, expected no other",
+                      pieces.Folder().string());
   ClaimFolder(pieces, settings);
   const InterruptGuard interrupt;
   Progress progress(a.quiet, "piece");

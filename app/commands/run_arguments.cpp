@@ -10,9 +10,9 @@
 #include "slam/io/network_stream.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/data_path.h"
-#include "slam/util/error.h"
 #include "slam/util/options.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -29,9 +29,7 @@ std::vector<std::string> Labels(const std::string& text) {
   std::vector<std::string> labels;
   std::istringstream words(text);
   for (std::string label; text != "none" && std::getline(words, label, ',');) {
-    if (label.empty()) {
-      throw UsageError("--ignore {}: expected labels such as person,car, or none", text);
-    }
+    ThrowIf<UsageError>(label.empty(), "--ignore {}: expected labels such as person,car, or none", text);
     labels.push_back(NormalizedLabel(label));
   }
   return labels;
@@ -39,13 +37,10 @@ std::vector<std::string> Labels(const std::string& text) {
 
 // Checks the video path before the run rather than after it.
 void CheckVideoName(const fs::path& video) {
-  if (video.extension() != ".mp4") {
-    throw UsageError("--video {}: expected FILE.mp4", video.string());
-  }
+  ThrowIf<UsageError>(video.extension() != ".mp4", "--video {}: expected FILE.mp4", video.string());
   const fs::path folder = video.has_parent_path() ? video.parent_path() : fs::path(".");
-  if (!fs::is_directory(folder)) {
-    throw UsageError("--video {}: folder {} does not exist, expected one", video.string(), folder.string());
-  }
+  ThrowIf<UsageError>(!fs::is_directory(folder), "--video {}: folder {} does not exist, expected one",
+                      video.string(), folder.string());
 }
 
 }  // namespace
@@ -144,8 +139,7 @@ void RunArguments::AddTo(Command& command) {
   command.Option("--seed N", seed, "Seed of all random numbers").AtLeast(0);
   command.Flag("--realtime", realtime,
                "Play at the recorded speed and drop frames that come too fast, like a live camera");
-  command.Group("General");
-  command.Flag("--quiet,-q", quiet, "Print only warnings and errors");
+  command.QuietFlag(quiet, "Print only warnings and errors");
 }
 
 SystemOptions RunArguments::Options() const {
@@ -179,28 +173,22 @@ RunPictures RunArguments::Pictures() const {
 }
 
 RunRequest RunArguments::Request() const {
-  if (input.empty() && !camera_index) {
-    throw UsageError(
-        "run: INPUT is missing, expected a sequence folder, an image folder, a video, a camera index or "
-        "an address");
-  }
-  if (!detections.empty() && !detector.empty() && detector != "none") {
-    throw UsageError(
-        "--detections and --detector: boxes come from a file or from a network, expected one of them");
-  }
+  ThrowIf<UsageError>(input.empty() && !camera_index,
+                      "run: INPUT is missing, expected a sequence folder, an image folder, a video, a camera "
+                      "index or an address");
+  ThrowIf<UsageError>(
+      !detections.empty() && !detector.empty() && detector != "none",
+      "--detections and --detector: boxes come from a file or from a network, expected one of them");
   RunRequest request;
   request.command = CommandLine();
   request.sequence = SequenceArguments::Request();
   request.sequence.detections = detections;
   request.sequence.mask = mask;
-  if (camera_index && !input.empty()) {
-    throw UsageError("INPUT and --camera-index: expected one of them");
-  }
+  ThrowIf<UsageError>(camera_index && !input.empty(), "INPUT and --camera-index: expected one of them");
   request.live_camera = camera_index ? camera_index : LiveCameraOf(input);
   request.stream = IsStreamAddress(input) ? input : "";
-  if (request.IsLive() && !mask.empty()) {
-    throw UsageError("--mask: a live camera has no recorded images, expected a sequence or a video");
-  }
+  ThrowIf<UsageError>(request.IsLive() && !mask.empty(),
+                      "--mask: a live camera has no recorded images, expected a sequence or a video");
   request.range = Range();
   request.extend = extend;
   if (!scale_from.empty()) {

@@ -1,7 +1,5 @@
 #include <fmt/format.h>
 
-#include <memory>
-
 #include "app/commands/commands.h"
 #include "app/commands/run_arguments.h"
 #include "slam/run/run_pipeline.h"
@@ -50,21 +48,15 @@ int Run(const RunArguments& arguments) {
   if (!arguments.quiet) {
     Print(run);
   }
-  if (run.interrupted) {
-    return EndInterrupted(run);
-  }
-  return 0;
+  return run.interrupted ? EndInterrupted(run) : 0;
 }
 
 }  // namespace
 
 void AddRunCommand(Command& program) {
-  const auto a = std::make_shared<RunArguments>();
-  Command& command =
-      program.AddCommand("run", "Map an image sequence: objects, points, trajectory, pictures");
-  a->AddTo(command);
-  command.Notes(kRunExamples);
-  command.OnRun([a] { return Run(*a); });
+  const auto [command, a] = program.AddCommand(
+      "run", "Map an image sequence: objects, points, trajectory, pictures", kRunExamples, Run);
+  a.AddTo(command);
 }
 
 }  // namespace sqslam::app

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,8 +13,8 @@
 #include "slam/run/scale_estimation.h"
 #include "slam/run/scaled_result.h"
 #include "slam/snapshot/recording.h"
-#include "slam/util/error.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -59,18 +58,16 @@ std::optional<ScaleReference> ReferenceOf(const ScaleArguments& a) {
     throw UsageError(a.height ? "--height: expected --object ID with it"
                               : "--object: expected --height METRES with it");
   }
-  if (!a.object.empty() + !a.distance.empty() + a.use_board + a.none > 1) {
-    throw UsageError("expected one of --object with --height, --distance, --board, --none");
-  }
+  ThrowIf<UsageError>(!a.object.empty() + !a.distance.empty() + a.use_board + a.none > 1,
+                      "expected one of --object with --height, --distance, --board, --none");
   std::optional<ScaleReference> reference;
   if (a.height) {
     reference = KnownHeight{a.object, *a.height};
   } else if (!a.distance.empty()) {
     const auto metres = a.distance.size() == 3 ? ParseNumber<double>(a.distance[2]) : std::nullopt;
-    if (!metres) {
-      throw UsageError(
-          "--distance: expected A B METRES, A and B ids of objects or positions X,Y,Z, such as 2 7 1.20");
-    }
+    ThrowIf<UsageError>(
+        !metres,
+        "--distance: expected A B METRES, A and B ids of objects or positions X,Y,Z, such as 2 7 1.20");
     reference = KnownDistance{a.distance[0], a.distance[1], *metres};
   } else if (a.use_board) {
     reference = a.board;
@@ -133,32 +130,28 @@ void Scale(const ScaleArguments& a) {
 }  // namespace
 
 void AddScaleCommand(Command& program) {
-  const auto a = std::make_shared<ScaleArguments>();
-  Command& command =
-      program.AddCommand("scale", "Set the metric scale of a finished map from a known length");
+  const auto [command, a] = program.AddCommand(
+      "scale", "Set the metric scale of a finished map from a known length", kScaleNotes, Scale);
   command.Group("Input");
-  command.Positional("RESULT", a->result, "Result folder of sqslam run, merge or localize").Required();
+  command.Positional("RESULT", a.result, "Result folder of sqslam run, merge or localize").Required();
   command.Group("Reference");
-  command.Option("--object ID", a->object, "Id of an object, or a label: its best observed object");
-  command.Option("--height METRES", a->height, "With --object: its height");
+  command.Option("--object ID", a.object, "Id of an object, or a label: its best observed object");
+  command.Option("--height METRES", a.height, "With --object: its height");
   command
-      .Option("--distance A B METRES", a->distance,
+      .Option("--distance A B METRES", a.distance,
               "Distance between A and B: ids of objects (their centres) or positions X,Y,Z in the map "
               "(their nearest map points)")
       .Several();
-  command.Flag("--board", a->use_board, "A ChArUco board that is visible in at least four keyframes");
-  command.Option("--columns N", a->board.columns, "Squares per row of the board");
-  command.Option("--rows N", a->board.rows, "Squares per column");
-  command.Option("--square-mm MM", a->board.square_mm, "Side length of a square");
-  command.Option("--marker-mm MM", a->board.marker_mm, "Side length of a marker");
-  command.Option("--dictionary NAME", a->board.dictionary, "Marker dictionary of OpenCV");
-  command.Flag("--none", a->none, "Remove the scale");
+  command.Flag("--board", a.use_board, "A ChArUco board that is visible in at least four keyframes");
+  command.Option("--columns N", a.board.columns, "Squares per row of the board");
+  command.Option("--rows N", a.board.rows, "Squares per column");
+  command.Option("--square-mm MM", a.board.square_mm, "Side length of a square");
+  command.Option("--marker-mm MM", a.board.marker_mm, "Side length of a marker");
+  command.Option("--dictionary NAME", a.board.dictionary, "Marker dictionary of OpenCV");
+  command.Flag("--none", a.none, "Remove the scale");
   command.Group("Output");
-  command.Flag("--no-render", a->no_render, "Do not redraw pictures and the report");
-  command.Group("General");
-  command.Flag("--quiet,-q", a->quiet, "No progress and no summary");
-  command.Notes(kScaleNotes);
-  command.OnRun([a] { Scale(*a); });
+  command.Flag("--no-render", a.no_render, "Do not redraw pictures and the report");
+  command.QuietFlag(a.quiet, "No progress and no summary");
 }
 
 }  // namespace sqslam::app

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <memory>
 #include <string>
 
 #include "app/commands/commands.h"
@@ -35,24 +34,21 @@ void Synthesize(const SynthArguments& arguments) {
 }  // namespace
 
 void AddSynthCommand(Command& program) {
-  const auto a = std::make_shared<SynthArguments>();
-  Command& command =
-      program.AddCommand("synth", "Render a scene into an image sequence with exact ground truth");
+  const auto [command, a] = program.AddCommand(
+      "synth", "Render a scene into an image sequence with exact ground truth", kSynthNotes, Synthesize);
   command.Group("Input");
-  command.Positional("SCENE", a->scene, "Scene description (YAML)").Required();
-  command.Option("--frames N", a->frames, "Only the first N frames of the scene");
-  command.Flag("--noise", a->options.noisy_detections,
+  command.Positional("SCENE", a.scene, "Scene description (YAML)").Required();
+  command.Option("--frames N", a.frames, "Only the first N frames of the scene");
+  command.Flag("--noise", a.options.noisy_detections,
                "Make boxes.txt like that of a detector: inaccurate edges, misses, wrong labels");
-  command.Option("--seed N", a->options.seed, "Seed of camera shake, image noise and detector");
+  command.Option("--seed N", a.options.seed, "Seed of camera shake, image noise and detector");
   command.Group("Output");
-  command.Option("--output,-o DIR", a->output, "Output folder").Required();
-  command.Option("--supersampling N", a->options.supersampling, "Render N times larger, then average")
+  command.Option("--output,-o DIR", a.output, "Output folder").Required();
+  command.Option("--supersampling N", a.options.supersampling, "Render N times larger, then average")
       .Range(1, 4);
   command.Group("General");
-  AddBackendOption(command, a->options.backend);
-  command.Flag("--quiet,-q", a->quiet, "No progress and no summary");
-  command.Notes(kSynthNotes);
-  command.OnRun([a] { Synthesize(*a); });
+  AddBackendOption(command, a.options.backend);
+  command.QuietFlag(a.quiet, "No progress and no summary");
 }
 
 }  // namespace sqslam::app

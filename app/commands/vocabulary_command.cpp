@@ -3,7 +3,6 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
-#include <memory>
 #include <opencv2/imgproc.hpp>
 #include <string>
 #include <vector>
@@ -97,25 +96,22 @@ void LearnVocabulary(const VocabularyArguments& arguments) {
 }  // namespace
 
 void AddVocabularyCommand(Command& program) {
-  const auto a = std::make_shared<VocabularyArguments>();
-  Command& command = program.AddCommand("vocabulary", "Train a visual vocabulary for place recognition");
+  const auto [command, a] = program.AddCommand(
+      "vocabulary", "Train a visual vocabulary for place recognition", kVocabularyNotes, LearnVocabulary);
   command.Group("Input");
-  command.Positional("TRAIN", a->train, "Sequence folders, folders of images, images, videos").Required();
-  command.Option("--stride N", a->stride, "Use every N-th image").AtLeast(1);
+  command.Positional("TRAIN", a.train, "Sequence folders, folders of images, images, videos").Required();
+  command.Option("--stride N", a.stride, "Use every N-th image").AtLeast(1);
   command
-      .Option("--views N", a->views,
+      .Option("--views N", a.views,
               "Make N random views of 640x480 from each larger image; 0: use it as it is")
       .Range(0, 1000);
-  command.Option("--features N", a->features.num_features, "Features per image").Range(100, 10000);
+  command.Option("--features N", a.features.num_features, "Features per image").Range(100, 10000);
   command.Group("Output");
-  command.Option("--output,-o FILE", a->output, "Output file").Required();
-  command.Option("--branching N", a->options.branching, "Children per node").Range(2, 255);
-  command.Option("--depth N", a->options.depth, "Levels; at most branching^depth words").Range(1, 8);
-  command.Option("--seed N", a->options.seed, "Seed of the views and the initial cluster centres");
-  command.Group("General");
-  command.Flag("--quiet,-q", a->quiet, "No progress and no summary");
-  command.Notes(kVocabularyNotes);
-  command.OnRun([a] { LearnVocabulary(*a); });
+  command.Option("--output,-o FILE", a.output, "Output file").Required();
+  command.Option("--branching N", a.options.branching, "Children per node").Range(2, 255);
+  command.Option("--depth N", a.options.depth, "Levels; at most branching^depth words").Range(1, 8);
+  command.Option("--seed N", a.options.seed, "Seed of the views and the initial cluster centres");
+  command.QuietFlag(a.quiet, "No progress and no summary");
 }
 
 }  // namespace sqslam::app

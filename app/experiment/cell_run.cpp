@@ -6,9 +6,9 @@
 
 #include "slam/io/detections.h"
 #include "slam/util/atomic_file.h"
-#include "slam/util/error.h"
 #include "slam/util/file_lock.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -70,9 +70,7 @@ ChildResult RunCell(const ExperimentPlan& plan, const PlannedCell& planned, cons
   const fs::path log = plan.folder.Log(cell);
   fs::create_directories(run.parent_path());
   const std::optional<FileLock> lock = FileLock::Try(log);
-  if (!lock) {
-    throw InputError("{}: another program is making this run", log.string());
-  }
+  ThrowIf<InputError>(!lock, "{}: another program is making this run", log.string());
   fs::resize_file(log, 0);
   AtomicPath made(run);
   ChildResult child = RunChild(Redirected(commands.run, run, made.Path()), log, stop);

@@ -8,11 +8,11 @@
 #include <set>
 
 #include "slam/io/sequence.h"
-#include "slam/util/error.h"
 #include "slam/util/fingerprint.h"
 #include "slam/util/json_file.h"
 #include "slam/util/largest.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -256,9 +256,8 @@ std::string NameOfBoxes(const ExperimentCell& cell) {
 
 fs::path BoxesOf(const PreparedSequence& sequence) {
   const fs::path boxes = sequence.detections.empty() ? sequence.path / "boxes.txt" : sequence.detections;
-  if (!fs::is_regular_file(boxes)) {
-    throw InputError("{}: max_objects needs a boxes.txt, expected one there", boxes.string());
-  }
+  ThrowIf<InputError>(!fs::is_regular_file(boxes), "{}: max_objects needs a boxes.txt, expected one there",
+                      boxes.string());
   return boxes;
 }
 

@@ -98,8 +98,7 @@ struct CellResult {
 void WriteCellRecord(const std::filesystem::path& run, const nlohmann::ordered_json& settings, int jobs,
                      const std::string& program);
 
-// Reads a cell that finished with these settings; empty if there is none (never started, interrupted, broken
-// files, other settings).
+// Reads a cell that finished with these settings; empty if there is none, or if its files are broken.
 std::optional<CellResult> ReadCellResult(const std::filesystem::path& run, const ExperimentCell& cell,
                                          const nlohmann::ordered_json& settings);
 

@@ -1,13 +1,11 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
-
 #include "app/experiment/cell_run.h"
 #include "app/experiment/runner.h"
 #include "app/terminal/terminal.h"
-#include "slam/util/error.h"
 #include "slam/util/stopwatch.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -105,9 +103,7 @@ ClusterOutcome RunOnSlurm(const ExperimentPlan& plan, const ArrayCall& call, con
 int RunTask(const ExperimentConfig& config, const ExperimentFolder& folder, const std::string& name,
             const StopRequest& stop) {
   const ExperimentPlan plan = PlanExperiment(config, folder, name);
-  if (plan.cells.empty()) {
-    throw UsageError("--task {}: no such run, expected one that --dry-run lists", name);
-  }
+  ThrowIf<UsageError>(plan.cells.empty(), "--task {}: no such run, expected one that --dry-run lists", name);
   const PlannedCell& planned = plan.cells.front();
   if (planned.finished) {
     return 0;
@@ -115,18 +111,16 @@ int RunTask(const ExperimentConfig& config, const ExperimentFolder& folder, cons
   ChildResult child;
   std::string message;
   const auto work = [&] {
-    if (RequeuedTooOften(config.slurm)) {
-      throw InputError("taken off its node too often");
-    }
+    ThrowIf<InputError>(RequeuedTooOften(config.slurm), "taken off its node too often");
     RenderSequence(plan, planned.cell, stop, [](const std::string&) {});
     if (planned.cell.max_objects != kAllObjects && !stop()) {
       WriteLimitedBoxes(plan, planned.cell);
     }
     child = stop() ? ChildResult{130, true, ""} : RunCell(plan, planned, ProgramFingerprint(), stop);
     message = child.message;
-    if (child.exit_code == 0 && !ReadCellResult(folder.Run(planned.cell), planned.cell, planned.settings)) {
-      throw InputError("its result files cannot be read");
-    }
+    ThrowIf<InputError>(
+        child.exit_code == 0 && !ReadCellResult(folder.Run(planned.cell), planned.cell, planned.settings),
+        "its result files cannot be read");
     return child.exit_code < 128 ? child.exit_code : 1;
   };
   const int code = ExitCodeOf(work, [&](const std::string& error) { message = error; });

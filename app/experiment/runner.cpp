@@ -1,7 +1,5 @@
 #include "app/experiment/runner.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <atomic>
 #include <mutex>

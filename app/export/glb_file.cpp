@@ -76,9 +76,7 @@ int GlbFile::AddPositions(std::span<const Eigen::Vector3f> positions) {
   for (const Eigen::Vector3f& p : positions) {
     box.extend(p);
   }
-  const Json bounds = {{"min", {box.min().x(), box.min().y(), box.min().z()}},
-                       {"max", {box.max().x(), box.max().y(), box.max().z()}}};
-  return AddAccessor(positions, kFloat, "VEC3", kArrayBuffer, bounds);
+  return AddAccessor(positions, kFloat, "VEC3", kArrayBuffer, {{"min", box.min()}, {"max", box.max()}});
 }
 
 int GlbFile::AddNormals(std::span<const Eigen::Vector3f> normals) {

@@ -47,8 +47,7 @@ class GlbFile {
   void AddChannel(int node, const char* path, int times, std::span<const Eigen::Vector3f> values, bool steps);
   void AddRotations(int node, int times, std::span<const Eigen::Vector4f> values);
 
-  // Returns the whole file. The scene has the single node `root`; all channels form one animation of the
-  // scene's name.
+  // Returns the whole file: a scene of the node `root`, and an animation of its name with all channels.
   std::string Bytes(int root, const std::string& scene_name) const;
 
  private:

@@ -42,8 +42,7 @@ std::string ViewGlb(const MapSnapshot& map, const std::vector<CloudPoint>& cloud
 std::optional<SurfaceMesh> SurfaceOf(const std::filesystem::path& recording, int threads,
                                      const DensifyProgress& progress);
 
-// Writes that mesh to dense.glb in the result folder. Returns false if `progress` cancelled it; an older
-// dense.glb is then kept.
+// Writes that mesh to dense.glb in the result folder; returns false, and keeps the file, if cancelled.
 bool WriteSurface(const std::filesystem::path& result, int threads, const DensifyProgress& progress);
 
 // Writes superquadrics as quad meshes in the map frame (Eq. 1 on a regular grid) with normals, in the colours

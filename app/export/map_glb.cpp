@@ -13,8 +13,8 @@
 #include "slam/dense/surface_fusion.h"
 #include "slam/snapshot/recording.h"
 #include "slam/util/atomic_file.h"
-#include "slam/util/error.h"
 #include "slam/util/options.h"
+#include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam::app {
@@ -23,9 +23,8 @@ namespace {
 using GlbJson = nlohmann::ordered_json;
 
 void SetPose(GlbJson& node, const Rigid3d& pose) {
-  const Eigen::Quaterniond q = pose.rotation.normalized();
-  node["translation"] = {pose.translation.x(), pose.translation.y(), pose.translation.z()};
-  node["rotation"] = {q.x(), q.y(), q.z(), q.w()};
+  node["translation"] = pose.translation;
+  node["rotation"] = pose.rotation.normalized().coeffs();
 }
 
 // Starts with the id, so that names stay unique when cut: Blender keeps 63 bytes of a name.
@@ -49,14 +48,10 @@ Rigid3d GlbCameraPose(const Rigid3d& T_map_camera) {
 
 GlbJson Extras(const SnapshotObject& object) {
   const Superquadric& shape = object.superquadric.shape;
-  return {{"id", object.id},
-          {"label", object.label},
-          {"score", object.score},
-          {"observations", object.observations},
-          {"points", object.points},
-          {"half_size", {shape.half_size.x(), shape.half_size.y(), shape.half_size.z()}},
-          {"e1", shape.e1},
-          {"e2", shape.e2},
+  return {{"id", object.id},         {"label", object.label},
+          {"score", object.score},   {"observations", object.observations},
+          {"points", object.points}, {"half_size", shape.half_size},
+          {"e1", shape.e1},          {"e2", shape.e2},
           {"yaw", object.yaw}};
 }
 
@@ -281,9 +276,8 @@ std::string ViewGlb(const MapSnapshot& map, const std::vector<CloudPoint>& cloud
 std::optional<SurfaceMesh> SurfaceOf(const std::filesystem::path& recording, int threads,
                                      const DensifyProgress& progress) {
   const DepthRecording depths(recording);
-  if (depths.Keyframes().empty()) {
-    throw InputError("{}: holds no depth maps, expected those of sqslam densify", recording.string());
-  }
+  ThrowIf<InputError>(depths.Keyframes().empty(), "{}: holds no depth maps, expected those of sqslam densify",
+                      recording.string());
   SurfaceOptions options;
   if (const std::string text = depths.Text(kSurfaceOptions); !text.empty()) {
     ParseOptions(text, recording.string(), options);

@@ -16,7 +16,6 @@
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/snapshot.h"
 #include "slam/util/error.h"
-#include "slam/util/json_file.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam::app {
@@ -263,8 +262,7 @@ class MapViewWriter {
     return (p / step).array().round().matrix() * step;
   }
 
-  // Sorts the points by the keyframe that first sees them. Returns, for each keyframe, the number of points
-  // seen up to it.
+  // Sorts the points by the keyframe that first sees them; returns how many each has seen with all before.
   template <typename Point>
   ViewJson SortByFirstView(std::vector<Point>& points) const {
     const std::vector<std::size_t> first = FirstViews(map_, ToVector(points, &Point::p_map));

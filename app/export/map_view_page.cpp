@@ -7,9 +7,9 @@
 
 #include "app/export/map_view.h"
 #include "slam/util/data_path.h"
-#include "slam/util/error.h"
 #include "slam/util/markup.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam::app {
 namespace {
@@ -61,10 +61,10 @@ std::string Library() {
   const fs::path folder = SQSLAM_THREE_FOLDER;
   std::string text = fmt::format("<script>\n/* {} */\n", kLicence);
   for (const char* file : kLibraries) {
-    if (!fs::exists(folder / file)) {
-      throw InputError("{}: does not exist, expected three.js for the 3D view (Debian's package libjs-three)",
-                       (folder / file).string());
-    }
+    ThrowIf<InputError>(
+        !fs::exists(folder / file),
+        "{}: does not exist, expected three.js for the 3D view (Debian's package libjs-three)",
+        (folder / file).string());
     text += ReadFile(folder / file, "three.js");
     text += "\n;\n";
   }

@@ -17,7 +17,7 @@
 #include "slam/snapshot/recording.h"
 #include "slam/system_parts.h"
 #include "slam/util/atomic_file.h"
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam::app {
@@ -154,12 +154,10 @@ ModelSummary ExportModel(const ModelRequest& request, const std::function<void(i
   }
   ModelSummary summary;
   summary.without_image = DropWithoutImage(sequence, model);
-  if (model.images.empty()) {
-    throw InputError(
-        "{}: has no keyframe among the {} images of {}, expected the sequence that was "
-        "mapped (--images)",
-        known.recording.string(), sequence.frames.size(), sequence.path.string());
-  }
+  ThrowIf<InputError>(
+      model.images.empty(),
+      "{}: has no keyframe among the {} images of {}, expected the sequence that was mapped (--images)",
+      known.recording.string(), sequence.frames.size(), sequence.path.string());
   CreateResultFolder(folder);
   const bool linked = AreFilesAsMapped(sequence, model);
   for (CameraModel::Image& image : model.images) {

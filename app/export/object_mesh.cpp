@@ -10,7 +10,7 @@
 #include "render/scene/style.h"
 #include "render/solids/tessellation.h"
 #include "slam/util/atomic_file.h"
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam::app {
 namespace {
@@ -119,9 +119,8 @@ std::string PlyText(const std::vector<SnapshotObject>& objects) {
 
 void WriteObjectMeshes(const std::filesystem::path& path, const std::vector<SnapshotObject>& objects) {
   const std::string extension = path.extension().string();
-  if (extension != ".obj" && extension != ".ply") {
-    throw UsageError("{}: unknown extension of a mesh, expected .obj or .ply", path.string());
-  }
+  ThrowIf<UsageError>(extension != ".obj" && extension != ".ply",
+                      "{}: unknown extension of a mesh, expected .obj or .ply", path.string());
   if (extension == ".ply") {
     WriteFileAtomically(path, PlyText(objects));
     return;

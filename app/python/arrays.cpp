@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam::python {
 namespace {
@@ -61,9 +61,8 @@ py::array_t<std::uint8_t> Image(const cv::Mat& image) {
 
 std::vector<Eigen::Vector3d> Points(
     const py::array_t<double, py::array::c_style | py::array::forcecast>& array) {
-  if (array.ndim() != 2 || array.shape(1) != 3) {
-    throw UsageError("points: an array of {} dimensions, expected N x 3", array.ndim());
-  }
+  ThrowIf<UsageError>(array.ndim() != 2 || array.shape(1) != 3,
+                      "points: an array of {} dimensions, expected N x 3", array.ndim());
   std::vector<Eigen::Vector3d> points(static_cast<std::size_t>(array.shape(0)));
   std::copy_n(array.data(), array.size(),
               reinterpret_cast<double*>(points.data()));  // NOLINT: 3 doubles each

@@ -24,8 +24,8 @@
 #include "slam/geometry/solid_iou.h"
 #include "slam/snapshot/recording.h"
 #include "slam/util/data_path.h"
-#include "slam/util/error.h"
 #include "slam/util/options.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam::python {
 namespace {
@@ -96,7 +96,8 @@ const MapSnapshot& MapOf(const Result& result) { return *result.Last(); }
 
 py::array_t<std::uint8_t> Render(const std::variant<const Result*, const State*>& what, int width, int height,
                                  const std::string& style, const std::vector<std::string>& settings,
-                                 const CameraOverrides& camera, bool transparent) {
+                                 const std::string& view, double azimuth, double elevation, double zoom,
+                                 bool transparent) {
   cv::Mat image;
   {
     const py::gil_scoped_release others_run;
@@ -104,7 +105,7 @@ py::array_t<std::uint8_t> Render(const std::variant<const Result*, const State*>
     options.width = width;
     options.height = height;
     options.transparent = transparent;
-    options.camera = camera;
+    options.camera = {view, {}, {}, {}, {}, azimuth, elevation, zoom};
     options.style = LoadStyle(style);
     app::SetOptions(settings, options.style);
     CheckStyle(options.style);
@@ -134,17 +135,16 @@ PosedSuperquadric MakeSuperquadric(const Eigen::Vector3d& half_size, const std::
                                    const Eigen::Matrix4d& T_map_object) {
   const Eigen::Matrix3d rotation = T_map_object.topLeftCorner<3, 3>();
   const bool rigid = (rotation * rotation.transpose()).isIdentity(1e-6) && rotation.determinant() > 0.0;
-  if (!rigid || T_map_object.row(3) != Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0)) {
-    throw UsageError("T_map_object: expected a rotation and a translation");
-  }
+  ThrowIf<UsageError>(!rigid || T_map_object.row(3) != Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0),
+                      "T_map_object: expected a rotation and a translation");
   const PosedSuperquadric made = {
       {half_size, shape[0], shape[1]},
       {Eigen::Quaterniond(rotation).normalized(), T_map_object.topRightCorner<3, 1>()}};
   const auto in_range = [](double e) { return e >= kMinShapeExponent && e <= kMaxShapeExponent; };
-  if (!Solid::FromSuperquadric(made).IsUsable() || !in_range(made.shape.e1) || !in_range(made.shape.e2)) {
-    throw UsageError("half_size, shape: expected sizes above 0 and exponents from {} to {}",
-                     kMinShapeExponent, kMaxShapeExponent);
-  }
+  ThrowIf<UsageError>(
+      !Solid::FromSuperquadric(made).IsUsable() || !in_range(made.shape.e1) || !in_range(made.shape.e2),
+      "half_size, shape: expected sizes above 0 and exponents from {} to {}", kMinShapeExponent,
+      kMaxShapeExponent);
   return made;
 }
 
@@ -270,21 +270,9 @@ void BindMaps(py::module_& m) {
       },
       "result"_a, py::kw_only(), "edits"_a = "", "reliable_only"_a = false,
       "Opens a result folder or its map.sqmap.", py::call_guard<py::gil_scoped_release>());
-  m.def(
-      "render",
-      [](const std::variant<const Result*, const State*>& map, int width, int height,
-         const std::string& style, const std::vector<std::string>& settings, const std::string& view,
-         double azimuth, double elevation, double zoom, bool transparent) {
-        CameraOverrides camera;
-        camera.view = view;
-        camera.azimuth = azimuth;
-        camera.elevation = elevation;
-        camera.zoom = zoom;
-        return Render(map, width, height, style, settings, camera, transparent);
-      },
-      "map"_a, py::kw_only(), "width"_a = 1280, "height"_a = 720, "style"_a = "paper",
-      "set"_a = std::vector<std::string>(), "view"_a = "", "azimuth"_a = 0.0, "elevation"_a = 0.0,
-      "zoom"_a = 1.0, "transparent"_a = false, "Draws a map into an H x W x 3 (or 4) array.");
+  m.def("render", &Render, "map"_a, py::kw_only(), "width"_a = 1280, "height"_a = 720, "style"_a = "paper",
+        "set"_a = std::vector<std::string>(), "view"_a = "", "azimuth"_a = 0.0, "elevation"_a = 0.0,
+        "zoom"_a = 1.0, "transparent"_a = false, "Draws a map into an H x W x 3 (or 4) array.");
 }
 
 }  // namespace

@@ -15,9 +15,9 @@
 #include "slam/snapshot/snapshot.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/data_path.h"
-#include "slam/util/error.h"
 #include "slam/util/markup.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -180,9 +180,8 @@ void AppendGallery(Output out, const fs::path& folder) {
 // Reads a result folder; values of a run in memory replace its files.
 ReportData ReadReportData(const ReportInputs& inputs) {
   const fs::path& folder = inputs.result;
-  if (!fs::is_directory(folder)) {
-    throw InputError("{}: no such folder; expected the result folder of a run", folder.string());
-  }
+  ThrowIf<InputError>(!fs::is_directory(folder), "{}: no such folder; expected the result folder of a run",
+                      folder.string());
   const auto has = [&](const char* name) { return fs::exists(folder / name); };
   ReportData data;
   data.evaluation = inputs.evaluation;

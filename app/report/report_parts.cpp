@@ -74,11 +74,7 @@ std::string ShapeGlyphSvg(const SnapshotObject& object, const Eigen::Vector3d& c
   page.width = 45.0;
   page.height = 21.0;
   for (const bool side : {false, true}) {
-    FigurePath outline;
-    outline.closed = true;
-    outline.fill = color;
-    outline.fill_opacity = 0.25;
-    outline.stroke = FigureStroke{color, 1.0, {}};
+    FigurePath outline{{}, true, color, 0.25, FigureStroke{color, 1.0, {}}};
     for (int i = 0; i < kOutlinePoints; ++i) {
       const double angle = 2.0 * std::numbers::pi * i / kOutlinePoints - std::numbers::pi;
       // The side view runs along +x up to the pole and back along -x.

@@ -3,22 +3,21 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <map>
 #include <opencv2/imgcodecs.hpp>
 #include <set>
 
 #include "app/export/view_history.h"
 #include "app/report/report.h"
+#include "render/figures/figure_input.h"
 #include "render/picture/outlines.h"
 #include "slam/evaluation/trajectory_error.h"
 #include "slam/geometry/angles.h"
 #include "slam/io/input_images.h"
-#include "slam/system_options.h"
-#include "slam/util/error.h"
 #include "slam/util/markup.h"
 #include "slam/util/options.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam::app {
@@ -40,17 +39,6 @@ std::string GapsText(const Trajectory& trajectory) {
     gaps.emplace_back("…");
   }
   return fmt::format("{}", fmt::join(gaps, ", "));
-}
-
-// Returns key, value and default of each setting that differs from its default.
-std::vector<std::array<std::string, 3>> ChangedSettings(const std::string& config) {
-  SystemOptions used;
-  try {
-    ParseOptions(config, "map.sqmap", used);
-  } catch (const UsageError&) {  // recorded by another version of the program
-    return {};
-  }
-  return ChangedOptions(used, SystemOptions());
 }
 
 // Name and text of each line.
@@ -127,8 +115,7 @@ void AppendRun(std::string& page, const ReportData& data) {
     }
     fmt::format_to(out, "</ul>\n");
   }
-  const auto settings = data.recording ? ChangedSettings(data.recording->Info().config)
-                                       : std::vector<std::array<std::string, 3>>();
+  const auto settings = ChangedOptions(data.recording ? ConfigOf(*data.recording) : SystemOptions(), {});
   if (!settings.empty()) {
     fmt::format_to(
         out,
@@ -183,9 +170,7 @@ std::string PictureUri(const cv::Mat& picture) {
 
 std::string PictureUri(const fs::path& file) {
   const cv::Mat picture = cv::imread(file.string());
-  if (picture.empty()) {
-    throw InputError("{}: cannot be read, expected a picture", file.string());
-  }
+  ThrowIf<InputError>(picture.empty(), "{}: cannot be read, expected a picture", file.string());
   return PictureUri(picture);
 }
 

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
 #include <iterator>
 #include <map>
 
@@ -10,7 +9,7 @@
 #include "slam/snapshot/snapshot.h"
 #include "slam/util/largest.h"
 #include "slam/util/markup.h"
-#include "slam/util/text_lines.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam::app {
 namespace {
@@ -73,10 +72,9 @@ std::string MappedOf(const Evaluation& evaluation, const auto& items) {
   for (const auto& item : items) {
     ++counts[NameIn(evaluation.mapped.at(static_cast<std::size_t>(item.mapped)))];
   }
-  std::vector<std::string> names;
-  for (const auto& [name, count] : counts) {
-    names.push_back(count > 1 ? fmt::format("{} ({})", name, count) : name);
-  }
+  const std::vector<std::string> names = ToVector(counts, [](const auto& entry) {
+    return entry.second > 1 ? fmt::format("{} ({})", entry.first, entry.second) : entry.first;
+  });
   return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
 }
 

@@ -9,7 +9,7 @@
 #include "slam/evaluation/trajectory_error.h"
 #include "slam/io/result_files.h"
 #include "slam/snapshot/depth_recording.h"
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam::app {
@@ -46,9 +46,8 @@ fs::path EditsFile(const fs::path& recording, const std::string& edits) {
     return edits;
   }
   const fs::path beside = EditsFileOf(recording);
-  if (!fs::exists(beside)) {
-    throw InputError("--edits auto: {} does not exist, expected edits beside the map", beside.string());
-  }
+  ThrowIf<InputError>(!fs::exists(beside), "--edits auto: {} does not exist, expected edits beside the map",
+                      beside.string());
   return beside;
 }
 
@@ -81,16 +80,13 @@ RecordingReader OpenMap(const fs::path& recording, const ObjectArguments& a, Hid
 std::string CannotBeLaid(const fs::path& sequence) {
   return fmt::format(
       "{}: its true poses cannot be aligned with the map, expected at least three at the times of keyframes, "
-      "not "
-      "on one line",
+      "not on one line",
       sequence.string());
 }
 
 PointCloud ReadDenseCloud(const fs::path& file) {
   PointCloud cloud = ReadPointCloud(file);
-  if (cloud.points.empty()) {
-    throw InputError("{}: holds no point with finite coordinates", file.string());
-  }
+  ThrowIf<InputError>(cloud.points.empty(), "{}: holds no point with finite coordinates", file.string());
   if (cloud.skipped > 0) {
     spdlog::warn("{}: {} points without finite coordinates are left out", file.string(), cloud.skipped);
   }
@@ -152,9 +148,8 @@ SceneLayers ReadLayers(const LayerArguments& a, const RecordingReader& reader, c
   Sim3d S_map_file;
   if (!a.ground_truth.empty() || in_world) {
     const bool own = a.ground_truth.empty() || a.ground_truth == "auto";
-    if (own && sequence.empty()) {
-      throw UsageError("the map does not say what was mapped, expected --ground-truth SEQUENCE");
-    }
+    ThrowIf<UsageError>(own && sequence.empty(),
+                        "the map does not say what was mapped, expected --ground-truth SEQUENCE");
     const TruePath path = LayOver(*reader.Last(), own ? sequence : fs::path(a.ground_truth));
     if (!a.ground_truth.empty()) {
       layers.true_path = path.pieces;

@@ -10,8 +10,8 @@
 #include "app/viewer/input/window_text.h"
 #include "app/viewer/state/pictures.h"
 #include "slam/util/atomic_file.h"
-#include "slam/util/error.h"
 #include "slam/util/statistics.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam::viewer {
 namespace {
@@ -137,9 +137,7 @@ std::vector<InputEvent> ScriptPlayer::Next(const Viewer& viewer, double seconds)
 void ScriptPlayer::BePatient(const ScriptLine& line, double seconds) {
   constexpr double kPatience = 60.0;  // seconds
   waited_ += seconds;
-  if (waited_ > kPatience) {
-    throw InputError("{}:{}: timed out: {}", source_, line.line, line.text);
-  }
+  ThrowIf<InputError>(waited_ > kPatience, "{}:{}: timed out: {}", source_, line.line, line.text);
 }
 
 bool ScriptPlayer::Waits(const ScriptLine& line, const Viewer& viewer) const {
@@ -165,9 +163,8 @@ void ScriptPlayer::Expect(const ScriptLine& line, const Viewer& viewer) const {
   const std::string wanted = blank == std::string::npos ? "" : line.text.substr(blank + 1);
   const std::string value = StateValue(viewer.State(), key);
   const bool differs = wanted.starts_with("not ") && value != wanted.substr(4);
-  if (value != wanted && !differs) {
-    throw InputError("{}:{}: {} is {}, expected {}", source_, line.line, key, value, wanted);
-  }
+  ThrowIf<InputError>(value != wanted && !differs, "{}:{}: {} is {}, expected {}", source_, line.line, key,
+                      value, wanted);
 }
 
 namespace {

@@ -19,6 +19,7 @@
 #include "slam/util/error.h"
 #include "slam/util/freed_memory.h"
 #include "slam/util/options.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam::viewer {
 namespace {
@@ -202,9 +203,8 @@ class Loop {
     constexpr int kAttempts = 200;  // waits for a frame that is being read, but not for ever
     int attempts = 0;
     while (!viewer_.Frame(0.0)) {  // the buffer on screen cannot be read back
-      if (++attempts == kAttempts) {
-        throw InputError("{}: the window is minimised, there is nothing to write", file);
-      }
+      ThrowIf<InputError>(++attempts == kAttempts, "{}: the window is minimised, there is nothing to write",
+                          file);
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     if (!cv::imwrite(file, ReadFramebuffer(window_.Size()))) {
@@ -226,9 +226,7 @@ class Loop {
 // Throws InputError if there is no display, naming the command that does without one.
 void CheckDisplay(const std::string& instead) {
   const char* display = std::getenv("DISPLAY");
-  if (display == nullptr || *display == '\0') {
-    throw InputError("no display; `{}` needs none", instead);
-  }
+  ThrowIf<InputError>(display == nullptr || *display == '\0', "no display; `{}` needs none", instead);
 }
 
 // The run starts its threads before the window's thread lowers its own priority; the threads of a software

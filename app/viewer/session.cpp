@@ -68,8 +68,7 @@ void Session::Control(const RunControl& control) {
   }
 }
 
-// Updates framing, scale and colours only if the growing map has changed notably, so that the view does not
-// jitter.
+// Updates framing, scale and colours only if the map has changed notably, so that the view does not jitter.
 void Session::Frame(const MapSnapshotPtr& map) {
   Document& document = state_.document;
   const SceneFocus focus = FindFocus(*map);

@@ -10,8 +10,7 @@
 
 namespace sqslam::viewer {
 
-// Maintains the document: opens recordings, watches runs, and requests the frame at the playback time; also
-// moves the camera.
+// Maintains the document: opens recordings, watches runs, requests frames. Also moves the camera.
 class Session {
  public:
   explicit Session(ViewerState& state) : state_(state) {}

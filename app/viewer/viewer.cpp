@@ -72,9 +72,9 @@ void Viewer::Handle(const InputEvent& event) {
     ApplyToUi(event);
     window_ = {static_cast<int>(event.x), static_cast<int>(event.y)};
   } else if (event.kind == Kind::kDrop) {
-    state_.requests.Ask(OpenRequest{event.text});
+    state_.requests.push_back(OpenRequest{event.text});
   } else if (event.kind == Kind::kClose) {
-    state_.requests.Ask(QuitRequest{});
+    state_.requests.push_back(QuitRequest{});
   } else {
     waiting_.push_back(event);
   }
@@ -104,7 +104,7 @@ bool Viewer::Frame(double seconds) {
   s.window.seconds = seconds;
   GLint framebuffer = 0;  // the window's or a test's; drawing may leave another one bound
   glGetIntegerv(GL_FRAMEBUFFER_BINDING, &framebuffer);
-  for (const Request& request : s.requests.Take()) {
+  for (const Request& request : std::exchange(s.requests, {})) {
     std::visit([this](const auto& asked) { Do(asked); }, request);
   }
   const bool news = session_.TakeNews();
@@ -165,13 +165,13 @@ bool Viewer::Busy() const { return !Idle() || state_.playback.playing || film_ |
 bool Viewer::Idle() const {
   const bool settled = std::ranges::none_of(
       panels_, [](const PanelPtr& panel) { return panel->place == Place::kScene && panel->Busy(); });
-  return session_.Idle() && settled && !layers_.Busy() && state_.requests.Empty() && waiting_.empty();
+  return session_.Idle() && settled && !layers_.Busy() && state_.requests.empty() && waiting_.empty();
 }
 
 bool Viewer::OnlyReads() const {
   const bool patient = !held_ || std::chrono::steady_clock::now() - *held_ < kHoldAtMost;
   return patient && session_.Reads() && !AnyBusy() && !session_.Runs() && !film_ &&
-         !state_.playback.playing && state_.requests.Empty() && waiting_.empty();
+         !state_.playback.playing && state_.requests.empty() && waiting_.empty();
 }
 
 void Viewer::RunShortcuts() {

@@ -11,8 +11,8 @@
 #include <optional>
 
 #include "slam/geometry/angles.h"
-#include "slam/util/error.h"
 #include "slam/util/statistics.h"
+#include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
@@ -345,9 +345,8 @@ std::vector<std::string> ViewPresetNames() {
 
 ViewCamera PresetView(const std::string& name, const SceneFocus& focus, double aspect, double view_angle) {
   const auto found = std::ranges::find(kPresets, name, &Direction::name);
-  if (found == kPresets.end()) {
-    throw UsageError("view {}: unknown, expected {}", name, fmt::join(ViewPresetNames(), ", "));
-  }
+  ThrowIf<UsageError>(found == kPresets.end(), "view {}: unknown, expected {}", name,
+                      fmt::join(ViewPresetNames(), ", "));
   const Eigen::Vector3d up = focus.up.normalized();
   const Eigen::Vector3d level = Eigen::AngleAxisd(found->azimuth * kRadiansPerDegree, up) * focus.front;
   const double elevation = found->elevation * kRadiansPerDegree;

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "render/camera/scene_framing.h"
 #include "render/figures/figures.h"
 #include "render/page/chart.h"
-#include "slam/util/error.h"
 #include "slam/util/statistics.h"
-#include "slam/util/to_vector.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace {
@@ -16,9 +16,12 @@ namespace {
 constexpr double kCalibrationGap = 14.0;  // points between panels
 constexpr int kCells = 8;                 // of the coverage grid, along the longer side
 
-std::vector<double> ErrorLengths(const CalibrationFigure& figure) {
-  return ToVector(figure.corners,
-                  [](const CalibrationFigure::Corner& corner) { return corner.error.norm(); });
+std::vector<double> ErrorLengths(const Calibration& calibration) {
+  std::vector<double> lengths;
+  for (const CalibratedView& view : calibration.views) {
+    std::ranges::transform(view.errors, std::back_inserter(lengths), [](const auto& e) { return e.norm(); });
+  }
+  return lengths;
 }
 
 void DrawPanelTitle(FigurePage& page, const FigureRect& panel, const std::string& text,
@@ -27,40 +30,46 @@ void DrawPanelTitle(FigurePage& page, const FigureRect& panel, const std::string
 }
 
 // Draws a line from each detected corner, which is a dot, towards where the model puts it; enlarged.
-void DrawCornerErrors(FigurePage& page, const CalibrationFigure& figure, const FigureRect& panel,
+void DrawCornerErrors(FigurePage& page, const Calibration& calibration, const FigureRect& panel,
                       const FigureTheme& theme) {
   constexpr double kReach = 0.045;  // length of a large error as drawn, of the image's width
-  const double points_per_pixel = panel.width / figure.width;
-  const double large = std::max(1e-3, LowerQuantile(ErrorLengths(figure), 0.95));
-  const double enlarged = std::max(1.0, RoundLength(kReach * figure.width / large));
+  const double width = calibration.camera.width;
+  const double points_per_pixel = panel.width / width;
+  const double large = std::max(1e-3, LowerQuantile(ErrorLengths(calibration), 0.95));
+  const double enlarged = std::max(1.0, RoundLength(kReach * width / large));
   page.Rect(panel, std::nullopt, theme.Axis());
   const Eigen::Vector3d blue = LookOfSeries(0).color;
-  for (const CalibrationFigure::Corner& corner : figure.corners) {
-    const auto at = [&](const Eigen::Vector2d& pixel) {
-      return Eigen::Vector2d(std::clamp(panel.x + pixel.x() * points_per_pixel, panel.x, panel.Right()),
-                             std::clamp(panel.y + pixel.y() * points_per_pixel, panel.y, panel.Bottom()));
-    };
-    page.Line(at(corner.pixel), at(corner.pixel - enlarged * corner.error), {blue, 0.5, {}});
-    DrawMark(page, at(corner.pixel), {Mark::Shape::kCircle, 1.3, theme.ink});
+  const auto at = [&](const Eigen::Vector2d& pixel) {
+    return Eigen::Vector2d(std::clamp(panel.x + pixel.x() * points_per_pixel, panel.x, panel.Right()),
+                           std::clamp(panel.y + pixel.y() * points_per_pixel, panel.y, panel.Bottom()));
+  };
+  for (const CalibratedView& view : calibration.views) {
+    for (std::size_t i = 0; i < view.pixels.size(); ++i) {
+      page.Line(at(view.pixels[i]), at(view.pixels[i] - enlarged * view.errors[i]), {blue, 0.5, {}});
+      DrawMark(page, at(view.pixels[i]), {Mark::Shape::kCircle, 1.3, theme.ink});
+    }
   }
   DrawPanelTitle(page, panel, fmt::format("from corner to model, {:g} times enlarged", enlarged), theme);
-  const double shown = RoundLength(0.25 * figure.width / enlarged);  // px of error
+  const double shown = RoundLength(0.25 * width / enlarged);  // px of error
   const double length = shown * enlarged * points_per_pixel;
   const double y = panel.Bottom() + 1.2 * theme.small;
   page.Line({panel.x, y}, {panel.x + length, y}, {blue, 1.0, {}});
   page.Text(fmt::format("{:g} px", shown), {panel.x + length + 4.0, y}, theme.small, theme.ink);
 }
 
-void DrawCoverage(FigurePage& page, const CalibrationFigure& figure, const FigureRect& panel,
+void DrawCoverage(FigurePage& page, const Calibration& calibration, const FigureRect& panel,
                   const FigureTheme& theme) {
-  const double cell = static_cast<double>(std::max(figure.width, figure.height)) / kCells;
-  const int columns = std::max(1, static_cast<int>(std::lround(figure.width / cell)));
-  const int rows = std::max(1, static_cast<int>(std::lround(figure.height / cell)));
+  const Camera& camera = calibration.camera;
+  const double cell = static_cast<double>(std::max(camera.width, camera.height)) / kCells;
+  const int columns = std::max(1, static_cast<int>(std::lround(camera.width / cell)));
+  const int rows = std::max(1, static_cast<int>(std::lround(camera.height / cell)));
   std::vector<int> counts(static_cast<std::size_t>(columns * rows), 0);
-  for (const CalibrationFigure::Corner& corner : figure.corners) {
-    const int x = std::clamp(static_cast<int>(corner.pixel.x() * columns / figure.width), 0, columns - 1);
-    const int y = std::clamp(static_cast<int>(corner.pixel.y() * rows / figure.height), 0, rows - 1);
-    ++counts[static_cast<std::size_t>(y * columns + x)];
+  for (const CalibratedView& view : calibration.views) {
+    for (const Eigen::Vector2d& pixel : view.pixels) {
+      const int x = std::clamp(static_cast<int>(pixel.x() * columns / camera.width), 0, columns - 1);
+      const int y = std::clamp(static_cast<int>(pixel.y() * rows / camera.height), 0, rows - 1);
+      ++counts[static_cast<std::size_t>(y * columns + x)];
+    }
   }
   const int most = *std::ranges::max_element(counts);
   const double width = panel.width / columns;
@@ -82,10 +91,10 @@ void DrawCoverage(FigurePage& page, const CalibrationFigure& figure, const Figur
   DrawPanelTitle(page, panel, "corners in each part of the image", theme);
 }
 
-void DrawErrorHistogram(FigurePage& page, const CalibrationFigure& figure, const FigureRect& panel,
+void DrawErrorHistogram(FigurePage& page, const Calibration& calibration, const FigureRect& panel,
                         const FigureTheme& theme) {
   constexpr int kBins = 24;
-  const std::vector<double> lengths = ErrorLengths(figure);
+  const std::vector<double> lengths = ErrorLengths(calibration);
   const double high = std::max(1e-3, *std::ranges::max_element(lengths));
   PlotArea plot;
   plot.x = RoundAxis(0.0, high, 4, true);
@@ -94,7 +103,7 @@ void DrawErrorHistogram(FigurePage& page, const CalibrationFigure& figure, const
     ++counts[static_cast<std::size_t>(std::min(kBins - 1, static_cast<int>(length / plot.x.high * kBins)))];
   }
   plot.y = RoundAxis(0.0, *std::ranges::max_element(counts), 4, true);
-  const double left = YAxisWidth(plot.y, theme, true);
+  const double left = YAxisWidth(plot.y, theme);
   plot.area = {panel.x + left, panel.y,
                panel.width - left - 0.5 * TextWidth(plot.x.TickText(plot.x.high), theme.small), panel.height};
   DrawXAxis(page, plot, "error [px]", theme);
@@ -106,82 +115,74 @@ void DrawErrorHistogram(FigurePage& page, const CalibrationFigure& figure, const
               LookOfSeries(0).color);
   }
   page.Line({plot.area.x, plot.area.Bottom()}, {plot.area.Right(), plot.area.Bottom()}, theme.Axis());
-  const double x = plot.X(figure.rms);
+  const double x = plot.X(calibration.rms);
   page.Line({x, plot.area.y}, {x, plot.area.Bottom()}, {theme.ink, 0.9, {3.0, 2.0}});
-  page.Text({fmt::format("RMS {:.2f} px", figure.rms),
-             {x + 3.0, plot.area.y + theme.small},
-             theme.small,
-             theme.ink,
-             TextAlign::kLeft,
-             false,
-             0.0,
-             theme.background});
+  FigureText rms{fmt::format("RMS {:.2f} px", calibration.rms), {x + 3.0, plot.area.y + theme.small}};
+  rms.size = theme.small;
+  rms.color = theme.ink;
+  rms.halo = theme.background;
+  page.Text(rms);
   DrawPanelTitle(page, plot.area, "lengths of the errors", theme);
 }
 
 }  // namespace
 
-FigurePage DrawCalibration(const CalibrationFigure& figure, const FigureOptions& options) {
-  if (figure.corners.empty()) {
-    throw UsageError("no corners to draw, expected at least one");
-  }
-  const double aspect = static_cast<double>(figure.height) / figure.width;
+FigurePage DrawCalibration(const Calibration& calibration, const FigureOptions& options) {
+  ThrowIf<UsageError>(ErrorLengths(calibration).empty(), "no corners to draw, expected at least one");
+  const double aspect = static_cast<double>(calibration.camera.height) / calibration.camera.width;
   FigureSheet sheet =
       MakeSheet(options, kTextWidth, "Errors of a calibration", [&](double width, const FigureTheme& theme) {
-        return (width - 2.0 * kCalibrationGap) / 3.0 * aspect + 2.0 * theme.small + XAxisHeight(theme, true);
+        return (width - 2.0 * kCalibrationGap) / 3.0 * aspect + 2.0 * theme.small + XAxisHeight(theme);
       });
   const FigureTheme& theme = sheet.theme;
   const double above = 2.0 * theme.small;
-  const double below = XAxisHeight(theme, true);
+  const double below = XAxisHeight(theme);
   FigureRect panel{sheet.area.x, sheet.area.y + above, (sheet.area.width - 2.0 * kCalibrationGap) / 3.0, 0.0};
   panel.height = std::min(panel.width * aspect, sheet.area.height - above - below);
-  if (panel.height < 30.0) {
-    throw UsageError("the figure is too small for its panels, expected a larger size");
-  }
+  ThrowIf<UsageError>(panel.height < 30.0, "the figure is too small for its panels, expected a larger size");
   FigureRect image = panel;  // keeps the image's proportions
   image.width = panel.height / aspect;
   image.x += 0.5 * (panel.width - image.width);
-  DrawCornerErrors(sheet.page, figure, image, theme);
+  DrawCornerErrors(sheet.page, calibration, image, theme);
   image.x += panel.width + kCalibrationGap;
-  DrawCoverage(sheet.page, figure, image, theme);
+  DrawCoverage(sheet.page, calibration, image, theme);
   panel.x += 2.0 * (panel.width + kCalibrationGap);
-  DrawErrorHistogram(sheet.page, figure, panel, theme);
+  DrawErrorHistogram(sheet.page, calibration, panel, theme);
   return std::move(sheet.page);
 }
 
-FigurePage DrawBoardSheet(const BoardSheet& sheet, double dpi) {
+FigurePage DrawBoardSheet(const CalibrationBoard& board, double dpi) {
   constexpr double kPoint = 72.0 / 25.4;  // points per mm
   constexpr double kMargin = 8.0;         // mm; white border that printers and the detector need
   constexpr double kCaption = 7.0;        // mm
   constexpr double kShort = 210.0;        // mm, A4
   constexpr double kLong = 297.0;
-  const double width = sheet.width + 2.0 * kMargin;
-  const double height = sheet.height + 2.0 * kMargin + kCaption;
+  const double board_width = board.columns * board.square_mm;
+  const double board_height = board.rows * board.square_mm;
   FigurePage page;
-  page.width = width;
-  page.height = height;
-  if (width <= kLong && height <= kShort) {
+  page.width = board_width + 2.0 * kMargin;
+  page.height = board_height + 2.0 * kMargin + kCaption;
+  if (page.width <= kLong && page.height <= kShort) {
     page.width = kLong;
     page.height = kShort;
-  } else if (width <= kShort && height <= kLong) {
+  } else if (page.width <= kShort && page.height <= kLong) {
     page.width = kShort;
     page.height = kLong;
   }
-  const double x = 0.5 * (page.width - sheet.width);
-  const double y = 0.5 * (page.height - sheet.height - kCaption);
+  const double x = 0.5 * (page.width - board_width);
+  const double y = 0.5 * (page.height - board_height - kCaption);
   page.width *= kPoint;
   page.height *= kPoint;
   page.dpi = dpi;
   page.background = Eigen::Vector3d(1.0, 1.0, 1.0);
-  page.title = sheet.caption;
-  for (const BoardSheet::Area& area : sheet.areas) {
-    page.Rect({kPoint * (x + area.area.x), kPoint * (y + area.area.y), kPoint * area.area.width,
-               kPoint * area.area.height},
-              area.black ? Eigen::Vector3d(0.0, 0.0, 0.0) : Eigen::Vector3d(1.0, 1.0, 1.0));
+  page.title = BoardText(board) + ". Print at 100 %, glue it to something flat, and measure a square.";
+  for (const auto& [area, black] : BoardAreas(board)) {
+    page.Rect({kPoint * (x + area.x), kPoint * (y + area.y), kPoint * area.width, kPoint * area.height},
+              black ? Eigen::Vector3d(0.0, 0.0, 0.0) : Eigen::Vector3d(1.0, 1.0, 1.0));
   }
   constexpr double kFont = 8.0;
-  page.Label(sheet.caption, {0.5 * page.width, kPoint * (y + sheet.height + kMargin)}, kFont,
-             {0.35, 0.35, 0.35}, page.width - 2.0 * kPoint * kMargin);
+  page.Label(page.title, {0.5 * page.width, kPoint * (y + board_height + kMargin)}, kFont, {0.35, 0.35, 0.35},
+             page.width - 2.0 * kPoint * kMargin);
   return page;
 }
 

@@ -11,8 +11,8 @@
 #include "slam/fitting/surface_measures.h"
 #include "slam/geometry/nearest_solid.h"
 #include "slam/snapshot/snapshot.h"
-#include "slam/util/error.h"
 #include "slam/util/statistics.h"
+#include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
@@ -50,9 +50,8 @@ PanelGrid LayOutComparison(const CompareFigure& figure, const FigureTheme& theme
 
 FigurePage DrawComparison(const CompareFigure& figure, const FigureOptions& options,
                           const FigureProgress& progress) {
-  if (figure.objects.empty() || figure.kinds.empty()) {
-    throw UsageError("nothing to compare, expected at least one object and one kind of solid");
-  }
+  ThrowIf<UsageError>(figure.objects.empty() || figure.kinds.empty(),
+                      "nothing to compare, expected at least one object and one kind of solid");
   const double own_width = figure.objects.size() <= 2 ? kColumnWidth : kTextWidth;
   FigureSheet sheet = MakeSheet(options, own_width, "Objects as different solids",
                                 [&](double width, const FigureTheme& theme) {
@@ -60,9 +59,7 @@ FigurePage DrawComparison(const CompareFigure& figure, const FigureOptions& opti
                                 });
   PanelGrid grid = LayOutComparison(figure, sheet.theme, sheet.area.width);
   grid.height += grid.Spare(sheet.area);
-  if (grid.height < 8.0) {
-    throw UsageError("the figure is too low for its pictures, expected a larger height");
-  }
+  ThrowIf<UsageError>(grid.height < 8.0, "the figure is too low for its pictures, expected a larger height");
   const bool flat = figure.objects.size() == 1;
   std::map<std::string, Eigen::Vector3d> colors;
   for (const CompareFigure::Kind& kind : figure.kinds) {

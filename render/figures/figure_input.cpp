@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <iterator>
 #include <numbers>
 #include <set>
@@ -13,8 +12,8 @@
 #include "slam/evaluation/comparison.h"
 #include "slam/geometry/span_in_box.h"
 #include "slam/io/result_files.h"
-#include "slam/util/error.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace {
@@ -32,10 +31,9 @@ std::vector<std::string> ResultNames(const FigureRequest& request) {
   if (request.names.empty()) {
     return ShortNames({request.results.begin(), request.results.end()});
   }
-  if (request.names.size() != request.results.size()) {
-    throw UsageError("--name: {} for {}, expected one for each result in their order", request.names.size(),
-                     request.results.size());
-  }
+  ThrowIf<UsageError>(request.names.size() != request.results.size(),
+                      "--name: {} for {}, expected one for each result in their order", request.names.size(),
+                      request.results.size());
   return request.names;
 }
 
@@ -44,9 +42,8 @@ std::vector<double> ParseNumberList(const std::string& option, const std::string
   for (std::size_t begin = 0; begin <= text.size();) {
     const std::size_t end = std::min(text.find(',', begin), text.size());
     const auto number = ParseNumber<double>(std::string_view(text).substr(begin, end - begin));
-    if (!number) {
-      throw UsageError("{} {}: expected numbers with commas between them, such as 0.1,1", option, text);
-    }
+    ThrowIf<UsageError>(!number, "{} {}: expected numbers with commas between them, such as 0.1,1", option,
+                        text);
     numbers.push_back(*number);
     begin = end + 1;
   }
@@ -62,9 +59,7 @@ RecordedMap OpenMap(const std::string& result) {
 
 RecordedMap OpenObjectMap(const std::string& result) {
   RecordedMap map = OpenMap(result);
-  if (map.last->objects.empty()) {
-    throw InputError("{}: holds no object, expected a map with objects", result);
-  }
+  ThrowIf<InputError>(map.last->objects.empty(), "{}: holds no object, expected a map with objects", result);
   return map;
 }
 
@@ -118,12 +113,10 @@ std::map<int, std::vector<ObjectView>> ObjectViews(const RecordedMap& map, bool 
 
 std::vector<ObjectView> ViewsOfFrame(const std::vector<ObjectView>& views, const FigureRequest& request,
                                      const std::string& what) {
-  if (views.empty()) {
-    throw InputError(
-        "{}: no keyframe with its image and a box of it, expected a map made from images that "
-        "are still there",
-        what);
-  }
+  ThrowIf<InputError>(
+      views.empty(),
+      "{}: no keyframe with its image and a box of it, expected a map made from images that are still there",
+      what);
   if (request.frames.empty()) {
     return views;
   }
@@ -135,20 +128,17 @@ std::vector<ObjectView> ViewsOfFrame(const std::vector<ObjectView>& views, const
     }
     known.push_back(std::to_string(view.moment->frame_index));
   }
-  if (chosen.empty()) {
-    throw InputError("{}: not in a keyframe {}, expected one of {}", what, request.frames.front(),
-                     fmt::join(known, ", "));
-  }
+  ThrowIf<InputError>(chosen.empty(), "{}: not in a keyframe {}, expected one of {}", what,
+                      request.frames.front(), fmt::join(known, ", "));
   return chosen;
 }
 
 cv::Mat ImageOf(const ObjectView& view, const RecordedMap& map) {
   const Camera& camera = map.last->camera;
   cv::Mat image = map.images->Read(*view.moment);
-  if (image.cols != camera.width || image.rows != camera.height) {
-    throw InputError("frame {}: its image has {}x{} pixels, expected {}x{} ({})", view.moment->frame_index,
-                     image.cols, image.rows, camera.width, camera.height, map.images->WhyNot());
-  }
+  ThrowIf<InputError>(image.cols != camera.width || image.rows != camera.height,
+                      "frame {}: its image has {}x{} pixels, expected {}x{} ({})", view.moment->frame_index,
+                      image.cols, image.rows, camera.width, camera.height, map.images->WhyNot());
   return image;
 }
 

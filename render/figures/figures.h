@@ -15,11 +15,13 @@
 #include <vector>
 
 #include "render/page/figure_options.h"
+#include "slam/calibration/calibration.h"
 #include "slam/geometry/box2.h"
 #include "slam/geometry/rigid3.h"
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/snapshot.h"
 #include "slam/util/options.h"
+#include "slam/util/stage_times.h"
 
 namespace sqslam {
 
@@ -141,15 +143,11 @@ FigurePage DrawComparison(const CompareFigure& figure, const FigureOptions& opti
 
 // Maps in a row, each below an input image, with one legend of all their classes.
 struct MapsFigure {
-  struct Box {
-    std::string label;
-    Box2d box;  // pixels of the image
-  };
   struct Panel {
     std::string name;
     MapSnapshot map;
     cv::Mat image;  // empty: none
-    std::vector<Box> boxes;
+    std::vector<Detection> boxes;
     CloudLayerPtr dense_cloud;  // null: none
   };
   std::vector<Panel> panels;
@@ -190,14 +188,9 @@ TrajectoryFigure::Pieces PiecesOf(const Trajectory& trajectory, const Sim3d& S_f
 // Stage times as bars of the means, with medians and 95th percentiles. A stage is named "group" or
 // "group.stage"; each group has its own axis.
 struct TimingFigure {
-  struct Times {
-    double mean = 0.0;  // milliseconds
-    double median = 0.0;
-    double p95 = 0.0;
-  };
   struct Series {
     std::string name;
-    std::map<std::string, Times> stages;
+    std::map<std::string, StageTimes::Summary> stages;
   };
   std::vector<Series> series;
   std::vector<std::string> stages;  // in this order within a group
@@ -269,35 +262,14 @@ struct YawFigure {
 };
 FigurePage DrawYaw(const YawFigure& figure, const FigureOptions& options);
 
-// The fit of a calibration: the error of each corner at its place in the image, the coverage of the image
-// with corners, and a histogram of the errors.
-struct CalibrationFigure {
-  struct Corner {
-    Eigen::Vector2d pixel;
-    Eigen::Vector2d error;  // detected minus reprojected, px
-  };
-  int width = 0;  // of the images, px
-  int height = 0;
-  std::vector<Corner> corners;
-  double rms = 0.0;  // px
-};
+// Draws the fit of a calibration: the error of each corner at its place in the image, the coverage of the
+// image with corners, and a histogram of the errors. Throws UsageError if the size leaves no room or there
+// are no corners.
+FigurePage DrawCalibration(const Calibration& calibration, const FigureOptions& options);
 
-// Throws UsageError if the size leaves no room or there are no corners.
-FigurePage DrawCalibration(const CalibrationFigure& figure, const FigureOptions& options);
-
-// Black and white rectangles at true scale on a page with a margin: A4 (portrait or landscape) if they fit,
-// otherwise a page of their size. Lengths in mm.
-struct BoardSheet {
-  struct Area {
-    FigureRect area;  // from the board's top-left corner
-    bool black = true;
-  };
-  double width = 0.0;
-  double height = 0.0;
-  std::vector<Area> areas;
-  std::string caption;  // below
-};
-FigurePage DrawBoardSheet(const BoardSheet& sheet, double dpi);
+// Draws a board at true scale on a page with a margin: A4 (portrait or landscape) if it fits, otherwise a
+// page of its size.
+FigurePage DrawBoardSheet(const CalibrationBoard& board, double dpi);
 
 // All figures, in the order of the command line's help.
 FigureEntry ShapesEntry();

@@ -11,9 +11,9 @@
 #include "slam/geometry/angles.h"
 #include "slam/io/result_files.h"
 #include "slam/snapshot/snapshot.h"
-#include "slam/util/error.h"
 #include "slam/util/json_file.h"
 #include "slam/util/largest.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace {
@@ -22,14 +22,11 @@ constexpr double kIouGap = 6.0;
 constexpr double kSlant = 40.0;  // degrees; slant of names that do not fit side by side
 
 void CheckIou(const IouFigure& figure) {
-  if (figure.objects.empty() || figure.series.empty()) {
-    throw UsageError("no object to draw, expected at least one");
-  }
+  ThrowIf<UsageError>(figure.objects.empty() || figure.series.empty(),
+                      "no object to draw, expected at least one");
   for (const IouFigure::Series& series : figure.series) {
-    if (series.values.size() != figure.objects.size()) {
-      throw UsageError("{}: {} values, expected {}", series.name, series.values.size(),
-                       figure.objects.size());
-    }
+    ThrowIf<UsageError>(series.values.size() != figure.objects.size(), "{}: {} values, expected {}",
+                        series.name, series.values.size(), figure.objects.size());
   }
 }
 
@@ -103,11 +100,7 @@ double IouSlots(const IouFigure& figure) {
 }
 
 PlotArea UnitPlot(const FigureRect& area) {
-  PlotArea plot;
-  plot.area = area;
-  plot.x = {0.0, 1.0, 1.0};
-  plot.y = {0.0, 1.0, area.height > 70.0 ? 0.2 : 0.5};
-  return plot;
+  return {area, {0.0, 1.0, 1.0}, {0.0, 1.0, area.height > 70.0 ? 0.2 : 0.5}};
 }
 
 void DrawIouBar(FigurePage& page, const PlotArea& plot, double left, double width,
@@ -186,13 +179,12 @@ FigurePage DrawIou(const IouFigure& figure, const FigureOptions& options) {
   const NameRoom names = MeasureNames(figure, slot_width(area.width), theme);
   FigureRect plot_area{area.x, area.y + legend + kIouGap, area.width,
                        area.height - legend - kIouGap - names.height};
-  const double left = std::max(YAxisWidth(UnitPlot(plot_area).y, theme, true) + 2.0,
-                               names.left - 0.5 * slot_width(area.width));
+  const double left =
+      std::max(YAxisWidth(UnitPlot(plot_area).y, theme) + 2.0, names.left - 0.5 * slot_width(area.width));
   plot_area.x += left;
   plot_area.width -= left;
-  if (plot_area.height < 20.0 || plot_area.width / IouSlots(figure) < 3.0) {
-    throw UsageError("the figure is too small for its bars, expected a larger size");
-  }
+  ThrowIf<UsageError>(plot_area.height < 20.0 || plot_area.width / IouSlots(figure) < 3.0,
+                      "the figure is too small for its bars, expected a larger size");
   DrawLegend(sheet.page, entries, {area.x, area.y, area.width, legend}, theme);
   const PlotArea plot = UnitPlot(plot_area);
   DrawYAxis(sheet.page, plot, "3D IoU", theme);
@@ -229,9 +221,9 @@ IouScores ReadScores(const std::filesystem::path& path) {
     const auto eval = ReadJsonFile<nlohmann::json>(path, "an eval.json");
     IouScores scores;
     scores.ground_truth = eval.at("ground_truth").get<std::string>();
-    if (!eval.contains("objects")) {
-      throw InputError("{}: knows no objects, expected an evaluation against objects_gt.json", path.string());
-    }
+    ThrowIf<InputError>(!eval.contains("objects"),
+                        "{}: knows no objects, expected an evaluation against objects_gt.json",
+                        path.string());
     const auto add = [&scores](const nlohmann::json& entry) {
       const int id = entry.at("ground_truth").get<int>();
       scores.objects[id] = {entry.at("name").get<std::string>(), entry.at("scored").get<bool>(), false};
@@ -254,16 +246,14 @@ std::vector<IouScores> ReadAllScores(const std::vector<std::string>& results) {
   std::vector<IouScores> all;
   for (const std::string& result : results) {
     const std::filesystem::path path = ResultFile(result, "eval.json");
-    if (!std::filesystem::exists(path)) {
-      throw InputError("{}: missing, expected sqslam eval RESULT --ground-truth SEQUENCE first",
-                       path.string());
-    }
+    ThrowIf<InputError>(!std::filesystem::exists(path),
+                        "{}: missing, expected sqslam eval RESULT --ground-truth SEQUENCE first",
+                        path.string());
     all.push_back(ReadScores(path));
-    if (all.back().objects.size() != all.front().objects.size() ||
-        all.back().ground_truth != all.front().ground_truth) {
-      throw InputError("{}: evaluated against {}, expected {} as for {}", path.string(),
-                       all.back().ground_truth, all.front().ground_truth, results.front());
-    }
+    ThrowIf<InputError>(all.back().objects.size() != all.front().objects.size() ||
+                            all.back().ground_truth != all.front().ground_truth,
+                        "{}: evaluated against {}, expected {} as for {}", path.string(),
+                        all.back().ground_truth, all.front().ground_truth, results.front());
   }
   return all;
 }
@@ -295,10 +285,8 @@ FigurePage DrawIouOf(const FigureRequest& request, const IouOptions& options) {
   const std::vector<std::string> names = ResultNames(request);
   const std::vector<IouScores> all = ReadAllScores(request.results);
   const std::map<int, std::string> shown = ShownObjects(all, options.objects);
-  if (shown.empty()) {
-    throw InputError("{}: no object to show, expected one that was found (or --objects all)",
-                     fmt::join(request.results, ", "));
-  }
+  ThrowIf<InputError>(shown.empty(), "{}: no object to show, expected one that was found (or --objects all)",
+                      fmt::join(request.results, ", "));
   IouFigure figure;
   for (const auto& [id, name] : shown) {
     figure.objects.push_back(name);

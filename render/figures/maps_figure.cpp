@@ -11,7 +11,7 @@
 #include "render/picture/picture_overlay.h"
 #include "slam/geometry/superquadric.h"
 #include "slam/io/result_files.h"
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
@@ -24,7 +24,7 @@ std::map<std::string, Eigen::Vector3d> CommonColors(const MapsFigure& figure) {
     for (const SnapshotObject& object : panel.map.objects) {
       labels.insert(object.label);
     }
-    for (const MapsFigure::Box& box : panel.boxes) {
+    for (const Detection& box : panel.boxes) {
       labels.insert(box.label);
     }
   }
@@ -51,7 +51,7 @@ std::vector<LegendEntry> ClassLegend(const MapsFigure& figure, UncertainObjects 
         labels.insert(object.label);
       }
     }
-    for (const MapsFigure::Box& box : panel.boxes) {
+    for (const Detection& box : panel.boxes) {
       labels.insert(box.label);
     }
   }
@@ -92,7 +92,7 @@ void DrawImageWithBoxes(FigurePage& page, const MapsFigure::Panel& panel, const 
   const double scale = fitted.width / panel.image.cols;
   page.Image(panel.image, fitted);
   const double stroke = std::min(1.1, 0.0065 * area.width);
-  for (const MapsFigure::Box& box : panel.boxes) {
+  for (const Detection& box : panel.boxes) {
     const double left = std::clamp(box.box.x, 0.0, double(panel.image.cols));
     const double top = std::clamp(box.box.y, 0.0, double(panel.image.rows));
     const double right = std::clamp(box.box.x + box.box.width, 0.0, double(panel.image.cols));
@@ -167,9 +167,7 @@ void DrawObjectNames(FigurePage& page, const MapSnapshot& map, UncertainObjects 
 }  // namespace
 
 FigurePage DrawMaps(const MapsFigure& figure, const FigureOptions& options, const FigureProgress& progress) {
-  if (figure.panels.empty()) {
-    throw UsageError("no maps, expected at least one");
-  }
+  ThrowIf<UsageError>(figure.panels.empty(), "no maps, expected at least one");
   const double own_width = figure.panels.size() == 1 ? kColumnWidth : kTextWidth;
   const UncertainObjects uncertain = options.style.objects.uncertain;
   FigureSheet sheet =
@@ -186,9 +184,8 @@ FigurePage DrawMaps(const MapsFigure& figure, const FigureOptions& options, cons
   const double shared = spare > 0.0 ? 0.0 : grid.image / (grid.image + grid.height);
   grid.image += shared * spare;
   grid.height += (1.0 - shared) * spare;
-  if (grid.height < 10.0) {
-    throw UsageError("the figure is too low for its maps, expected a larger height or more columns");
-  }
+  ThrowIf<UsageError>(grid.height < 10.0,
+                      "the figure is too low for its maps, expected a larger height or more columns");
   PictureRenderer renderer(PanelOptions(options, sheet.page.dpi, grid.width, grid.height, colors));
   const int count = static_cast<int>(figure.panels.size());
   Tell(progress, 0, count);
@@ -263,17 +260,14 @@ MapSnapshotPtr Representative(const RecordedMap& recorded, std::optional<std::in
 }
 
 // Returns the boxes associated with objects, with the objects' final labels.
-std::vector<MapsFigure::Box> BoxesOf(const MapSnapshot& moment, const MapSnapshot& last) {
-  std::vector<MapsFigure::Box> boxes;
-  for (const SnapshotDetection& box : moment.detections) {
-    if (box.object_id < 0) {
-      continue;
+std::vector<Detection> BoxesOf(const MapSnapshot& moment, const MapSnapshot& last) {
+  std::vector<Detection> boxes;
+  for (const SnapshotDetection& seen : moment.detections) {
+    if (seen.object_id >= 0) {
+      Detection& box = boxes.emplace_back(seen.detection);
+      const auto object = std::ranges::find(last.objects, seen.object_id, &SnapshotObject::id);
+      box.label = object != last.objects.end() ? object->label : box.label;
     }
-    std::string label = box.detection.label;
-    for (const SnapshotObject& object : last.objects) {
-      label = object.id == box.object_id ? object.label : label;
-    }
-    boxes.push_back({label, box.detection.box});
   }
   return boxes;
 }
@@ -301,10 +295,9 @@ MapsFigure::Panel ReadPanel(const FigureRequest& request, std::size_t index, con
 
 FigurePage DrawMapsOf(const FigureRequest& request, const MapsOptions& options) {
   const std::vector<std::string> names = ResultNames(request);
-  if (!request.frames.empty() && request.frames.size() != request.results.size()) {
-    throw UsageError("--frame: {} for {}, expected one for each result in their order", request.frames.size(),
-                     request.results.size());
-  }
+  ThrowIf<UsageError>(!request.frames.empty() && request.frames.size() != request.results.size(),
+                      "--frame: {} for {}, expected one for each result in their order",
+                      request.frames.size(), request.results.size());
   MapsFigure figure;
   figure.columns = options.columns;
   figure.labels = options.labels;

@@ -4,8 +4,8 @@
 
 #include "render/figures/figure_input.h"
 #include "slam/snapshot/snapshot.h"
-#include "slam/util/error.h"
 #include "slam/util/largest.h"
+#include "slam/util/throw_if.h"
 
 // Input of the outliers figure: the fate of each point, and the image that shows it best.
 namespace sqslam {
@@ -119,9 +119,8 @@ OutliersFigure::Object ObjectWithFates(const MapSnapshot& map, const SnapshotObj
 }
 
 FigurePage DrawOutliersOf(const FigureRequest& request, const OutliersOptions& options) {
-  if (options.no_images && !request.frames.empty()) {
-    throw UsageError("--frame with --no-images: expected one of them");
-  }
+  ThrowIf<UsageError>(options.no_images && !request.frames.empty(),
+                      "--frame with --no-images: expected one of them");
   const std::string& result = request.results.front();
   const RecordedMap recorded = OpenObjectMap(result);
   const MapSnapshot& map = *recorded.last;

@@ -8,7 +8,7 @@
 #include "render/page/chart.h"
 #include "render/picture/picture.h"
 #include "render/picture/picture_overlay.h"
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
@@ -242,13 +242,10 @@ void DrawMarkLegend(FigurePage& page, const OutliersFigure& figure, const PointM
 }
 
 void CheckOutliers(const OutliersFigure& figure) {
-  if (figure.objects.empty()) {
-    throw UsageError("no objects, expected at least one");
-  }
+  ThrowIf<UsageError>(figure.objects.empty(), "no objects, expected at least one");
   for (const OutliersFigure::Object& object : figure.objects) {
-    if (object.map.objects.size() != 1) {
-      throw UsageError("{}: {} solids, expected one", object.name, object.map.objects.size());
-    }
+    ThrowIf<UsageError>(object.map.objects.size() != 1, "{}: {} solids, expected one", object.name,
+                        object.map.objects.size());
   }
 }
 
@@ -265,9 +262,7 @@ FigurePage DrawOutliers(const OutliersFigure& figure, const FigureOptions& optio
   const double share = grid.image / (grid.image + grid.height);
   grid.image += share * spare;
   grid.height += (1.0 - share) * spare;
-  if (grid.height < 10.0) {
-    throw UsageError("the figure is too low for its objects, expected a larger height");
-  }
+  ThrowIf<UsageError>(grid.height < 10.0, "the figure is too low for its objects, expected a larger height");
   PictureRenderer renderer(
       PanelOptions(options, sheet.page.dpi, grid.width, grid.height, SolidColors(figure)));
   const ChartAxis axis = ScoreAxis(figure);

@@ -7,8 +7,8 @@
 #include "render/figures/figure_input.h"
 #include "render/picture/picture.h"
 #include "slam/geometry/angles.h"
-#include "slam/util/error.h"
 #include "slam/util/largest.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace {
@@ -94,13 +94,10 @@ void DrawExponents(FigureSheet& sheet, const ShapesGrid& grid, const ShapesFigur
 FigurePage DrawShapes(const ShapesFigure& figure, const FigureOptions& options,
                       const FigureProgress& progress) {
   for (const std::vector<double>* values : {&figure.e1, &figure.e2}) {
-    if (values->empty() || values->size() > 20) {
-      throw UsageError("{} exponents: expected 1 to 20", values->size());
-    }
+    ThrowIf<UsageError>(values->empty() || values->size() > 20, "{} exponents: expected 1 to 20",
+                        values->size());
     for (const double e : *values) {
-      if (!(e >= 0.05 && e <= 2.0)) {
-        throw UsageError("exponent {}: expected 0.05 to 2", e);
-      }
+      ThrowIf<UsageError>(!(e >= 0.05 && e <= 2.0), "exponent {}: expected 0.05 to 2", e);
     }
   }
   FigureSheet sheet = MakeSheet(options, kColumnWidth, "Superquadrics of different exponents",

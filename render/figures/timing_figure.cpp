@@ -8,8 +8,9 @@
 #include "render/page/chart.h"
 #include "slam/io/result_files.h"
 #include "slam/snapshot/snapshot.h"
-#include "slam/util/error.h"
 #include "slam/util/largest.h"
+#include "slam/util/throw_if.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -74,7 +75,7 @@ std::string MeanText(double milliseconds) {
 
 // Draws a bar of the mean with its value, a diamond at the median and a line to the 95th percentile.
 void DrawTimes(FigurePage& page, const PlotArea& plot, double top, double height,
-               const TimingFigure::Times& times, const SeriesLook& look, const FigureTheme& theme) {
+               const StageTimes::Summary& times, const SeriesLook& look, const FigureTheme& theme) {
   const double middle = top + 0.5 * height;
   DrawBar(page, {plot.X(0.0), top, plot.X(times.mean) - plot.X(0.0), height}, look, theme.background);
   const FigureStroke thin{theme.ink, 0.8, {}};
@@ -125,16 +126,15 @@ void DrawStageGroup(FigurePage& page, const TimingFigure& figure, const StageGro
 double AroundBars(const TimingFigure& figure, const std::vector<StageGroup>& groups, const FigureTheme& theme,
                   double width) {
   return LegendHeight(TimingLegend(figure, theme), width, theme) +
-         static_cast<double>(groups.size()) * (kTimingGap + XAxisHeight(theme, true));
+         static_cast<double>(groups.size()) * (kTimingGap + XAxisHeight(theme));
 }
 
 }  // namespace
 
 FigurePage DrawTiming(const TimingFigure& figure, const FigureOptions& options) {
   const std::vector<StageGroup> groups = StageGroups(figure);
-  if (groups.empty() || figure.series.empty()) {
-    throw UsageError("no times to draw, expected at least one stage");
-  }
+  ThrowIf<UsageError>(groups.empty() || figure.series.empty(),
+                      "no times to draw, expected at least one stage");
   const auto row_count = static_cast<double>(figure.stages.size());
   const auto series = static_cast<double>(figure.series.size());
   FigureSheet sheet =
@@ -152,16 +152,15 @@ FigurePage DrawTiming(const TimingFigure& figure, const FigureOptions& options) 
   const double names = Largest(figure.stages, 0.0, [&](const std::string& stage) {
     return TextWidth(RowName(stage), theme.small) + 6.0;
   });
-  if (rows.bar < 1.5 || names > 0.7 * area.width) {
-    throw UsageError("the figure is too small for its bars, expected a larger size or fewer stages");
-  }
+  ThrowIf<UsageError>(rows.bar < 1.5 || names > 0.7 * area.width,
+                      "the figure is too small for its bars, expected a larger size or fewer stages");
   DrawLegend(sheet.page, TimingLegend(figure, theme), {area.x, area.y, area.width, legend}, theme);
   double y = area.y + legend + kTimingGap;
   for (const StageGroup& group : groups) {
     const double height = static_cast<double>(group.stages.size()) * rows.row;
     DrawStageGroup(sheet.page, figure, group, {area.x + names, y, area.width - names - 4.0, height}, rows,
                    theme);
-    y += height + XAxisHeight(theme, true) + kTimingGap;
+    y += height + XAxisHeight(theme) + kTimingGap;
   }
   return std::move(sheet.page);
 }
@@ -174,19 +173,16 @@ struct TimingOptions {
 };
 
 // Sorts groups ("tracking") before their stages, and each by decreasing time.
-std::vector<std::string> SlowestStages(const std::vector<RunStats>& runs) {
+std::vector<std::string> SlowestStages(const TimingFigure& figure) {
   std::map<std::string, double> slowest;
-  for (const RunStats& run : runs) {
-    for (const auto& [stage, times] : run.timing_ms) {
+  for (const TimingFigure::Series& run : figure.series) {
+    for (const auto& [stage, times] : run.stages) {
       if (times.count > 1) {
         slowest[stage] = std::max(slowest[stage], times.mean);
       }
     }
   }
-  std::vector<std::string> stages;
-  for (const auto& [stage, mean] : slowest) {
-    stages.push_back(stage);
-  }
+  std::vector<std::string> stages = ToVector(slowest, [](const auto& stage) { return stage.first; });
   const auto rank = [&slowest](const std::string& stage) {
     const bool whole = stage.find('.') == std::string::npos;
     return std::make_pair(whole ? 0 : 1, -slowest.at(stage));
@@ -199,40 +195,29 @@ std::vector<std::string> SlowestStages(const std::vector<RunStats>& runs) {
   return stages;
 }
 
-void CheckStages(const std::vector<std::string>& wanted, const std::vector<RunStats>& runs) {
+void CheckStages(const std::vector<std::string>& wanted, const TimingFigure& figure) {
   std::set<std::string> known;
-  for (const RunStats& run : runs) {
-    for (const auto& [stage, times] : run.timing_ms) {
+  for (const TimingFigure::Series& run : figure.series) {
+    for (const auto& [stage, times] : run.stages) {
       known.insert(stage);
     }
   }
   for (const std::string& stage : wanted) {
-    if (!known.contains(stage)) {
-      throw InputError("--stage {}: in none of the results, expected one of {}", stage,
-                       fmt::join(known, ", "));
-    }
+    ThrowIf<InputError>(!known.contains(stage), "--stage {}: in none of the results, expected one of {}",
+                        stage, fmt::join(known, ", "));
   }
 }
 
 FigurePage DrawTimingOf(const FigureRequest& request, const TimingOptions& options) {
   const std::vector<std::string> names = ResultNames(request);
-  std::vector<RunStats> runs;
   TimingFigure figure;
   for (std::size_t i = 0; i < request.results.size(); ++i) {
-    runs.push_back(ReadStats(ResultFile(request.results[i], "stats.json")));
-    TimingFigure::Series series;
-    series.name = names[i];
-    for (const auto& [stage, times] : runs.back().timing_ms) {
-      series.stages[stage] = {times.mean, times.median, times.p95};
-    }
-    figure.series.push_back(std::move(series));
+    figure.series.push_back({names[i], ReadStats(ResultFile(request.results[i], "stats.json")).timing_ms});
   }
-  CheckStages(options.stages, runs);
-  figure.stages = options.stages.empty() ? SlowestStages(runs) : options.stages;
-  if (figure.stages.empty()) {
-    throw InputError("{}: no stage ran more than once, expected timing_ms of a run",
-                     fmt::join(request.results, ", "));
-  }
+  CheckStages(options.stages, figure);
+  figure.stages = options.stages.empty() ? SlowestStages(figure) : options.stages;
+  ThrowIf<InputError>(figure.stages.empty(), "{}: no stage ran more than once, expected timing_ms of a run",
+                      fmt::join(request.results, ", "));
   return DrawTiming(figure, request.page);
 }
 

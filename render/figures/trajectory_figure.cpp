@@ -11,7 +11,7 @@
 #include "slam/io/result_files.h"
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/map_scale.h"
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -48,9 +48,7 @@ PathBounds BoundsOf(const TrajectoryFigure& figure) {
   for (const TrajectoryFigure::Footprint& object : figure.objects) {
     std::ranges::for_each(object.outline, [&bounds](const auto& p) { bounds.box.extend(p); });
   }
-  if (bounds.box.isEmpty()) {
-    throw UsageError("no camera path to draw, expected at least one pose");
-  }
+  ThrowIf<UsageError>(bounds.box.isEmpty(), "no camera path to draw, expected at least one pose");
   const double size = std::max(bounds.box.sizes().maxCoeff(), 1e-6);
   const Eigen::Vector3d least = Eigen::Vector3d::Constant(0.1 * size);  // also for a straight path
   const Eigen::Vector3d missing =
@@ -145,11 +143,11 @@ void DrawFootprints(FigurePage& page, const PlotArea& plot, const TrajectoryFigu
   }
 }
 
-double HeightsBlock(const FigureTheme& theme) { return 60.0 + XAxisHeight(theme, true) + kTrajectoryGap; }
+double HeightsBlock(const FigureTheme& theme) { return 60.0 + XAxisHeight(theme) + kTrajectoryGap; }
 
 // Returns the height of everything above and below the x-y plot, points.
 double AroundPlot(const TrajectoryFigure& figure, const FigureTheme& theme, double width) {
-  return LegendHeight(PathLegend(figure, theme), width, theme) + kTrajectoryGap + XAxisHeight(theme, true) +
+  return LegendHeight(PathLegend(figure, theme), width, theme) + kTrajectoryGap + XAxisHeight(theme) +
          (figure.heights ? HeightsBlock(theme) : 0.0);
 }
 
@@ -204,7 +202,7 @@ FigurePage DrawTrajectories(const TrajectoryFigure& figure, const FigureOptions&
   DrawLegend(sheet.page, entries, {area.x, area.y, area.width, legend}, theme);
   // The axis and the width of its tick labels depend on each other: the width of a first axis is used.
   FigureRect above{area.x, area.y + legend + kTrajectoryGap, area.width - 6.0, plot_height};
-  const double left = YAxisWidth(EqualAxes(above, bounds).y, theme, true) + 2.0;
+  const double left = YAxisWidth(EqualAxes(above, bounds).y, theme) + 2.0;
   above.x += left;
   above.width -= left;
   const PlotArea plot = EqualAxes(above, bounds);
@@ -215,9 +213,9 @@ FigurePage DrawTrajectories(const TrajectoryFigure& figure, const FigureOptions&
   });
   DrawFootprints(sheet.page, plot, figure, theme);
   if (figure.heights) {
-    const double top = above.Bottom() + XAxisHeight(theme, true) + 1.6 * kTrajectoryGap;
-    DrawPathHeights(sheet.page, {above.x, top, above.width, area.Bottom() - XAxisHeight(theme, true) - top},
-                    figure, bounds, theme);
+    const double top = above.Bottom() + XAxisHeight(theme) + 1.6 * kTrajectoryGap;
+    DrawPathHeights(sheet.page, {above.x, top, above.width, area.Bottom() - XAxisHeight(theme) - top}, figure,
+                    bounds, theme);
   }
   return std::move(sheet.page);
 }
@@ -255,20 +253,17 @@ std::string LengthText(double metres) {
 
 Trajectory ReadPath(const std::string& result) {
   Trajectory trajectory = ReadTrajectory(ResultFile(result, "trajectory.txt"));
-  if (trajectory.empty()) {
-    throw InputError("{}: holds no pose, expected a camera path", result);
-  }
+  ThrowIf<InputError>(trajectory.empty(), "{}: holds no pose, expected a camera path", result);
   return trajectory;
 }
 
 TrajectoryError AlignPath(const std::string& name, const Trajectory& path, const Trajectory& reference,
                           double max_time_difference) {
   const auto error = ComputeTrajectoryError(path, reference, max_time_difference);
-  if (!error) {
-    throw InputError(
-        "{}: cannot be aligned, expected at least three poses within {} s of the reference, not on one line",
-        name, max_time_difference);
-  }
+  ThrowIf<InputError>(
+      !error,
+      "{}: cannot be aligned, expected at least three poses within {} s of the reference, not on one line",
+      name, max_time_difference);
   return *error;
 }
 

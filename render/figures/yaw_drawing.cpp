@@ -7,9 +7,8 @@
 #include "render/figures/figure_input.h"
 #include "render/figures/figures.h"
 #include "render/page/chart.h"
-#include "render/picture/outlines.h"
 #include "render/picture/picture_text.h"
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace {
@@ -108,13 +107,9 @@ std::string YawText(double degrees) {
 }  // namespace
 
 FigurePage DrawYaw(const YawFigure& figure, const FigureOptions& options) {
-  if (figure.objects.empty()) {
-    throw UsageError("no objects, expected at least one");
-  }
+  ThrowIf<UsageError>(figure.objects.empty(), "no objects, expected at least one");
   for (const YawFigure::Object& object : figure.objects) {
-    if (object.image.empty()) {
-      throw UsageError("{}: no image, expected that of a frame", object.name);
-    }
+    ThrowIf<UsageError>(object.image.empty(), "{}: no image, expected that of a frame", object.name);
   }
   FigureSheet sheet = MakeSheet(
       options, kColumnWidth, "Yaw from line segments",
@@ -122,9 +117,7 @@ FigurePage DrawYaw(const YawFigure& figure, const FigureOptions& options) {
   const FigureTheme& theme = sheet.theme;
   PanelGrid grid = LayOutYaw(figure, theme, sheet.area.width);
   grid.height += grid.Spare(sheet.area);
-  if (grid.height < 8.0) {
-    throw UsageError("the figure is too low for its images, expected a larger height");
-  }
+  ThrowIf<UsageError>(grid.height < 8.0, "the figure is too low for its images, expected a larger height");
   for (int row = 0; row < grid.rows; ++row) {
     const YawFigure::Object& object = figure.objects[static_cast<std::size_t>(row)];
     NameRow(sheet, grid, row, object.name);

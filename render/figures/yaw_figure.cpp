@@ -12,7 +12,7 @@
 #include "slam/objects/landmark_geometry.h"
 #include "slam/objects/yaw.h"
 #include "slam/snapshot/snapshot.h"
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace {
@@ -210,19 +210,16 @@ YawFigure::Object ClearestYaw(const YawContext& context, const std::map<int, std
       best = std::move(measured);
     }
   }
-  if (!best) {
-    throw InputError(
-        "{}: no object with the image of a keyframe, expected a map made from images that "
-        "are still there, with objects",
-        request.results.front());
-  }
+  ThrowIf<InputError>(!best,
+                      "{}: no object with the image of a keyframe, expected a map made from images that are "
+                      "still there, with objects",
+                      request.results.front());
   return *best;
 }
 
 FigurePage DrawYawOf(const FigureRequest& request) {
-  if (request.objects.empty() && !request.frames.empty()) {
-    throw UsageError("--frame without --object: expected the object to show in that frame");
-  }
+  ThrowIf<UsageError>(request.objects.empty() && !request.frames.empty(),
+                      "--frame without --object: expected the object to show in that frame");
   const std::string& result = request.results.front();
   const RecordedMap recorded = OpenMap(result);
   const YawContext context{recorded, recorded.last, ConfigOf(*recorded.reader).objects.yaw};
@@ -235,9 +232,7 @@ FigurePage DrawYawOf(const FigureRequest& request) {
     const std::vector<ObjectView> chosen =
         ViewsOfFrame(it == views.end() ? std::vector<ObjectView>() : it->second, request, what);
     std::optional<YawFigure::Object> measured = BestMeasured(context, object, chosen);
-    if (!measured) {
-      throw InputError("{}: reaches behind the camera, expected another frame or object", what);
-    }
+    ThrowIf<InputError>(!measured, "{}: reaches behind the camera, expected another frame or object", what);
     figure.objects.push_back(std::move(*measured));
   }
   if (request.objects.empty()) {

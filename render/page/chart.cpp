@@ -224,35 +224,28 @@ void DrawXAxis(FigurePage& page, const PlotArea& plot, const std::string& label,
   }
 }
 
-void DrawYAxis(FigurePage& page, const PlotArea& plot, const std::string& label, const FigureTheme& theme,
-               bool grid) {
+void DrawYAxis(FigurePage& page, const PlotArea& plot, const std::string& label, const FigureTheme& theme) {
   const FigureRect& area = plot.area;
   double last_top = 1e9;
   for (const double tick : plot.y.Ticks()) {
     const double y = plot.Y(tick);
-    if (grid) {
-      page.Line({area.x, y}, {area.Right(), y}, theme.Grid());
-    }
+    page.Line({area.x, y}, {area.Right(), y}, theme.Grid());
     if (y + 0.5 * theme.small < last_top) {
       page.Text(plot.y.TickText(tick), {area.x - kTickGap, y}, theme.small, theme.muted, TextAlign::kRight);
       last_top = y - 0.5 * theme.small;
     }
   }
   page.Line({area.x, area.y}, {area.x, area.Bottom()}, theme.Axis());
-  if (!label.empty()) {
-    const double x = area.x - YAxisWidth(plot.y, theme, true) + 0.5 * theme.font;
-    page.Text({label, {x, area.Center().y()}, theme.font, theme.ink, TextAlign::kCenter, false, 90.0});
-  }
+  const double x = area.x - YAxisWidth(plot.y, theme) + 0.5 * theme.font;
+  page.Text({label, {x, area.Center().y()}, theme.font, theme.ink, TextAlign::kCenter, false, 90.0});
 }
 
-double XAxisHeight(const FigureTheme& theme, bool label) {
-  return kTickGap + 1.1 * theme.small + (label ? 1.4 * theme.font : 0.0);
-}
+double XAxisHeight(const FigureTheme& theme) { return kTickGap + 1.1 * theme.small + 1.4 * theme.font; }
 
-double YAxisWidth(const ChartAxis& axis, const FigureTheme& theme, bool label) {
+double YAxisWidth(const ChartAxis& axis, const FigureTheme& theme) {
   const double widest =
       Largest(axis.Ticks(), 0.0, [&](double tick) { return TextWidth(axis.TickText(tick), theme.small); });
-  return kTickGap + widest + (label ? 1.5 * theme.font : 0.0);
+  return kTickGap + widest + 1.5 * theme.font;
 }
 
 Eigen::Vector3d Viridis(double value) {

@@ -85,15 +85,14 @@ struct PlotArea {
   Eigen::Vector2d At(double x_value, double y_value) const { return {X(x_value), Y(y_value)}; }
 };
 
-// Draw one axis each: numbers, the label outside them, and grid lines if `grid` is set.
+// Draw one axis each: numbers, the label outside them, and grid lines (across x if `grid` is set).
 void DrawXAxis(FigurePage& page, const PlotArea& plot, const std::string& label, const FigureTheme& theme,
                bool grid = true);
-void DrawYAxis(FigurePage& page, const PlotArea& plot, const std::string& label, const FigureTheme& theme,
-               bool grid = true);
+void DrawYAxis(FigurePage& page, const PlotArea& plot, const std::string& label, const FigureTheme& theme);
 
 // Return the room that numbers and label of an axis take beside the plot, points.
-double XAxisHeight(const FigureTheme& theme, bool label);
-double YAxisWidth(const ChartAxis& axis, const FigureTheme& theme, bool label);
+double XAxisHeight(const FigureTheme& theme);
+double YAxisWidth(const ChartAxis& axis, const FigureTheme& theme);
 
 // Matplotlib's viridis (van der Walt and Smith, 2015) for values in [0, 1], clamped. It is perceptually
 // uniform, also for colour-blind people and in greyscale.

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace {
@@ -44,12 +44,10 @@ FigureSize ResolveSize(const FigureOptions& options, double own_width) {
 
 void CheckFigureOptions(const FigureOptions& options) {
   CheckStyle(options.style);
-  if (options.width_px.has_value() != options.height_px.has_value()) {
-    throw UsageError("a figure's size in pixels: expected width and height");
-  }
-  if (options.width_px && (options.width_mm || options.height_mm)) {
-    throw UsageError("a figure's size: expected pixels or millimetres, not both");
-  }
+  ThrowIf<UsageError>(options.width_px.has_value() != options.height_px.has_value(),
+                      "a figure's size in pixels: expected width and height");
+  ThrowIf<UsageError>(options.width_px && (options.width_mm || options.height_mm),
+                      "a figure's size: expected pixels or millimetres, not both");
   const auto outside = [](const auto& value, double low, double high) {
     return value && !(*value >= low && *value <= high);
   };
@@ -57,15 +55,13 @@ void CheckFigureOptions(const FigureOptions& options) {
     throw UsageError("a figure of {}x{} pixels: expected sides from 16 to 16384", *options.width_px,
                      *options.height_px);
   }
-  if (outside(options.width_mm, 10.0, 2000.0) || outside(options.height_mm, 10.0, 2000.0)) {
-    throw UsageError("a figure's size: expected 10 to 2000 mm");
-  }
+  ThrowIf<UsageError>(outside(options.width_mm, 10.0, 2000.0) || outside(options.height_mm, 10.0, 2000.0),
+                      "a figure's size: expected 10 to 2000 mm");
   if (outside(options.dpi, 20.0, 2400.0)) {
     throw UsageError("{} dots per inch: expected 20 to 2400", *options.dpi);
   }
-  if (!(options.font_size >= 2.0 && options.font_size <= 72.0)) {
-    throw UsageError("a font of {} points: expected 2 to 72", options.font_size);
-  }
+  ThrowIf<UsageError>(!(options.font_size >= 2.0 && options.font_size <= 72.0),
+                      "a font of {} points: expected 2 to 72", options.font_size);
 }
 
 FigureTheme::FigureTheme(const FigureOptions& options)
@@ -93,12 +89,10 @@ FigureSheet MakeSheet(const FigureOptions& options, double own_width, const std:
     page.background = sheet.theme.background;
   }
   sheet.area = {kSheetMargin, top, width, height - top - kSheetMargin};
-  if (sheet.area.width < 20.0 || sheet.area.height < 20.0) {
-    throw UsageError(
-        "a figure of {:.0f}x{:.0f} mm has no room for letters of {} points: "
-        "expected a larger size, fewer dots per inch or a smaller font",
-        size.width / kPointsPerMm, height / kPointsPerMm, options.font_size);
-  }
+  ThrowIf<UsageError>(sheet.area.width < 20.0 || sheet.area.height < 20.0,
+                      "a figure of {:.0f}x{:.0f} mm has no room for letters of {} points: expected a larger "
+                      "size, fewer dots per inch or a smaller font",
+                      size.width / kPointsPerMm, height / kPointsPerMm, options.font_size);
   if (!options.title.empty()) {
     page.Text(FittingText(options.title, sheet.theme.title, sheet.area.width, true),
               {0.5 * size.width, kSheetMargin + 0.75 * sheet.theme.title}, sheet.theme.title, sheet.theme.ink,
@@ -138,12 +132,10 @@ void NameRow(FigureSheet& sheet, const PanelGrid& grid, int row, const std::stri
 
 PictureOptions PanelOptions(const FigureOptions& options, double dpi, double width, double height,
                             const std::map<std::string, Eigen::Vector3d>& colors) {
-  if (std::max(width, height) * dpi / 72.0 > kMaxPictureSide) {
-    throw UsageError(
-        "a picture of {:.0f}x{:.0f} pixels in the figure: expected at most {} a "
-        "side, by fewer dots per inch or a smaller size",
-        width * dpi / 72.0, height * dpi / 72.0, kMaxPictureSide);
-  }
+  ThrowIf<UsageError>(std::max(width, height) * dpi / 72.0 > kMaxPictureSide,
+                      "a picture of {:.0f}x{:.0f} pixels in the figure: expected at most {} a side, by fewer "
+                      "dots per inch or a smaller size",
+                      width * dpi / 72.0, height * dpi / 72.0, kMaxPictureSide);
   PictureOptions picture;
   picture.camera = options.camera;
   picture.width = std::max(16, static_cast<int>(std::lround(width * dpi / 72.0)));

@@ -16,7 +16,7 @@
 #include <stdexcept>
 
 #include "slam/util/atomic_file.h"
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace {
@@ -157,9 +157,8 @@ cairo_status_t Append(void* target, const unsigned char* data, unsigned int leng
 cv::Mat PageToPixels(const FigurePage& page) {
   const int width = static_cast<int>(std::lround(page.width * page.dpi / kPointsPerInch));
   const int height = static_cast<int>(std::lround(page.height * page.dpi / kPointsPerInch));
-  if (width < 16 || height < 16 || width > kMaxPageSide || height > kMaxPageSide) {
-    throw UsageError("a figure of {}x{} pixels: expected sides from 16 to {}", width, height, kMaxPageSide);
-  }
+  ThrowIf<UsageError>(width < 16 || height < 16 || width > kMaxPageSide || height > kMaxPageSide,
+                      "a figure of {}x{} pixels: expected sides from 16 to {}", width, height, kMaxPageSide);
   cv::Mat pixels = cv::Mat::zeros(height, width, CV_8UC4);
   {
     const Surface surface = Own(cairo_image_surface_create_for_data(pixels.data, CAIRO_FORMAT_ARGB32, width,
@@ -299,9 +298,8 @@ std::vector<std::string> WrappedText(const std::string& text, double size, doubl
 
 void CheckFigurePath(const std::filesystem::path& path) {
   const std::string extension = path.extension().string();
-  if (extension != ".png" && extension != ".svg" && extension != ".pdf") {
-    throw UsageError("--output {}: expected a name that ends in .png, .svg or .pdf", path.string());
-  }
+  ThrowIf<UsageError>(extension != ".png" && extension != ".svg" && extension != ".pdf",
+                      "--output {}: expected a name that ends in .png, .svg or .pdf", path.string());
 }
 
 std::string EncodeFigure(const FigurePage& page, const std::filesystem::path& path) {

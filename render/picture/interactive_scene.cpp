@@ -91,7 +91,6 @@ struct InteractiveScene::Impl {
 
 InteractiveScene::InteractiveScene() : impl_(std::make_unique<Impl>()) {}
 InteractiveScene::~InteractiveScene() = default;
-InteractiveScene::InteractiveScene(InteractiveScene&&) noexcept = default;
 
 void InteractiveScene::SetStyle(const SceneStyle& style) {
   CheckStyle(style);
@@ -135,9 +134,6 @@ void InteractiveScene::SetTransparent(bool transparent) {
     }
   }
 }
-
-const SceneFocus& InteractiveScene::Focus() const { return impl_->focus; }
-const LabelColors& InteractiveScene::Colors() const { return impl_->colors; }
 
 unsigned InteractiveScene::Draw(const ViewCamera& camera, cv::Size size, Detail detail) {
   if (size.width < 1 || size.height < 1 || size.width > kMaxPictureSide || size.height > kMaxPictureSide) {

@@ -24,7 +24,6 @@ class InteractiveScene {
 
   InteractiveScene();
   ~InteractiveScene();
-  InteractiveScene(InteractiveScene&&) noexcept;
 
   // Throws UsageError on values out of range; the previous style then stays.
   void SetStyle(const SceneStyle& style);
@@ -42,9 +41,6 @@ class InteractiveScene {
 
   // Draws no background, with colours premultiplied by alpha, for use over other content.
   void SetTransparent(bool transparent);
-
-  const SceneFocus& Focus() const;
-  const LabelColors& Colors() const;
 
   // Returns the name of the texture (bottom row first), or 0 if `size` is empty or has a side over 8192
   // pixels.

@@ -3,7 +3,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "render/picture/outlines.h"
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 
@@ -25,10 +25,9 @@ cv::Mat Undistorted(const cv::Mat& image, const Camera& camera) {
 
 PlacedPhoto PlacePhoto(const cv::Mat& photo, const Camera& camera, cv::Size picture,
                        const Eigen::Vector3d& background) {
-  if (photo.cols != camera.width || photo.rows != camera.height) {
-    throw InputError("the image has {}x{} pixels, expected {}x{} as the map's camera", photo.cols, photo.rows,
-                     camera.width, camera.height);
-  }
+  ThrowIf<InputError>(photo.cols != camera.width || photo.rows != camera.height,
+                      "the image has {}x{} pixels, expected {}x{} as the map's camera", photo.cols,
+                      photo.rows, camera.width, camera.height);
   const cv::Rect2d place = PlaceImage(camera, {cv::Point(), picture}).area;
   PlacedPhoto placed{cv::Mat(picture, CV_8UC3, ToBgr(background)),
                      cv::Rect(cv::Point(cvRound(place.x), cvRound(place.y)),

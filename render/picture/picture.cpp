@@ -10,7 +10,7 @@
 #include "render/scene/scene.h"
 #include "slam/geometry/angles.h"
 #include "slam/util/atomic_file.h"
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
@@ -27,11 +27,10 @@ int SamplesOf(const PictureOptions& options) {
 
 const PictureOptions& Checked(const PictureOptions& options) {
   CheckStyle(options.style);
-  if (options.width < 16 || options.height < 16 || options.width > kMaxPictureSide ||
-      options.height > kMaxPictureSide) {
-    throw UsageError("resolution {},{}: expected sides from 16 to {} pixels", options.width, options.height,
-                     kMaxPictureSide);
-  }
+  ThrowIf<UsageError>(options.width < 16 || options.height < 16 || options.width > kMaxPictureSide ||
+                          options.height > kMaxPictureSide,
+                      "resolution {},{}: expected sides from 16 to {} pixels", options.width, options.height,
+                      kMaxPictureSide);
   return options;
 }
 

@@ -4,7 +4,6 @@
 #include <vtkFloatArray.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
-#include <vtkPoints.h>
 #include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
@@ -67,34 +66,27 @@ vtkSmartPointer<vtkPolyData> SuperquadricMesh(const Superquadric& shape, int seg
 }
 
 GroupedSurface MakeGroupedSurface(std::span<const ColoredSolid> solids, int segments) {
-  const vtkNew<vtkPoints> points;
-  points->SetDataTypeToFloat();
-  const vtkNew<vtkFloatArray> normals;
-  normals->SetNumberOfComponents(3);
-  const vtkNew<vtkUnsignedCharArray> colors;
-  colors->SetNumberOfComponents(3);
+  TriangleMesh whole;  // in the map frame
+  std::vector<Eigen::Matrix<unsigned char, 3, 1>> colors;
   const vtkNew<vtkFloatArray> numbers;
   numbers->SetName(kSolidNumberArray);
-  const vtkNew<vtkCellArray> triangles;
   GroupedSurface surface;
   for (const ColoredSolid& solid : solids) {
     TriangleMesh mesh = Tessellate(solid.posed.shape, segments / 4 * 4);
     Refine(mesh, static_cast<float>(8.0 * solid.posed.shape.half_size.maxCoeff() / segments));
-    const vtkIdType first = points->GetNumberOfPoints();
-    const Eigen::Matrix<unsigned char, 3, 1> rgb =
-        (255.0 * solid.color).array().round().cast<unsigned char>();
+    const auto first = static_cast<std::int32_t>(whole.vertices.size());
+    colors.resize(colors.size() + mesh.vertices.size(),
+                  (255.0 * solid.color).array().round().cast<unsigned char>());
     std::vector<Eigen::Vector3d> placed;
     for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
       placed.push_back(solid.posed.T_map_object * mesh.vertices[i].cast<double>());
-      points->InsertNextPoint(placed.back().data());
-      const Eigen::Vector3f n =
-          (solid.posed.T_map_object.rotation * mesh.normals[i].cast<double>()).cast<float>();
-      normals->InsertNextTypedTuple(n.data());
-      colors->InsertNextTypedTuple(rgb.data());
+      whole.vertices.push_back(placed.back().cast<float>());
+      whole.normals.push_back(
+          (solid.posed.T_map_object.rotation * mesh.normals[i].cast<double>()).cast<float>());
       numbers->InsertNextValue(static_cast<float>(solid.number));
     }
     for (const auto& t : mesh.triangles) {
-      triangles->InsertNextCell({first + t[0], first + t[1], first + t[2]});
+      whole.triangles.push_back({first + t[0], first + t[1], first + t[2]});
       Eigen::Vector3d sum = Eigen::Vector3d::Zero();
       for (const std::int32_t corner : t) {
         sum += placed[static_cast<std::size_t>(corner)];
@@ -102,11 +94,9 @@ GroupedSurface MakeGroupedSurface(std::span<const ColoredSolid> solids, int segm
       surface.centers.push_back(sum / 3.0);
     }
   }
-  surface.mesh = vtkSmartPointer<vtkPolyData>::New();
-  surface.mesh->SetPoints(points);
-  surface.mesh->SetPolys(triangles);
-  surface.mesh->GetPointData()->SetNormals(normals);
-  surface.mesh->GetPointData()->SetScalars(colors);
+  surface.mesh = PolyDataOf(whole.vertices, whole.triangles);
+  surface.mesh->GetPointData()->SetNormals(TuplesOf<vtkFloatArray>(whole.normals));
+  surface.mesh->GetPointData()->SetScalars(TuplesOf<vtkUnsignedCharArray>(colors));
   surface.mesh->GetPointData()->AddArray(numbers);
   return surface;
 }

@@ -12,6 +12,7 @@
 
 #include "render/scene/cloud_layer.h"
 #include "render/surface/surface_mesh.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 
@@ -313,11 +314,7 @@ class LabelColors {
 
   // Returns colours for the labels of all objects.
   static LabelColors Of(const auto& objects, std::map<std::string, Eigen::Vector3d> fixed = {}) {
-    std::vector<std::string> labels;
-    for (const auto& object : objects) {
-      labels.push_back(object.label);
-    }
-    return LabelColors(labels, std::move(fixed));
+    return LabelColors(ToVector(objects, [](const auto& object) { return object.label; }), std::move(fixed));
   }
 
   Eigen::Vector3d operator()(const std::string& label) const;  // red, green, blue in [0, 1]

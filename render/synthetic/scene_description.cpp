@@ -3,31 +3,27 @@
 #include <yaml-cpp/yaml.h>
 
 #include "slam/geometry/angles.h"
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace {
 
 Eigen::Vector3d ReadVector(const YAML::Node& node, const std::string& what) {
-  if (!node || !node.IsSequence() || node.size() != 3) {
-    throw InputError("'{}': expected three numbers [x, y, z]", what);
-  }
+  ThrowIf<InputError>(!node || !node.IsSequence() || node.size() != 3,
+                      "'{}': expected three numbers [x, y, z]", what);
   return {node[0].as<double>(), node[1].as<double>(), node[2].as<double>()};
 }
 
 TextureDescription ReadTexture(const YAML::Node& node) {
-  if (!node || !node["pattern"]) {
-    throw InputError("'texture': expected a map with at least 'pattern'");
-  }
+  ThrowIf<InputError>(!node || !node["pattern"], "'texture': expected a map with at least 'pattern'");
   TextureDescription texture;
   texture.pattern = node["pattern"].as<std::string>();
   texture.title = node["title"].as<std::string>("");
   texture.seed = node["seed"].as<std::uint64_t>(0);
   for (const YAML::Node& color : node["colors"]) {
     const Eigen::Vector3d rgb = ReadVector(color, "colors");
-    if (!(rgb.minCoeff() >= 0.0 && rgb.maxCoeff() <= 255.0)) {
-      throw InputError("'colors': expected red, green and blue from 0 to 255");
-    }
+    ThrowIf<InputError>(!(rgb.minCoeff() >= 0.0 && rgb.maxCoeff() <= 255.0),
+                        "'colors': expected red, green and blue from 0 to 255");
     texture.colors.push_back({static_cast<std::uint8_t>(rgb.x()), static_cast<std::uint8_t>(rgb.y()),
                               static_cast<std::uint8_t>(rgb.z())});
   }
@@ -42,15 +38,12 @@ SceneBody ReadBody(const YAML::Node& node) {
   SceneBody body;
   body.id = node["id"].as<std::int32_t>(0);
   body.label = node["label"].as<std::string>("");
-  if (body.id > 0 && body.label.empty()) {
-    throw InputError("object {}: expected a 'label'", body.id);
-  }
+  ThrowIf<InputError>(body.id > 0 && body.label.empty(), "object {}: expected a 'label'", body.id);
   Superquadric& shape = body.superquadric.shape;
   shape.half_size = ReadVector(node["half_size"], "half_size");
   const auto exponents = node["shape"].as<std::vector<double>>(std::vector{0.1, 0.1});
-  if (exponents.size() != 2 || shape.half_size.minCoeff() <= 0.0) {
-    throw InputError("expected 'shape: [e1, e2]' and a 'half_size' of positive numbers");
-  }
+  ThrowIf<InputError>(exponents.size() != 2 || shape.half_size.minCoeff() <= 0.0,
+                      "expected 'shape: [e1, e2]' and a 'half_size' of positive numbers");
   shape.e1 = exponents[0];
   shape.e2 = exponents[1];
   Eigen::Vector3d center = ReadVector(node["center"], "center");
@@ -83,9 +76,9 @@ Camera ReadCamera(const YAML::Node& node) {
   camera.cx = node["cx"].as<double>(0.5 * (camera.width - 1));
   camera.cy = node["cy"].as<double>(0.5 * (camera.height - 1));
   camera.fps = node["fps"].as<double>(30.0);
-  if (camera.width < 16 || camera.height < 16 || camera.fx <= 0.0 || camera.fy <= 0.0 || camera.fps <= 0.0) {
-    throw InputError("'camera': expected width and height of 16 at least, and positive fx, fy and fps");
-  }
+  ThrowIf<InputError>(
+      camera.width < 16 || camera.height < 16 || camera.fx <= 0.0 || camera.fy <= 0.0 || camera.fps <= 0.0,
+      "'camera': expected width and height of 16 at least, and positive fx, fy and fps");
   return camera;
 }
 
@@ -117,9 +110,7 @@ SceneDescription ReadNode(const YAML::Node& root) {
   scene.waypoints = ReadList(root["motion"], "waypoints", [](const YAML::Node& node) {
     return SceneWaypoint{ReadVector(node["position"], "position"), ReadVector(node["look_at"], "look_at")};
   });
-  if (scene.waypoints.size() < 2) {
-    throw InputError("'motion: waypoints': expected two at least");
-  }
+  ThrowIf<InputError>(scene.waypoints.size() < 2, "'motion: waypoints': expected two at least");
   scene.tremor_position = root["motion"]["tremor_position"].as<double>(scene.tremor_position);
   scene.tremor_angle = root["motion"]["tremor_angle"].as<double>(0.25) * kRadiansPerDegree;
   if (root["ambient"]) {
@@ -133,9 +124,8 @@ SceneDescription ReadNode(const YAML::Node& root) {
 SceneDescription ReadScene(const std::filesystem::path& path) {
   try {
     const YAML::Node root = YAML::LoadFile(path.string());
-    if (!root.IsMap() || !root["motion"] || !root["camera"]) {
-      throw InputError("expected a scene description with at least 'camera' and 'motion'");
-    }
+    ThrowIf<InputError>(!root.IsMap() || !root["motion"] || !root["camera"],
+                        "expected a scene description with at least 'camera' and 'motion'");
     return ReadNode(root);
   } catch (const YAML::BadFile&) {
     throw InputError("{}: cannot be read; expected a scene description (YAML)", path.string());

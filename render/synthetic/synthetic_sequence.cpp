@@ -15,7 +15,7 @@
 #include "render/synthetic/scene_renderer.h"
 #include "slam/io/coco.h"
 #include "slam/util/atomic_file.h"
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 #include "slam/util/worker_thread.h"
 
 namespace sqslam {
@@ -56,16 +56,15 @@ std::string FormatObjects(const SceneDescription& scene) {
       continue;
     }
     const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> pose = body.superquadric.T_map_object.Matrix();
-    const Eigen::Vector3d& center = body.superquadric.T_map_object.translation;
     const Superquadric& shape = body.superquadric.shape;
     nlohmann::ordered_json entry;
     entry["id"] = body.id;
     entry["label"] = body.label;
     entry["primitive"] = PrimitiveName(shape);
-    entry["center"] = {center.x(), center.y(), center.z()};
+    entry["center"] = body.superquadric.T_map_object.translation;
     entry["yaw"] = body.yaw;
     entry["T_world_object"] = std::vector<double>(pose.data(), pose.data() + 16);
-    entry["half_size"] = {shape.half_size.x(), shape.half_size.y(), shape.half_size.z()};
+    entry["half_size"] = shape.half_size;
     entry["shape"] = {shape.e1, shape.e2};
     list.push_back(entry);
   }
@@ -225,9 +224,8 @@ class Tremor {
 SynthesisSummary WriteSyntheticSequence(const SceneDescription& scene, const fs::path& output,
                                         const SynthesisOptions& options, const SynthesisProgress& progress) {
   const fs::path target = output.filename().empty() ? output.parent_path() : output;  // "folder/"
-  if (fs::exists(target) && !(fs::is_directory(target) && fs::is_empty(target))) {
-    throw InputError("{}: exists already; expected a new or empty folder", target.string());
-  }
+  ThrowIf<InputError>(fs::exists(target) && !(fs::is_directory(target) && fs::is_empty(target)),
+                      "{}: exists already; expected a new or empty folder", target.string());
   AtomicPath folder(target);
   std::error_code error;
   fs::create_directories(folder.Path() / "rgb", error);

@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "render/synthetic/textured_mesh.h"
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace {
@@ -312,10 +312,8 @@ const std::map<std::string, void (*)(Canvas&)> kPainters = {
 cv::Mat PaintTexture(const TextureDescription& texture, double width, double height, double pixels_per_metre,
                      int variation) {
   const auto painter = kPainters.find(texture.pattern);
-  if (painter == kPainters.end()) {
-    throw InputError("texture pattern '{}': expected one of {}", texture.pattern,
-                     fmt::join(std::views::keys(kPainters), ", "));
-  }
+  ThrowIf<InputError>(painter == kPainters.end(), "texture pattern '{}': expected one of {}", texture.pattern,
+                      fmt::join(std::views::keys(kPainters), ", "));
   Canvas canvas;
   canvas.random =
       cv::RNG(0x9E3779B97F4A7C15ULL * (texture.seed * 8 + static_cast<std::uint64_t>(variation) + 1));

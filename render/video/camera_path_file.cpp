@@ -133,7 +133,7 @@ void CheckTimes(const CameraPathFile& file) {
 // it.
 using ViewVector = Eigen::Matrix<double, 11, 1>;
 
-ViewVector ToVector(const ViewCamera& view) {
+ViewVector VectorOf(const ViewCamera& view) {
   const Eigen::Vector3d offset = view.position - view.focal_point;
   const double distance = std::max(offset.norm(), 1e-9);
   ViewVector v;
@@ -315,7 +315,7 @@ std::vector<ViewCamera> ViewsAlong(const CameraPathFile& file, const MapSnapshot
     const CameraKey& key = file.keys[i];
     const double even = gaps > 0.0 ? length * static_cast<double>(i) / gaps : 0.0;
     const ViewCamera view = ViewOf(file, key, map, focus, aspect, frame_poses);
-    const Knot knot{key.time.value_or(even), ToVector(view)};
+    const Knot knot{key.time.value_or(even), VectorOf(view)};
     if (i > 0) {
       AppendBetween(Knot(knots.back()), knot, knots);
     }

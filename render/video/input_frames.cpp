@@ -4,7 +4,7 @@
 
 #include "render/video/video_alignment.h"
 #include "slam/io/trajectory.h"
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -32,9 +32,7 @@ InputFrames::InputFrames(const RecordingReader& recording, const fs::path& map_f
 }
 
 Rigid3d InputFrames::PoseOf(std::int64_t frame) const {
-  if (poses_.empty()) {
-    throw UsageError("frame {}: the map has no poses of its camera", frame);
-  }
+  ThrowIf<UsageError>(poses_.empty(), "frame {}: the map has no poses of its camera", frame);
   auto nearest = poses_.lower_bound(frame);
   if (nearest != poses_.end() && nearest->first == frame) {
     return nearest->second;
@@ -51,10 +49,9 @@ Rigid3d InputFrames::PoseOf(std::int64_t frame) const {
 
 cv::Mat InputFrames::ImageOf(std::int64_t frame) {
   cv::Mat image = images_.Read(files_, frame);
-  if (image.empty()) {
-    throw InputError("frame {}: its image is not there, expected the sequence that was mapped ({})", frame,
-                     images_.WhyNot());
-  }
+  ThrowIf<InputError>(image.empty(),
+                      "frame {}: its image is not there, expected the sequence that was mapped ({})", frame,
+                      images_.WhyNot());
   return image;
 }
 

@@ -16,7 +16,7 @@
 #include "render/picture/picture_text.h"
 #include "render/video/video_alignment.h"
 #include "render/video/video_encoder.h"
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
 #include "slam/util/worker_thread.h"
 
@@ -192,15 +192,13 @@ void GrowthPage::DrawTimeline(cv::Mat& page, const MapSnapshot& map) const {
 // Returns the frames to write: [first, second).
 std::pair<int, int> RangeOf(const VideoOptions& options, int total) {
   const int last = options.end < 0 ? total : std::min(options.end, total);
-  if (options.first < 0 || options.first >= last) {
-    throw UsageError("frames {}:{}: nothing to write, expected a part of the {} frames there are",
-                     options.first, options.end < 0 ? std::string() : std::to_string(options.end), total);
-  }
+  ThrowIf<UsageError>(options.first < 0 || options.first >= last,
+                      "frames {}:{}: nothing to write, expected a part of the {} frames there are",
+                      options.first, options.end < 0 ? std::string() : std::to_string(options.end), total);
   const auto [first, end] = FramesOf(options.shard, options.first, last);
-  if (first >= end) {
-    throw UsageError("--shard {}/{}: nothing to write, expected at most {} pieces for {} frames",
-                     options.shard.index, options.shard.count, last - options.first, last - options.first);
-  }
+  ThrowIf<UsageError>(first >= end,
+                      "--shard {}/{}: nothing to write, expected at most {} pieces for {} frames",
+                      options.shard.index, options.shard.count, last - options.first, last - options.first);
   return {first, end};
 }
 
@@ -322,12 +320,10 @@ struct ComposerJob {
 
 int WriteOrbit(const MapSnapshot& map, const VideoOptions& options, const std::filesystem::path& output,
                const VideoProgress& progress) {
-  if (options.picture.transparent && !IsFrameTemplate(output.string())) {
-    throw UsageError(
-        "{}: a video has no transparency, expected a name with {{frame:04}} that ends in "
-        ".png with --no-background",
-        output.string());
-  }
+  ThrowIf<UsageError>(options.picture.transparent && !IsFrameTemplate(output.string()),
+                      "{}: a video has no transparency, expected a name with {{frame:04}} that ends in .png "
+                      "with --no-background",
+                      output.string());
   const double seconds =
       options.path_file ? options.path_file->Length().value_or(options.seconds) : options.seconds;
   // A path from a file ends at its last key, unless it is a loop.
@@ -338,9 +334,8 @@ int WriteOrbit(const MapSnapshot& map, const VideoOptions& options, const std::f
   PictureRenderer renderer(PicturesFor(output, options.picture));
   renderer.SetMap(map);
   const auto poses = [&] {
-    if (map.keyframes.empty()) {
-      throw UsageError("this map has no keyframes to move along, expected --camera-path still or orbit");
-    }
+    ThrowIf<UsageError>(map.keyframes.empty(),
+                        "this map has no keyframes to move along, expected --camera-path still or orbit");
     return AlongKeyframes(map, total);
   };
   const std::vector<ViewCamera> views =
@@ -353,9 +348,8 @@ int WriteOrbit(const MapSnapshot& map, const VideoOptions& options, const std::f
 
 int WriteGrowthVideo(const RecordingReader& recording, const VideoOptions& options,
                      const std::filesystem::path& output, const VideoProgress& progress) {
-  if (options.picture.transparent) {
-    throw UsageError("a video of growth has a background, expected no --no-background");
-  }
+  ThrowIf<UsageError>(options.picture.transparent,
+                      "a video of growth has a background, expected no --no-background");
   const MapSnapshotPtr last = recording.Last();
   const std::vector<int> snapshots = SnapshotOfFrame(recording, options);
   const int total = static_cast<int>(snapshots.size());

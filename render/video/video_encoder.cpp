@@ -9,7 +9,7 @@
 #include <string>
 
 #include "slam/io/video_index.h"
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 
 extern "C" {
 #include <libavcodec/avcodec.h>
@@ -98,9 +98,7 @@ struct VideoEncoder::Impl {
       }
       codec.reset();
     }
-    if (!codec) {
-      throw InputError("{}: this FFmpeg encodes neither H.264 nor MPEG-4", name);
-    }
+    ThrowIf<InputError>(!codec, "{}: this FFmpeg encodes neither H.264 nor MPEG-4", name);
     AVCodecParameters* coding = avcodec_parameters_alloc();
     avcodec_parameters_from_context(coding, codec.get());
     stream = file.AddStream(coding, codec->time_base);
@@ -217,10 +215,9 @@ int CopyVideos(const std::vector<fs::path>& videos, const std::vector<int>& fram
   std::int64_t last_dts = std::numeric_limits<std::int64_t>::min();
   for (std::size_t i = 0; i < videos.size() && go_on; ++i) {
     const VideoStream source = OpenVideoStream(videos[i], kComplaint);
-    if (!SameCoding(*source.stream->codecpar, *first.stream->codecpar)) {
-      throw InputError("{}: encoded in another way than {}, expected pieces made by one program",
-                       videos[i].string(), videos.front().string());
-    }
+    ThrowIf<InputError>(!SameCoding(*source.stream->codecpar, *first.stream->codecpar),
+                        "{}: encoded in another way than {}, expected pieces made by one program",
+                        videos[i].string(), videos.front().string());
     const std::int64_t offset = av_rescale_q(before, frame_time, stream->time_base);
     while (go_on && av_read_frame(source.format.get(), packet.get()) >= 0) {
       if (packet->stream_index == source.stream->index) {
@@ -239,10 +236,8 @@ int CopyVideos(const std::vector<fs::path>& videos, const std::vector<int>& fram
       }
     }
     before += frames[i];
-    if (go_on && done != before) {
-      throw InputError("{}: {} frames can be read, expected {}", videos[i].string(),
-                       done - before + frames[i], frames[i]);
-    }
+    ThrowIf<InputError>(go_on && done != before, "{}: {} frames can be read, expected {}", videos[i].string(),
+                        done - before + frames[i], frames[i]);
   }
   file.Finish();
   return done;

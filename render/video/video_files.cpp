@@ -6,13 +6,15 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 #include <optional>
+#include <ranges>
 #include <regex>
 
 #include "render/video/video.h"
 #include "render/video/video_encoder.h"
 #include "slam/io/image_files.h"
-#include "slam/util/error.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/throw_if.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -38,9 +40,8 @@ std::string FrameName(const std::string& name, int number) {
 
 FrameWriter::FrameWriter(const fs::path& output, cv::Size size, double fps) : output_(output) {
   if (IsFrameTemplate(output.string())) {
-    if (output.extension() != ".png") {
-      throw UsageError("{}: expected a numbered name that ends in .png", output.string());
-    }
+    ThrowIf<UsageError>(output.extension() != ".png", "{}: expected a numbered name that ends in .png",
+                        output.string());
     std::error_code error;
     if (output.has_parent_path()) {
       fs::create_directories(output.parent_path(), error);
@@ -54,9 +55,8 @@ FrameWriter::FrameWriter(const fs::path& output, cv::Size size, double fps) : ou
 }
 
 void FrameWriter::OpenVideo(cv::Size size, double fps) {
-  if (size.width % 2 != 0 || size.height % 2 != 0) {
-    throw UsageError("resolution {},{}: the sides of a video must be even", size.width, size.height);
-  }
+  ThrowIf<UsageError>(size.width % 2 != 0 || size.height % 2 != 0,
+                      "resolution {},{}: the sides of a video must be even", size.width, size.height);
   file_.emplace(output_);
   video_.emplace(file_->Path(), size, fps, output_);
 }
@@ -81,10 +81,9 @@ void FrameWriter::CheckVideo() const {
     cv::Mat first;
     frames = back.read(first) ? static_cast<int>(back.get(cv::CAP_PROP_FRAME_COUNT)) : 0;
   }
-  if (frames != added_) {
-    throw InputError("{}: only {} of {} frames could be written ({} bytes), expected free space",
-                     output_.string(), frames, added_, bytes);
-  }
+  ThrowIf<InputError>(frames != added_,
+                      "{}: only {} of {} frames could be written ({} bytes), expected free space",
+                      output_.string(), frames, added_, bytes);
 }
 
 void FrameWriter::Add(const cv::Mat& frame, int number) {
@@ -131,13 +130,11 @@ std::vector<Part> SortedParts(const std::vector<std::string>& pieces) {
           "{}: no piece of a video by its name, expected FILE.part-I-of-N.mp4 or numbered pictures", piece);
     }
     const Part& first = by_index.empty() ? *part : by_index.begin()->second;
-    if (part->video != first.video || part->shard.count != first.shard.count) {
-      throw InputError("{}: a piece of another video than {}, expected one of {} pieces of {}", piece,
-                       first.path.string(), first.shard.count, first.video);
-    }
-    if (part->shard.index < 1 || part->shard.index > part->shard.count) {
-      throw InputError("{}: there is no piece {} of {}", piece, part->shard.index, part->shard.count);
-    }
+    ThrowIf<InputError>(part->video != first.video || part->shard.count != first.shard.count,
+                        "{}: a piece of another video than {}, expected one of {} pieces of {}", piece,
+                        first.path.string(), first.shard.count, first.video);
+    ThrowIf<InputError>(part->shard.index < 1 || part->shard.index > part->shard.count,
+                        "{}: there is no piece {} of {}", piece, part->shard.index, part->shard.count);
     if (!by_index.emplace(part->shard.index, *part).second) {
       throw InputError("{}: given twice", piece);
     }
@@ -153,11 +150,7 @@ std::vector<Part> SortedParts(const std::vector<std::string>& pieces) {
     throw InputError("{}: missing {} {} of {}", by_index.begin()->second.video,
                      missing.size() == 1 ? "piece" : "pieces", fmt::join(missing, ", "), count);
   }
-  std::vector<Part> parts;
-  for (auto& [index, part] : by_index) {
-    parts.push_back(std::move(part));
-  }
-  return parts;
+  return ToVector(by_index | std::views::values);
 }
 
 struct Opened {
@@ -169,9 +162,8 @@ struct Opened {
 Opened Open(const fs::path& path) {
   Opened opened;
   cv::VideoCapture video;
-  if (!fs::exists(path) || !video.open(path.string(), cv::CAP_FFMPEG)) {
-    throw InputError("{}: cannot be read as a video, expected a piece that was finished", path.string());
-  }
+  ThrowIf<InputError>(!fs::exists(path) || !video.open(path.string(), cv::CAP_FFMPEG),
+                      "{}: cannot be read as a video, expected a piece that was finished", path.string());
   opened.size = {static_cast<int>(video.get(cv::CAP_PROP_FRAME_WIDTH)),
                  static_cast<int>(video.get(cv::CAP_PROP_FRAME_HEIGHT))};
   opened.fps = video.get(cv::CAP_PROP_FPS);
@@ -187,11 +179,10 @@ std::vector<Opened> Checked(const std::vector<Part>& parts) {
     opened.push_back(Open(part.path));
     const Opened& first = opened.front();
     const Opened& now = opened.back();
-    if (now.size != first.size || std::abs(now.fps - first.fps) > 1e-3) {
-      throw InputError("{}: {}x{} at {:g} fps, expected {}x{} at {:g} fps as {}", part.path.string(),
-                       now.size.width, now.size.height, now.fps, first.size.width, first.size.height,
-                       first.fps, parts.front().path.string());
-    }
+    ThrowIf<InputError>(now.size != first.size || std::abs(now.fps - first.fps) > 1e-3,
+                        "{}: {}x{} at {:g} fps, expected {}x{} at {:g} fps as {}", part.path.string(),
+                        now.size.width, now.size.height, now.fps, first.size.width, first.size.height,
+                        first.fps, parts.front().path.string());
     total += now.frames;
   }
   for (std::size_t i = 0; i < parts.size(); ++i) {
@@ -210,14 +201,9 @@ std::vector<Opened> Checked(const std::vector<Part>& parts) {
 int JoinParts(const std::vector<std::string>& pieces, const fs::path& output, const VideoProgress& progress) {
   const std::vector<Part> parts = SortedParts(pieces);
   const std::vector<Opened> opened = Checked(parts);
-  std::vector<fs::path> paths;
-  std::vector<int> frames;
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    paths.push_back(parts[i].path);
-    frames.push_back(opened[i].frames);
-  }
   AtomicPath file(output);
-  const int done = CopyVideos(paths, frames, file.Path(), progress);
+  const int done =
+      CopyVideos(ToVector(parts, &Part::path), ToVector(opened, &Opened::frames), file.Path(), progress);
   file.Commit();
   return done;
 }
@@ -234,9 +220,7 @@ std::vector<std::string> FilesOf(const std::string& name) {
       files.push_back(entry.path().string());
     }
   }
-  if (files.empty()) {
-    throw InputError("{}: there is no such picture, expected numbered ones", name);
-  }
+  ThrowIf<InputError>(files.empty(), "{}: there is no such picture, expected numbered ones", name);
   return files;
 }
 
@@ -246,21 +230,15 @@ std::vector<std::string> SortedPictures(const std::vector<std::string>& pieces) 
   std::map<std::int64_t, std::string> by_number;
   for (const std::string& file : files) {
     const std::optional<std::int64_t> number = LastNumber(fs::path(file).filename().string());
-    if (!number) {
-      throw InputError("{}: no number in its name, expected numbered pictures", file);
-    }
+    ThrowIf<InputError>(!number, "{}: no number in its name, expected numbered pictures", file);
     const auto [found, is_new] = by_number.emplace(*number, file);
-    if (!is_new) {
-      throw InputError("{}: has the same number as {}", file, found->second);
-    }
+    ThrowIf<InputError>(!is_new, "{}: has the same number as {}", file, found->second);
   }
   std::vector<std::string> sorted;
   std::int64_t next = by_number.begin()->first;
   for (const auto& [number, file] : by_number) {
-    if (number != next) {
-      throw InputError("{}: comes after picture {}, expected picture {}: one is missing", file, next - 1,
-                       next);
-    }
+    ThrowIf<InputError>(number != next, "{}: comes after picture {}, expected picture {}: one is missing",
+                        file, next - 1, next);
     ++next;
     sorted.push_back(file);
   }
@@ -275,17 +253,13 @@ int JoinPictures(const std::vector<std::string>& pieces, const fs::path& output,
   int done = 0;
   for (const std::string& file : files) {
     const cv::Mat picture = ReadImage(file, cv::IMREAD_COLOR);
-    if (picture.empty()) {
-      throw InputError("{}: cannot be read as a picture", file);
-    }
+    ThrowIf<InputError>(picture.empty(), "{}: cannot be read as a picture", file);
     if (!writer) {
       size = picture.size();
       writer.emplace(output, size, fps);
     }
-    if (picture.size() != size) {
-      throw InputError("{}: {}x{}, expected {}x{} as {}", file, picture.cols, picture.rows, size.width,
-                       size.height, files.front());
-    }
+    ThrowIf<InputError>(picture.size() != size, "{}: {}x{}, expected {}x{} as {}", file, picture.cols,
+                        picture.rows, size.width, size.height, files.front());
     writer->Add(picture, done++);
     if (progress && !progress(done, static_cast<int>(files.size()))) {
       break;
@@ -301,9 +275,8 @@ Shard ParseShard(const std::string& text) {
   const std::size_t slash = std::min(text.find('/'), text.size());
   const auto index = ParseNumber<int>(text.substr(0, slash));
   const auto count = ParseNumber<int>(text.substr(std::min(slash + 1, text.size())));
-  if (!index || !count || *count > kMaxShards || *index < 1 || *index > *count) {
-    throw UsageError("--shard {}: expected I/N with I from 1 to N, such as 2/8", text);
-  }
+  ThrowIf<UsageError>(!index || !count || *count > kMaxShards || *index < 1 || *index > *count,
+                      "--shard {}: expected I/N with I from 1 to N, such as 2/8", text);
   return {*index, *count};
 }
 
@@ -323,9 +296,7 @@ fs::path PartName(const fs::path& output, const Shard& shard) {
 
 int JoinVideo(const std::vector<std::string>& pieces, const fs::path& output, double fps,
               const VideoProgress& progress) {
-  if (pieces.empty()) {
-    throw UsageError("--join: expected pieces of a video or numbered pictures");
-  }
+  ThrowIf<UsageError>(pieces.empty(), "--join: expected pieces of a video or numbered pictures");
   const bool pictures = fs::path(pieces.front()).extension() != ".mp4";
   return pictures ? JoinPictures(pieces, output, fps, progress) : JoinParts(pieces, output, progress);
 }

@@ -11,9 +11,9 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "slam/util/error.h"
 #include "slam/util/options.h"
 #include "slam/util/statistics.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace {
@@ -186,19 +186,15 @@ void CheckBoard(const CalibrationBoard& board) {
   constexpr int kMinSquares = 3;
   constexpr int kMaxSquares = 100;
   const auto fits = [](int squares) { return squares >= kMinSquares && squares <= kMaxSquares; };
-  if (!fits(board.columns) || !fits(board.rows)) {
-    throw UsageError("a board of {} x {} squares, expected {} to {} per side", board.columns, board.rows,
-                     kMinSquares, kMaxSquares);
-  }
-  if (!(board.square_mm > 0.0)) {
-    throw UsageError("--square-mm {}: expected a length above 0", board.square_mm);
-  }
+  ThrowIf<UsageError>(!fits(board.columns) || !fits(board.rows),
+                      "a board of {} x {} squares, expected {} to {} per side", board.columns, board.rows,
+                      kMinSquares, kMaxSquares);
+  ThrowIf<UsageError>(!(board.square_mm > 0.0), "--square-mm {}: expected a length above 0", board.square_mm);
   if (board.kind != CalibrationBoard::Kind::kCharuco) {
     return;
   }
-  if (!(board.marker_mm > 0.0 && board.marker_mm < board.square_mm)) {
-    throw UsageError("--marker-mm {}: expected less than the square's {}", board.marker_mm, board.square_mm);
-  }
+  ThrowIf<UsageError>(!(board.marker_mm > 0.0 && board.marker_mm < board.square_mm),
+                      "--marker-mm {}: expected less than the square's {}", board.marker_mm, board.square_mm);
   const cv::Ptr<cv::aruco::Dictionary> dictionary = DictionaryOf(board);
   if (!dictionary) {
     throw UsageError("--dictionary {}: expected one of {}; did you mean {}?", board.dictionary,
@@ -206,10 +202,10 @@ void CheckBoard(const CalibrationBoard& board) {
   }
   const int there = dictionary->bytesList.rows;
   const int needed = board.columns * board.rows / 2;
-  if (there < needed) {
-    throw UsageError("--dictionary {}: has {} markers, expected one for each of the board's {} white squares",
-                     board.dictionary, there, needed);
-  }
+  ThrowIf<UsageError>(
+      there < needed,
+      "--dictionary {}: has {} markers, expected one for each of the board's {} white squares",
+      board.dictionary, there, needed);
 }
 
 std::string BoardText(const CalibrationBoard& board) {

@@ -9,8 +9,8 @@
 #include <opencv2/imgproc.hpp>
 
 #include "slam/geometry/angles.h"
-#include "slam/util/error.h"
 #include "slam/util/statistics.h"
+#include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
@@ -43,11 +43,10 @@ class Solver {
     } catch (const cv::Exception&) {
       rms_ = std::numeric_limits<double>::infinity();
     }
-    if (!std::isfinite(rms_) || !cv::checkRange(K_) || K_.at<double>(0, 0) <= 0.0) {
-      throw InputError(
-          "{} views of the board do not determine a camera, expected different tilts that fill the image",
-          views_.size());
-    }
+    ThrowIf<InputError>(
+        !std::isfinite(rms_) || !cv::checkRange(K_) || K_.at<double>(0, 0) <= 0.0,
+        "{} views of the board do not determine a camera, expected different tilts that fill the image",
+        views_.size());
   }
 
   // Returns found minus projected corners, px.
@@ -271,10 +270,9 @@ Calibration Calibrate(const std::vector<BoardView>& views, const CalibrationBoar
   constexpr double kSignificant = 3.0;  // standard deviations
   const std::vector<BoardView> chosen = ToVector(SelectViews(views, board, image, options.max_views),
                                                  [&](const int index) { return views[index]; });
-  if (static_cast<int>(chosen.size()) < kMinViews) {
-    throw InputError("{} different views of the board, expected at least {}: move and tilt it", chosen.size(),
-                     kMinViews);
-  }
+  ThrowIf<InputError>(static_cast<int>(chosen.size()) < kMinViews,
+                      "{} different views of the board, expected at least {}: move and tilt it",
+                      chosen.size(), kMinViews);
   Solver solver(chosen, board, image);
   std::vector<std::string> dropped_views;
   int dropped_corners = 0;
@@ -285,12 +283,10 @@ Calibration Calibrate(const std::vector<BoardView>& views, const CalibrationBoar
     const std::vector<std::string> dropped = solver.DropViews(options.max_view_error);
     dropped_corners += corners;
     dropped_views.insert(dropped_views.end(), dropped.begin(), dropped.end());
-    if (static_cast<int>(solver.Size()) < kMinViews) {
-      throw InputError(
-          "only {} views of the board agree with one another, expected at least {}: a flat board, a fixed "
-          "focus, no zoom",
-          solver.Size(), kMinViews);
-    }
+    ThrowIf<InputError>(static_cast<int>(solver.Size()) < kMinViews,
+                        "only {} views of the board agree with one another, expected at least {}: a flat "
+                        "board, a fixed focus, no zoom",
+                        solver.Size(), kMinViews);
     if (corners == 0 && dropped.empty() && round > 0) {
       break;
     }

@@ -13,10 +13,10 @@
 #include "slam/io/coco.h"
 #include "slam/util/data_path.h"
 #include "slam/util/enum_names.h"
-#include "slam/util/error.h"
 #include "slam/util/limits.h"
 #include "slam/util/options.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
@@ -89,9 +89,8 @@ struct Detector::Impl {
 
   // Reads the network by the engine of the options, and tries it.
   void Start() {
-    if (options.engine == NetworkEngine::kOnnxRuntime && OnnxRuntimeVersion().empty()) {
-      throw UsageError("engine 'onnxruntime': {}", kNoOnnxRuntime);
-    }
+    ThrowIf<UsageError>(options.engine == NetworkEngine::kOnnxRuntime && OnnxRuntimeVersion().empty(),
+                        "engine 'onnxruntime': {}", kNoOnnxRuntime);
     network = options.engine == NetworkEngine::kOnnxRuntime ? ReadByOnnxRuntime(options.file)
                                                             : ReadByOpenCv(options.file);
     outputs = OutputNames(*network, options);
@@ -129,7 +128,6 @@ struct Detector::Impl {
 
 Detector::Detector(const NetworkOptions& options) : impl_(std::make_unique<Impl>(options)) {}
 Detector::~Detector() = default;
-Detector::Detector(Detector&&) noexcept = default;
 
 std::vector<Detection> Detector::Detect(const cv::Mat& bgr) {
   const NetworkOptions& options = impl_->options;
@@ -156,13 +154,11 @@ NetworkOptions LoadNetwork(const std::string& name_or_file, const std::vector<st
     SetOption(setting, options);
   }
   CheckOptions(options);
-  if (options.file.empty()) {
-    throw UsageError("{}: no 'file', expected the name of an .onnx file", path.string());
-  }
-  if (options.width % 32 != 0 || options.height % 32 != 0) {
-    throw UsageError("{}: input of {}x{}, expected multiples of 32", path.string(), options.width,
-                     options.height);
-  }
+  ThrowIf<UsageError>(options.file.empty(), "{}: no 'file', expected the name of an .onnx file",
+                      path.string());
+  ThrowIf<UsageError>(options.width % 32 != 0 || options.height % 32 != 0,
+                      "{}: input of {}x{}, expected multiples of 32", path.string(), options.width,
+                      options.height);
   options.file = FindWeights(path, options.file).string();
   return options;
 }

@@ -94,7 +94,6 @@ class Detector final : public ObjectDetector {
   // classes (found by a trial run). Throws UsageError for ONNX Runtime in a build without it.
   explicit Detector(const NetworkOptions& options);
   ~Detector() override;
-  Detector(Detector&&) noexcept;
 
   std::vector<Detection> Detect(const cv::Mat& bgr) override;
   std::string Name() const override;  // file name of the weights

@@ -12,6 +12,12 @@ cv::Mat CameraMatrix(const Camera& camera) {
   return K;
 }
 
+// Returns the vectors, one at least, as a column of OpenCV points, without a copy.
+cv::Mat PointsOf(const auto& vectors) {
+  return {static_cast<int>(vectors.size()), 1, CV_64FC(static_cast<int>(vectors[0].size())),
+          const_cast<double*>(vectors[0].data())};
+}
+
 Rigid3d PoseOf(const cv::Mat& rotation_vector, const cv::Mat& translation) {
   cv::Mat rotation;
   cv::Rodrigues(rotation_vector, rotation);
@@ -29,18 +35,10 @@ std::optional<Rigid3d> LocateByP3P(const Camera& camera, const std::vector<Eigen
                                    std::vector<int>& inliers) {
   constexpr float kMaxError = 4.0F;  // px
   constexpr double kConfidence = 0.99;
-  std::vector<cv::Point3d> points_cv;
-  std::vector<cv::Point2d> pixels_cv;
-  for (const Eigen::Vector3d& p : points) {
-    points_cv.emplace_back(p.x(), p.y(), p.z());
-  }
-  for (const Eigen::Vector2d& pixel : pixels) {
-    pixels_cv.emplace_back(pixel.x(), pixel.y());
-  }
   cv::Mat rotation_vector;
   cv::Mat translation;
-  if (!cv::solvePnPRansac(points_cv, pixels_cv, CameraMatrix(camera), cv::noArray(), rotation_vector,
-                          translation, false, iterations, kMaxError, kConfidence, inliers,
+  if (!cv::solvePnPRansac(PointsOf(points), PointsOf(pixels), CameraMatrix(camera), cv::noArray(),
+                          rotation_vector, translation, false, iterations, kMaxError, kConfidence, inliers,
                           cv::SOLVEPNP_AP3P)) {
     return std::nullopt;
   }
@@ -49,16 +47,10 @@ std::optional<Rigid3d> LocateByP3P(const Camera& camera, const std::vector<Eigen
 
 std::vector<Rigid3d> SolveP3P(const Camera& camera, const std::array<Eigen::Vector3d, 3>& points,
                               const std::array<Eigen::Vector2d, 3>& pixels) {
-  std::vector<cv::Point3d> points_cv;
-  std::vector<cv::Point2d> pixels_cv;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    points_cv.emplace_back(points[i].x(), points[i].y(), points[i].z());
-    pixels_cv.emplace_back(pixels[i].x(), pixels[i].y());
-  }
   std::vector<cv::Mat> rotation_vectors;
   std::vector<cv::Mat> translations;
-  cv::solveP3P(points_cv, pixels_cv, CameraMatrix(camera), cv::noArray(), rotation_vectors, translations,
-               cv::SOLVEPNP_AP3P);
+  cv::solveP3P(PointsOf(points), PointsOf(pixels), CameraMatrix(camera), cv::noArray(), rotation_vectors,
+               translations, cv::SOLVEPNP_AP3P);
   std::vector<Rigid3d> poses;
   for (std::size_t i = 0; i < rotation_vectors.size(); ++i) {
     poses.push_back(PoseOf(rotation_vectors[i], translations[i]));

@@ -150,10 +150,7 @@ BundleAdjustmentReport LocalBundleAdjustment(Map& map, const Camera& camera, Key
       }
     }
   }
-  std::vector<std::pair<int, KeyframeId>> ranked;
-  for (const auto& [id, count] : outside) {
-    ranked.emplace_back(count, id);
-  }
+  auto ranked = ToVector(outside, [](const auto& seen) { return std::pair(seen.second, seen.first); });
   std::ranges::sort(ranked, std::greater<>());
   std::vector<KeyframeId> fixed = ToVector(ranked | std::views::take(options.max_fixed) | std::views::values);
   // The gauge (pose and scale) needs two fixed keyframes: the two oldest while the map is small.

@@ -176,12 +176,10 @@ TwoViewReport EstimateTwoView(const Camera& camera, const std::vector<TwoViewMat
   if (FlowWithoutRotation(camera, matches) < options.min_translation_flow) {
     return {std::nullopt, "the camera only turns (it must translate)", 0.0};
   }
-  std::vector<cv::Point2d> points1;
-  std::vector<cv::Point2d> points2;
-  for (const TwoViewMatch& match : matches) {
-    points1.emplace_back(match.pixel1.x(), match.pixel1.y());
-    points2.emplace_back(match.pixel2.x(), match.pixel2.y());
-  }
+  const auto points1 =
+      ToVector(matches, [](const TwoViewMatch& m) { return cv::Point2d(m.pixel1.x(), m.pixel1.y()); });
+  const auto points2 =
+      ToVector(matches, [](const TwoViewMatch& m) { return cv::Point2d(m.pixel2.x(), m.pixel2.y()); });
   const Eigen::Matrix3d K = camera.K();
   cv::Mat K_cv;
   cv::eigen2cv(K, K_cv);

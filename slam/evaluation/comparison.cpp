@@ -10,8 +10,8 @@
 
 #include "slam/geometry/angles.h"
 #include "slam/util/atomic_file.h"
-#include "slam/util/error.h"
 #include "slam/util/json_file.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace {
@@ -150,11 +150,10 @@ Table ExtraTable(const Results& results) {
 void CheckSameTruth(const Results& results) {
   for (const NamedEvaluation& result : results) {
     const Evaluation& evaluation = result.evaluation;
-    if (evaluation.frames != First(results).frames ||
-        evaluation.truth.size() != First(results).truth.size()) {
-      throw UsageError("{} and {}: evaluated against different ground truth, expected the same sequence",
-                       results.front().name, result.name);
-    }
+    ThrowIf<UsageError>(
+        evaluation.frames != First(results).frames || evaluation.truth.size() != First(results).truth.size(),
+        "{} and {}: evaluated against different ground truth, expected the same sequence",
+        results.front().name, result.name);
   }
 }
 
@@ -272,10 +271,9 @@ Table ListObjects(const std::vector<NamedEvaluation>& results) {
 
 void CheckComparisonPath(const std::filesystem::path& path) {
   const std::string extension = path.extension().string();
-  if (extension != ".md" && extension != ".csv" && extension != ".tex" && extension != ".json") {
-    throw UsageError("--output {}: expected a file name that ends in .md, .csv, .tex or .json",
-                     path.string());
-  }
+  ThrowIf<UsageError>(
+      extension != ".md" && extension != ".csv" && extension != ".tex" && extension != ".json",
+      "--output {}: expected a file name that ends in .md, .csv, .tex or .json", path.string());
 }
 
 void WriteComparison(const std::filesystem::path& path, const std::vector<NamedEvaluation>& results) {

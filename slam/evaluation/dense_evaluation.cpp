@@ -16,9 +16,9 @@
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/depth_recording.h"
 #include "slam/snapshot/recording.h"
-#include "slam/util/error.h"
 #include "slam/util/json_file.h"
 #include "slam/util/statistics.h"
+#include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
@@ -197,16 +197,12 @@ DenseEvaluation EvaluateDense(const fs::path& result, const fs::path& sequence,
   const GroundTruth truth = ReadGroundTruth(sequence);
   const DepthRecording depths(result / "map.sqmap");
   const std::vector<std::int64_t> there = depths.Keyframes();
-  if (there.empty()) {
-    throw InputError("{}: holds no depth maps, expected those of sqslam densify",
-                     (result / "map.sqmap").string());
-  }
+  ThrowIf<InputError>(there.empty(), "{}: holds no depth maps, expected those of sqslam densify",
+                      (result / "map.sqmap").string());
   const auto aligned =
       ComputeTrajectoryError(ReadTrajectory(result / "trajectory.txt"), truth.trajectory, kMaxTimeDifference);
-  if (!aligned) {
-    throw InputError("{}: cannot be aligned, expected at least three true poses at its timestamps",
-                     (result / "trajectory.txt").string());
-  }
+  ThrowIf<InputError>(!aligned, "{}: cannot be aligned, expected at least three true poses at its timestamps",
+                      (result / "trajectory.txt").string());
   DepthTally tally(truth, sequence, aligned->S_world_map, options);
   DenseEvaluation evaluation;
   const MapSnapshotPtr map = RecordingReader(result / "map.sqmap").Last();

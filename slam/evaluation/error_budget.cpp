@@ -15,7 +15,7 @@
 #include "slam/objects/landmark_refinement.h"
 #include "slam/objects/recorded_landmarks.h"
 #include "slam/objects/yaw.h"
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
@@ -70,10 +70,9 @@ std::vector<BudgetFrame> ReadFrames(const RecordingReader& recording, const Pose
       regions.push_back(detection.detection.box);
     }
     const cv::Mat image = images.Read(*map);
-    if (image.empty()) {
-      throw InputError("frame {}: its image is not there, expected the sequence that was mapped ({})",
-                       map->frame_index, images.WhyNot());
-    }
+    ThrowIf<InputError>(image.empty(),
+                        "frame {}: its image is not there, expected the sequence that was mapped ({})",
+                        map->frame_index, images.WhyNot());
     cv::Mat gray;
     cv::cvtColor(image, gray, cv::COLOR_BGR2GRAY);
     frames.push_back({map->frame_index, *pose, true_T_map_camera(map->timestamp),
@@ -319,9 +318,8 @@ ErrorBudget ComputeErrorBudget(const fs::path& result, const fs::path& sequence,
   ErrorBudget budget{EvaluateResult(result, sequence, evaluation_options), {}};
   const Evaluation& evaluation = budget.evaluation;
   const fs::path file = result / "map.sqmap";
-  if (!evaluation.has_objects) {
-    throw InputError("{}: holds no objects_gt.json, expected the true objects", sequence.string());
-  }
+  ThrowIf<InputError>(!evaluation.has_objects, "{}: holds no objects_gt.json, expected the true objects",
+                      sequence.string());
   const RecordingReader recording(file);
   if (const MapSnapshotPtr map = recording.Last();
       options.method != ObjectMethod::kRefined || !map->gravity_known) {
@@ -354,10 +352,9 @@ ErrorBudget ComputeErrorBudget(const fs::path& result, const fs::path& sequence,
       budget.objects.push_back(*object);
     }
   }
-  if (budget.objects.empty()) {
-    throw InputError("{}: no matched object has five recorded boxes and four points, expected at least one",
-                     file.string());
-  }
+  ThrowIf<InputError>(budget.objects.empty(),
+                      "{}: no matched object has five recorded boxes and four points, expected at least one",
+                      file.string());
   return budget;
 }
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "slam/io/result_files.h"
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace {
@@ -109,12 +109,10 @@ Evaluation Evaluate(const Trajectory& estimated, const std::vector<SnapshotObjec
         "do not lie on one line",
         where, TimeSpan(estimated), TimeSpan(truth.trajectory));
   }
-  if (static_cast<int>(estimated.size()) > truth.frames) {
-    throw InputError(
-        "{}: {} poses, but the sequence of the ground truth has {} frames; expected the sequence that was "
-        "mapped",
-        where, estimated.size(), truth.frames);
-  }
+  ThrowIf<InputError>(static_cast<int>(estimated.size()) > truth.frames,
+                      "{}: {} poses, but the sequence of the ground truth has {} frames; expected the "
+                      "sequence that was mapped",
+                      where, estimated.size(), truth.frames);
   Evaluation evaluation;
   evaluation.frames = truth.frames;
   evaluation.tracked = static_cast<int>(estimated.size());
@@ -148,9 +146,8 @@ Evaluation Evaluate(const Trajectory& estimated, const std::vector<SnapshotObjec
 
 Evaluation EvaluateResult(const std::filesystem::path& result, const std::filesystem::path& sequence,
                           const EvaluationOptions& options) {
-  if (!std::filesystem::is_directory(result)) {
-    throw InputError("{}: no such folder; expected the result folder of a run", result.string());
-  }
+  ThrowIf<InputError>(!std::filesystem::is_directory(result),
+                      "{}: no such folder; expected the result folder of a run", result.string());
   const std::filesystem::path trajectory = result / "trajectory.txt";
   const Trajectory estimated = ReadTrajectory(trajectory);
   const std::vector<SnapshotObject> mapped = ReadObjects(result / "objects.json");

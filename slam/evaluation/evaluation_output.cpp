@@ -15,11 +15,8 @@ namespace {
 
 using nlohmann::ordered_json;
 
-ordered_json Numbers(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-
 ordered_json TrajectoryJson(const Evaluation& evaluation) {
   const TrajectoryError& error = evaluation.trajectory;
-  const Eigen::Quaterniond& q = error.S_world_map.rotation;
   return {{"ate_rmse", error.rmse},
           {"ate_mean", error.mean},
           {"ate_median", error.median},
@@ -29,8 +26,8 @@ ordered_json TrajectoryJson(const Evaluation& evaluation) {
           {"ate_share_of_path", error.path_length > 0.0 ? error.rmse / error.path_length : 0.0},
           {"S_world_map",
            {{"scale", error.S_world_map.scale},
-            {"rotation", {q.x(), q.y(), q.z(), q.w()}},
-            {"translation", Numbers(error.S_world_map.translation)}}}};
+            {"rotation", error.S_world_map.rotation.coeffs()},
+            {"translation", error.S_world_map.translation}}}};
 }
 
 ordered_json TruthJson(const GroundTruthObject& truth) {
@@ -66,8 +63,8 @@ ordered_json ObjectsJson(const Evaluation& evaluation) {
     ordered_json entry = {{"object", mapped.id},
                           {"label", mapped.label},
                           {"observations", mapped.observations},
-                          {"center_world", Numbers(landmark.center_world)},
-                          {"half_size", Numbers(landmark.half_size)}};
+                          {"center_world", landmark.center_world},
+                          {"half_size", landmark.half_size}};
     if (landmark.nearest >= 0) {
       const GroundTruthObject& nearest = evaluation.Truth(landmark.nearest);
       entry["nearest"] = {{"ground_truth", nearest.id},
@@ -124,7 +121,7 @@ ordered_json PositionsJson(const std::vector<Eigen::Vector3d>& positions) {
   const std::size_t step = std::max<std::size_t>(1, (positions.size() + 499) / 500);
   ordered_json list = ordered_json::array();
   for (std::size_t i = 0; i < positions.size(); i += step) {
-    list.push_back(Numbers(positions[i]));
+    list.push_back(positions[i]);
   }
   return list;
 }

@@ -19,9 +19,9 @@
 #include "slam/io/pose_json.h"
 #include "slam/io/sequence.h"
 #include "slam/util/enum_names.h"
-#include "slam/util/error.h"
 #include "slam/util/json_file.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -42,12 +42,9 @@ Rigid3d ParsePose(const json& entry) {
 Solid ParseSolid(const json& entry) {
   const auto name = entry.value("primitive", std::string("superquadric"));
   const std::optional<SolidKind> kind = FromName<SolidKind>(name);
-  if (!kind) {
-    throw InputError("primitive '{}', expected cuboid, cylinder, ellipsoid or superquadric", name);
-  }
+  ThrowIf<InputError>(!kind, "primitive '{}', expected cuboid, cylinder, ellipsoid or superquadric", name);
   Solid solid;
-  const auto half_size = entry.at("half_size").get<std::array<double, 3>>();
-  solid.half_size = {half_size[0], half_size[1], half_size[2]};
+  solid.half_size = Eigen::Vector3d(entry.at("half_size").get<std::array<double, 3>>().data());
   if (!(solid.half_size.allFinite() && solid.half_size.minCoeff() > 0.0)) {
     throw InputError("expected three half sizes above 0");
   }
@@ -71,10 +68,9 @@ Solid ParseSolid(const json& entry) {
 void ParseObjects(const fs::path& path, GroundTruth& truth) {
   const json document = ReadJsonFile<json>(path, "a list of ground-truth objects");
   const json list = document.is_object() && document.contains("objects") ? document.at("objects") : document;
-  if (!list.is_array()) {
-    throw InputError("{}: expected a list of objects, or an object whose key 'objects' holds it",
-                     path.string());
-  }
+  ThrowIf<InputError>(!list.is_array(),
+                      "{}: expected a list of objects, or an object whose key 'objects' holds it",
+                      path.string());
   truth.has_objects = true;
   for (const json& entry : list) {
     try {
@@ -116,10 +112,8 @@ std::map<int, int> CountBoxes(const fs::path& path) {
 // Returns the only file of a folder whose name matches the pattern.
 fs::path OnlyFileLike(const fs::path& folder, const char* pattern, const std::string& expected) {
   const std::vector<fs::path> files = FilesLike(folder, std::regex(pattern));
-  if (files.size() != 1) {
-    throw InputError("{}: {} files of ground-truth poses, expected {}", folder.string(),
-                     files.empty() ? "no" : std::to_string(files.size()), expected);
-  }
+  ThrowIf<InputError>(files.size() != 1, "{}: {} files of ground-truth poses, expected {}", folder.string(),
+                      files.empty() ? "no" : std::to_string(files.size()), expected);
   return files.front();
 }
 
@@ -137,18 +131,15 @@ Rigid3d ReadMatrix(const fs::path& path) {
   // The poses of a depth tracker are accumulated products, so they are not exactly orthonormal.
   constexpr double kTolerance = 0.01;
   const std::vector<TextLine> lines = ReadTextLines(path, kExpected);
-  if (lines.size() != 4) {
-    throw InputError("{}: {} lines, expected {}", path.string(), lines.size(), kExpected);
-  }
+  ThrowIf<InputError>(lines.size() != 4, "{}: {} lines, expected {}", path.string(), lines.size(), kExpected);
   Eigen::Matrix4d matrix;
   for (std::size_t i = 0; i < 4; ++i) {
     matrix.row(static_cast<int>(i)) = Eigen::RowVector4d::Map(NumbersIn<4>(path, lines[i], kExpected).data());
   }
   const Eigen::Matrix3d rotation = matrix.topLeftCorner<3, 3>();
-  if (!(rotation.transpose() * rotation - Eigen::Matrix3d::Identity()).isZero(kTolerance) ||
-      rotation.determinant() < 0.0) {
-    throw InputError("{}: its upper left 3x3 is no rotation, expected {}", path.string(), kExpected);
-  }
+  ThrowIf<InputError>(!(rotation.transpose() * rotation - Eigen::Matrix3d::Identity()).isZero(kTolerance) ||
+                          rotation.determinant() < 0.0,
+                      "{}: its upper left 3x3 is no rotation, expected {}", path.string(), kExpected);
   if (!(matrix.row(3) - Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0)).isZero(1e-6)) {
     ThrowBadLine(path, lines[3], "the row 0 0 0 1");
   }
@@ -159,16 +150,13 @@ Trajectory Read7Scenes(const fs::path& folder, double fps) {
   Trajectory trajectory;
   for (const fs::path& file : FilesLike(folder, std::regex(R"(frame-\d+\.pose\.txt)"))) {
     const auto number = LastNumber(file.filename().string());
-    if (!number) {
-      throw InputError("{}: its number is too large, expected a frame number", file.string());
-    }
+    ThrowIf<InputError>(!number, "{}: its number is too large, expected a frame number", file.string());
     trajectory.push_back({static_cast<double>(*number) / fps, ReadMatrix(file)});
   }
-  if (trajectory.empty()) {
-    throw InputError(
-        "{}: no ground-truth pose in it, expected groundtruth.txt or names like frame-000000.pose.txt",
-        folder.string());
-  }
+  ThrowIf<InputError>(
+      trajectory.empty(),
+      "{}: no ground-truth pose in it, expected groundtruth.txt or names like frame-000000.pose.txt",
+      folder.string());
   return trajectory;
 }
 
@@ -256,11 +244,10 @@ Trajectory ReadKitti(const Sequence& sequence) {
 Trajectory ReadIclNuim(const fs::path& path, double fps) {
   Trajectory trajectory = ReadTrajectory(path);
   for (TimedPose& pose : trajectory) {
-    if (pose.timestamp != std::floor(pose.timestamp) || pose.timestamp < 0.0) {
-      throw InputError(
-          "{}: the time {}, expected frame numbers as times (lines in seconds are read from groundtruth.txt)",
-          path.string(), pose.timestamp);
-    }
+    ThrowIf<InputError>(
+        pose.timestamp != std::floor(pose.timestamp) || pose.timestamp < 0.0,
+        "{}: the time {}, expected frame numbers as times (lines in seconds are read from groundtruth.txt)",
+        path.string(), pose.timestamp);
     pose = {pose.timestamp / fps, MirrorIclNuim(pose.T_map_camera)};
   }
   return trajectory;
@@ -276,9 +263,8 @@ std::vector<GroundTruthObject> ReadGroundTruthObjects(const fs::path& path) {
 
 GroundTruth ReadGroundTruth(const fs::path& sequence) {
   GroundTruth truth;
-  if (!fs::is_directory(sequence)) {
-    throw InputError("{}: no such folder; expected a sequence with ground truth", sequence.string());
-  }
+  ThrowIf<InputError>(!fs::is_directory(sequence),
+                      "{}: no such folder; expected a sequence with ground truth", sequence.string());
   // groundtruth.txt has its own times; those of a dataset's poses follow from the camera's fps.
   const SequenceFormat format = DetectFormat(sequence);
   if (format == SequenceFormat::kTum) {
@@ -287,10 +273,9 @@ GroundTruth ReadGroundTruth(const fs::path& sequence) {
   } else if (format == SequenceFormat::kImages) {
     truth.trajectory = ReadTrajectory(sequence / "groundtruth.txt");
     truth.frames = static_cast<int>(ListColorImages(sequence).size());
-    if (truth.frames == 0) {
-      throw InputError("{}: neither rgb.txt nor images; expected the sequence that was mapped",
-                       sequence.string());
-    }
+    ThrowIf<InputError>(truth.frames == 0,
+                        "{}: neither rgb.txt nor images; expected the sequence that was mapped",
+                        sequence.string());
   } else {
     const Sequence opened = OpenSequence({.path = sequence});
     truth.trajectory = ReadGroundTruthPoses(opened);

@@ -113,10 +113,7 @@ std::optional<TruePath> LayTruePath(const Trajectory& truth, const MapSnapshot& 
   if (!error) {
     return std::nullopt;
   }
-  TruePath path;
-  path.S_world_map = error->S_world_map;
-  path.rmse = error->rmse;
-  path.pairs = error->pairs;
+  TruePath path{*error, {}};
   const Sim3d S_map_world = error->S_world_map.Inverse();
   const double begin = keyframes.front().timestamp - max_time_difference;
   const double end = std::max(keyframes.back().timestamp, map.timestamp) + max_time_difference;

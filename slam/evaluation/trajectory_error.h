@@ -45,12 +45,9 @@ std::optional<TrajectoryError> ComputeTrajectoryError(const Trajectory& estimate
 // Splits a trajectory at gaps, which are several times as long as the typical step.
 std::vector<Trajectory> SplitAtGaps(const Trajectory& trajectory);
 
-// A true camera path aligned with a map.
-struct TruePath {
-  Sim3d S_world_map;                                 // p_world = S_world_map * p_map
+// A true camera path aligned with a map, with the error of the map's keyframes.
+struct TruePath : TrajectoryError {
   std::vector<std::vector<Eigen::Vector3d>> pieces;  // map frame; split where poses are missing
-  double rmse = 0.0;                                 // metres, between keyframes and truth (ATE)
-  int pairs = 0;                                     // keyframes with a true pose
 };
 
 // Aligns the truth with the keyframes by the best similarity, as `sqslam eval` does with the frames (Umeyama;

@@ -12,8 +12,8 @@
 
 #include "slam/fitting/surface_measures.h"
 #include "slam/geometry/eigen_system.h"
-#include "slam/util/error.h"
 #include "slam/util/statistics.h"
+#include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
@@ -134,9 +134,8 @@ struct CanonicalCloud {
 // about it. Throws InputError for fewer than 11 points, or if all points coincide.
 CanonicalCloud ToCanonicalFrame(std::span<const Vector3d> cloud, bool upright) {
   constexpr std::size_t kLeast = 11;  // parameters of a superquadric
-  if (cloud.size() < kLeast) {
-    throw InputError("{} points, expected at least {} to fit a superquadric", cloud.size(), kLeast);
-  }
+  ThrowIf<InputError>(cloud.size() < kLeast, "{} points, expected at least {} to fit a superquadric",
+                      cloud.size(), kLeast);
   const Vector3d mean = std::accumulate(cloud.begin(), cloud.end(), Vector3d(0.0, 0.0, 0.0)) /
                         static_cast<double>(cloud.size());
   double square = 0.0;
@@ -146,9 +145,8 @@ CanonicalCloud ToCanonicalFrame(std::span<const Vector3d> cloud, bool upright) {
     largest = std::max(largest, p.cwiseAbs().maxCoeff());
   }
   const double radius = std::sqrt(square);
-  if (!(radius > 1e-12 * largest) || !std::isfinite(radius)) {
-    throw InputError("the points of the cloud coincide, expected points on the surface of an object");
-  }
+  ThrowIf<InputError>(!(radius > 1e-12 * largest) || !std::isfinite(radius),
+                      "the points of the cloud coincide, expected points on the surface of an object");
   const std::vector<Vector3d> normalized =
       ToVector(cloud, [&](const Vector3d& p) -> Vector3d { return (p - mean) / radius; });
   const Moments moments = WeightedMoments(normalized, [](const Vector3d& p) {
@@ -317,10 +315,8 @@ std::vector<SuperquadricFit> FitSuperquadrics(std::span<const Vector3d> cloud,
       return cluster.size() < static_cast<std::size_t>(options.min_cluster_points);
     });
   }
-  if (clusters.empty()) {
-    throw InputError("no cluster has {} points or more, expected at least one object",
-                     options.min_cluster_points);
-  }
+  ThrowIf<InputError>(clusters.empty(), "no cluster has {} points or more, expected at least one object",
+                      options.min_cluster_points);
   std::vector<SuperquadricFit> fits;
   for (const std::vector<std::size_t>& cluster : clusters) {
     const std::vector<Vector3d> part =

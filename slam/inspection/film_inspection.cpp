@@ -12,8 +12,8 @@
 #include "slam/estimation/two_view.h"
 #include "slam/features/matching.h"
 #include "slam/features/orb_extractor.h"
-#include "slam/util/error.h"
 #include "slam/util/statistics.h"
+#include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
@@ -244,10 +244,8 @@ FilmInspection InspectFilm(const Sequence& sequence, const FrameRange& range,
       return inspection;
     }
   }
-  if (inspection.moments.size() < 3) {
-    throw InputError("{}: {} frames, expected at least three", sequence.path.string(),
-                     inspection.moments.size());
-  }
+  ThrowIf<InputError>(inspection.moments.size() < 3, "{}: {} frames, expected at least three",
+                      sequence.path.string(), inspection.moments.size());
   // The last samples have no followers.
   std::vector<FilmMoment>& moments = inspection.moments;
   for (std::size_t i = moments.size() - 2; i < moments.size(); ++i) {

@@ -10,9 +10,9 @@
 #include "slam/io/box_text.h"
 #include "slam/io/coco.h"
 #include "slam/io/coco_masks.h"
-#include "slam/util/error.h"
 #include "slam/util/json_file.h"
 #include "slam/util/limits.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -65,9 +65,8 @@ std::vector<FileBox> ReadFolder(const fs::path& folder, const cv::Size& image) {
       files.push_back(entry.path());
     }
   }
-  if (files.empty()) {
-    throw InputError("{}: no text file in it, expected one for each frame with boxes", folder.string());
-  }
+  ThrowIf<InputError>(files.empty(), "{}: no text file in it, expected one for each frame with boxes",
+                      folder.string());
   std::ranges::sort(files);  // same order of warnings on every machine
   std::vector<FileBox> boxes;
   std::optional<std::string> without_score;
@@ -123,10 +122,9 @@ Box2d CocoBounds(const nlohmann::ordered_json& entry, const std::string& place) 
 FileBox BoxOf(const fs::path& path, std::string place, const nlohmann::ordered_json& entry,
               const CocoTables& tables) {
   const Box2d box = CocoBounds(entry, place);
-  if (!(box.width > 0.0) || !(box.height > 0.0)) {
-    throw InputError("{}: expected a bbox [x, y, w, h] with w and h above 0, or a mask with something in it",
-                     place);
-  }
+  ThrowIf<InputError>(!(box.width > 0.0) || !(box.height > 0.0),
+                      "{}: expected a bbox [x, y, w, h] with w and h above 0, or a mask with something in it",
+                      place);
   const auto category = entry.at("category_id").get<std::int64_t>();
   const auto name = tables.categories.find(category);
   const std::string label = name != tables.categories.end() ? name->second : CocoName(category);

@@ -1,6 +1,6 @@
 #include <algorithm>
 #include <array>
-#include <cctype>
+#include <boost/algorithm/string/case_conv.hpp>
 #include <map>
 #include <string_view>
 
@@ -37,8 +37,7 @@ class Columns {
  public:
   Columns(const fs::path& path, const TextLine& header) {
     for (std::size_t i = 0; i < header.words.size(); ++i) {
-      std::string name = header.words[i];
-      std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
+      const std::string name = boost::algorithm::to_lower_copy(header.words[i]);
       for (const auto& names : kColumnNames) {
         if (!name.empty() && std::ranges::find(names, name) != names.end()) {
           at_.emplace(names.front(), i);

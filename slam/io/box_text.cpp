@@ -4,8 +4,8 @@
 #include <cmath>
 #include <cstdint>
 
-#include "slam/util/error.h"
 #include "slam/util/limits.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -20,10 +20,9 @@ bool IsPartOfImage(const Box2d& box) {
 
 std::string LabelFrom(const fs::path& path, std::string_view text) {
   const std::string label = NormalizedLabel(ValidText(text));
-  if (label.empty() || label.size() > kMaxLabelBytes) {
-    throw InputError("{}: a label of {} bytes, expected 1 to {}", path.string(), label.size(),
-                     kMaxLabelBytes);
-  }
+  ThrowIf<InputError>(label.empty() || label.size() > kMaxLabelBytes,
+                      "{}: a label of {} bytes, expected 1 to {}", path.string(), label.size(),
+                      kMaxLabelBytes);
   return label;
 }
 

@@ -17,9 +17,9 @@
 #include "slam/io/image_files.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/data_path.h"
-#include "slam/util/error.h"
 #include "slam/util/limits.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace {
@@ -35,9 +35,8 @@ class CameraReader {
     } catch (const YAML::ParserException& e) {
       throw InputError("{}:{}: no valid YAML: {}", path.string(), e.mark.line + 1, e.msg);
     }
-    if (!root_.IsMap()) {
-      throw InputError("{}:1: expected lines 'name: value' (width, height, fx, fy, cx, cy)", path.string());
-    }
+    ThrowIf<InputError>(!root_.IsMap(), "{}:1: expected lines 'name: value' (width, height, fx, fy, cx, cy)",
+                        path.string());
     root_ = InOwnNames(root_, path);
   }
 
@@ -223,10 +222,10 @@ std::optional<CameraGuess> GuessCamera(const std::filesystem::path& image, doubl
   if (read.empty()) {
     return std::nullopt;
   }
-  if (std::min(read.cols, read.rows) < kMinImageSide || std::max(read.cols, read.rows) > kMaxImageSide) {
-    throw InputError("{}: {}x{} pixels, expected sides from {} to {}", image.string(), read.cols, read.rows,
-                     kMinImageSide, kMaxImageSide);
-  }
+  ThrowIf<InputError>(
+      std::min(read.cols, read.rows) < kMinImageSide || std::max(read.cols, read.rows) > kMaxImageSide,
+      "{}: {}x{} pixels, expected sides from {} to {}", image.string(), read.cols, read.rows, kMinImageSide,
+      kMaxImageSide);
   if (const std::optional<double> film = FocalLength35mm(image)) {
     // By the diagonal, as the standard defines it for aspect ratios other than the film's.
     return WithFocal(read.cols, read.rows, fps, *film / kFilmDiagonal * std::hypot(read.cols, read.rows),

@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "slam/util/error.h"
 #include "slam/util/limits.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace {
@@ -27,9 +27,8 @@ std::vector<std::int64_t> CountsOf(std::string_view text, const std::string& pla
     bool more = true;
     for (int shift = 0; more; shift += kBits) {
       const int group = at < text.size() ? text[at++] - '0' : -1;
-      if (group < 0 || group > 0x3f || shift > kMaxBits) {
-        throw InputError("{}: expected a mask with counts as pycocotools writes them", place);
-      }
+      ThrowIf<InputError>(group < 0 || group > 0x3f || shift > kMaxBits,
+                          "{}: expected a mask with counts as pycocotools writes them", place);
       value |= std::int64_t{group & 0x1f} << shift;
       more = (group & 0x20) != 0;
       if (!more && (group & 0x10) != 0) {
@@ -47,9 +46,8 @@ Box2d BoundsOfRuns(const std::vector<std::int64_t>& counts, std::int64_t height,
   std::int64_t left = width, top = height, right = 0, bottom = 0;
   std::int64_t begin = 0;
   for (std::size_t i = 0; i < counts.size(); ++i) {
-    if (counts[i] < 0 || counts[i] > height * width - begin) {
-      throw InputError("{}: its mask has other runs than an image of {}x{}", place, width, height);
-    }
+    ThrowIf<InputError>(counts[i] < 0 || counts[i] > height * width - begin,
+                        "{}: its mask has other runs than an image of {}x{}", place, width, height);
     const std::int64_t end = begin + counts[i];
     if (i % 2 == 1 && end > begin) {
       const bool one_column = begin / height == (end - 1) / height;
@@ -69,9 +67,8 @@ Box2d BoundsOfPolygons(const Json& polygons, const std::string& place) {
   Eigen::AlignedBox2d bounds;
   for (const Json& polygon : polygons) {
     const auto numbers = polygon.get<std::vector<double>>();
-    if (numbers.size() < 6 || numbers.size() % 2 != 0) {
-      throw InputError("{}: expected polygons [x, y, x, y, x, y, ...]", place);
-    }
+    ThrowIf<InputError>(numbers.size() < 6 || numbers.size() % 2 != 0,
+                        "{}: expected polygons [x, y, x, y, x, y, ...]", place);
     for (std::size_t i = 0; i < numbers.size(); i += 2) {
       bounds.extend(Eigen::Vector2d(numbers[i], numbers[i + 1]));
     }
@@ -90,9 +87,9 @@ Box2d BoundsOfMask(const Json& segmentation, const std::string& place) {
   }
   const auto height = segmentation.at("size").at(0).get<std::int64_t>();
   const auto width = segmentation.at("size").at(1).get<std::int64_t>();
-  if (std::min(height, width) < 1 || std::max(height, width) > kMaxImageSide) {
-    throw InputError("{}: its mask is {}x{}, expected sides of 1 to {}", place, width, height, kMaxImageSide);
-  }
+  ThrowIf<InputError>(std::min(height, width) < 1 || std::max(height, width) > kMaxImageSide,
+                      "{}: its mask is {}x{}, expected sides of 1 to {}", place, width, height,
+                      kMaxImageSide);
   const Json& counts = segmentation.at("counts");
   return BoundsOfRuns(counts.is_string() ? CountsOf(counts.get<std::string>(), place)
                                          : counts.get<std::vector<std::int64_t>>(),

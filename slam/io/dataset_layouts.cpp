@@ -9,8 +9,8 @@
 #include "slam/io/cameras.h"
 #include "slam/io/foreign_cameras.h"
 #include "slam/io/image_files.h"
-#include "slam/util/error.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -81,9 +81,7 @@ std::vector<SequenceFrame> ListByName(const NumberedLayout& layout, const fs::pa
   std::vector<SequenceFrame> frames;
   for (const fs::path& image : images) {
     const auto number = LastNumber(image.filename().string());
-    if (!number) {
-      throw InputError("{}: its number is too large, expected a frame number", image.string());
-    }
+    ThrowIf<InputError>(!number, "{}: its number is too large, expected a frame number", image.string());
     frames.push_back({static_cast<double>(*number) / fps, image, {}});
   }
   return frames;
@@ -144,11 +142,10 @@ std::vector<SequenceFrame> ListKitti(const fs::path& folder) {
 // `what`: the origin of the timestamps.
 void CheckRising(const std::vector<SequenceFrame>& frames, const char* what) {
   for (std::size_t i = 1; i < frames.size(); ++i) {
-    if (frames[i].timestamp <= frames[i - 1].timestamp) {
-      throw InputError("{}: its {} does not follow that of {}, expected rising {}s",
-                       frames[i].image_path.string(), what, frames[i - 1].image_path.filename().string(),
-                       what);
-    }
+    ThrowIf<InputError>(frames[i].timestamp <= frames[i - 1].timestamp,
+                        "{}: its {} does not follow that of {}, expected rising {}s",
+                        frames[i].image_path.string(), what, frames[i - 1].image_path.filename().string(),
+                        what);
   }
 }
 
@@ -169,24 +166,20 @@ std::optional<Camera> CameraOfDataset(SequenceFormat format, const fs::path& fol
 
 std::vector<SequenceFrame> ListTimed(SequenceFormat format, const fs::path& folder) {
   const bool euroc = format == SequenceFormat::kEuroc;
-  if (euroc ? EurocCamera(folder).empty() : KittiCamera(folder) < 0) {
-    throw InputError("{}: not of the {} layout, expected {}", folder.string(), NameOf(format),
-                     euroc ? "mav0/cam0 with data.csv and data/" : "times.txt beside image_2");
-  }
+  ThrowIf<InputError>(euroc ? EurocCamera(folder).empty() : KittiCamera(folder) < 0,
+                      "{}: not of the {} layout, expected {}", folder.string(), NameOf(format),
+                      euroc ? "mav0/cam0 with data.csv and data/" : "times.txt beside image_2");
   std::vector<SequenceFrame> frames = euroc ? ListEuroc(EurocCamera(folder)) : ListKitti(folder);
-  if (frames.empty()) {
-    throw InputError("{}: no image of the {} layout in it, expected at least one", folder.string(),
-                     NameOf(format));
-  }
+  ThrowIf<InputError>(frames.empty(), "{}: no image of the {} layout in it, expected at least one",
+                      folder.string(), NameOf(format));
   CheckRising(frames, "time");
   return frames;
 }
 
 SequenceFormat DetectFormat(const fs::path& path) {
-  if (!fs::exists(path)) {
-    throw InputError("{}: does not exist, expected a sequence folder, an image folder or a video",
-                     path.string());
-  }
+  ThrowIf<InputError>(!fs::exists(path),
+                      "{}: does not exist, expected a sequence folder, an image folder or a video",
+                      path.string());
   if (!fs::is_directory(path)) {
     return SequenceFormat::kVideo;
   }
@@ -226,10 +219,8 @@ std::vector<SequenceFrame> ListNumbered(SequenceFormat format, const fs::path& f
   const bool listed = format == SequenceFormat::kIclNuim && fs::exists(folder / "associations.txt");
   std::vector<SequenceFrame> frames =
       listed ? ListAssociations(folder, fps) : ListByName(layout, folder, fps);
-  if (frames.empty()) {
-    throw InputError("{}: no image of the {} layout in it, expected names like {}", folder.string(),
-                     NameOf(format), layout.example);
-  }
+  ThrowIf<InputError>(frames.empty(), "{}: no image of the {} layout in it, expected names like {}",
+                      folder.string(), NameOf(format), layout.example);
   CheckRising(frames, "frame number");
   return frames;
 }

@@ -15,8 +15,8 @@
 #include "slam/io/box_formats.h"
 #include "slam/io/coco.h"
 #include "slam/util/atomic_file.h"
-#include "slam/util/error.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -96,9 +96,8 @@ class DetectionSorter {
 
   void Add(const FileBox& box) {
     Detection detection = box.detection;
-    if (!(detection.score >= 0.0 && detection.score <= 1.0)) {
-      throw InputError("{}: score {}, expected a score from 0 to 1", box.place, detection.score);
-    }
+    ThrowIf<InputError>(!(detection.score >= 0.0 && detection.score <= 1.0),
+                        "{}: score {}, expected a score from 0 to 1", box.place, detection.score);
     ++report_.boxes;
     ++report_.labels[detection.label];
     if (!IsKnownLabel(detection.label)) {
@@ -129,10 +128,9 @@ class DetectionSorter {
     return static_cast<std::size_t>(frame.number);
   }
   Frame FrameOf(ImageNumber image, const std::string& place) const {
-    if (numbers_.empty()) {
-      throw InputError("{}: image_id {} is no image's name, expected the file names under \"images\"", place,
-                       image.number);
-    }
+    ThrowIf<InputError>(numbers_.empty(),
+                        "{}: image_id {} is no image's name, expected the file names under \"images\"", place,
+                        image.number);
     const auto found = numbers_.find(image.number);
     return found == numbers_.end() ? std::nullopt : Frame(found->second);
   }
@@ -150,9 +148,8 @@ class DetectionSorter {
     if (const auto time = ParseNumber<double>(name)) {
       return FrameOf(FrameTime{*time}, place);
     }
-    if (names_.empty()) {
-      throw InputError("{}: '{}' names no frame, expected NAME_NUMBER (from 1) or a timestamp", place, name);
-    }
+    ThrowIf<InputError>(names_.empty(),
+                        "{}: '{}' names no frame, expected NAME_NUMBER (from 1) or a timestamp", place, name);
     return std::nullopt;
   }
 

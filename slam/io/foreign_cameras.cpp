@@ -10,8 +10,8 @@
 #include <string>
 
 #include "slam/io/image_files.h"
-#include "slam/util/error.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace {
@@ -120,9 +120,8 @@ Camera ReadKittiCamera(const std::filesystem::path& calib, int number, const std
                        double fps) {
   const ProjectionMatrix p = ReadKittiProjection(calib, number);
   const cv::Mat picture = ReadImage(image, cv::IMREAD_COLOR);
-  if (picture.empty()) {
-    throw InputError("{}: cannot be read, expected an image to take the camera's size from", image.string());
-  }
+  ThrowIf<InputError>(picture.empty(), "{}: cannot be read, expected an image to take the camera's size from",
+                      image.string());
   return {picture.cols, picture.rows, p(0, 0), p(1, 1), p(0, 2), p(1, 2), {}, fps};
 }
 

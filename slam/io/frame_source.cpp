@@ -19,8 +19,8 @@
 #include <thread>
 
 #include "slam/io/image_files.h"
-#include "slam/util/error.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace {
@@ -78,10 +78,9 @@ FrameRange ParseFrameRange(const std::string& frames, std::optional<std::int64_t
                            std::int64_t stride) {
   const auto number = [&](const std::string& text, std::int64_t least) {
     const auto value = ParseNumber<std::int64_t>(text);
-    if (!value || *value < least) {
-      throw UsageError("--frames {}: expected N (the first N frames) or A:B, such as 0:30 (without frame 30)",
-                       frames);
-    }
+    ThrowIf<UsageError>(
+        !value || *value < least,
+        "--frames {}: expected N (the first N frames) or A:B, such as 0:30 (without frame 30)", frames);
     return *value;
   };
   FrameRange range{start.value_or(0), std::numeric_limits<std::int64_t>::max(), stride};
@@ -101,9 +100,8 @@ FrameRange ParseFrameRange(const std::string& frames, std::optional<std::int64_t
   }
   if (colon + 1 < frames.size()) {
     const std::int64_t end = number(frames.substr(colon + 1), 1);
-    if (end <= range.start) {
-      throw UsageError("--frames {}: holds no frame from {} on, since B is excluded", frames, range.start);
-    }
+    ThrowIf<UsageError>(end <= range.start, "--frames {}: holds no frame from {} on, since B is excluded",
+                        frames, range.start);
     range.count = (end - range.start + stride - 1) / stride;
   }
   return range;
@@ -115,10 +113,9 @@ std::int64_t FrameRange::SizeIn(const Sequence& sequence) const {
 }
 
 void FrameRange::CheckHasFrames(const Sequence& sequence) const {
-  if (SizeIn(sequence) <= 0) {
-    throw UsageError("nothing is left from frame {} on, expected a part of the sequence's {} frames", start,
-                     sequence.frames.size());
-  }
+  ThrowIf<UsageError>(SizeIn(sequence) <= 0,
+                      "nothing is left from frame {} on, expected a part of the sequence's {} frames", start,
+                      sequence.frames.size());
 }
 
 struct FrameSource::Impl {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <boost/algorithm/string/case_conv.hpp>
 #include <cmath>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -9,9 +10,9 @@
 #include <string>
 #include <string_view>
 
-#include "slam/util/error.h"
 #include "slam/util/limits.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -20,11 +21,6 @@ namespace {
 constexpr const char* kDigits = "0123456789";
 
 bool IsDigit(char c) { return c >= '0' && c <= '9'; }
-
-std::string Lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
-  return text;
-}
 
 // Removes the digits at the start of `text` and returns them without leading zeros.
 std::string_view TakeNumber(std::string_view& text) {
@@ -57,12 +53,12 @@ bool IsSide(double number) {
 bool IsImage(const fs::path& path) {
   constexpr std::array<std::string_view, 9> kExtensions = {".png", ".jpg", ".jpeg", ".bmp", ".pgm",
                                                            ".ppm", ".tif", ".tiff", ".webp"};
-  const std::string extension = Lower(path.extension().string());
+  const std::string extension = boost::algorithm::to_lower_copy(path.extension().string());
   return std::ranges::find(kExtensions, extension) != kExtensions.end();
 }
 
 bool IsDepthImage(const fs::path& path) {
-  const std::string stem = Lower(path.stem().string());
+  const std::string stem = boost::algorithm::to_lower_copy(path.stem().string());
   return stem.ends_with("-depth") || stem.ends_with(".depth") || stem.ends_with("_depth");
 }
 
@@ -110,10 +106,9 @@ cv::Size ImageResize::Of(cv::Size image) const {
   const double share = width > 0 ? static_cast<double>(width) / image.width : scale;
   const cv::Size size(width > 0 ? width : rounded(share * image.width),
                       height > 0 ? height : rounded(share * image.height));
-  if (!IsSide(size.width) || !IsSide(size.height)) {
-    throw UsageError("--resize makes images of {}x{} pixels into {}x{}, expected sides from {} to {}",
-                     image.width, image.height, size.width, size.height, kMinImageSide, kMaxImageSide);
-  }
+  ThrowIf<UsageError>(!IsSide(size.width) || !IsSide(size.height),
+                      "--resize makes images of {}x{} pixels into {}x{}, expected sides from {} to {}",
+                      image.width, image.height, size.width, size.height, kMinImageSide, kMaxImageSide);
   return size;
 }
 

@@ -11,7 +11,7 @@
 #include <thread>
 #include <utility>
 
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace {
@@ -22,10 +22,9 @@ constexpr int kMaxFailures = 3;  // missing images in a row after which the came
 
 FrameGrabber OpenCamera(int index, const Camera& camera) {
   const auto video = std::make_shared<cv::VideoCapture>();
-  if (!video->open(index)) {
-    throw InputError(
-        "camera {}: cannot be opened, expected a camera that is plugged in, readable and not in use", index);
-  }
+  ThrowIf<InputError>(
+      !video->open(index),
+      "camera {}: cannot be opened, expected a camera that is plugged in, readable and not in use", index);
   video->set(cv::CAP_PROP_FRAME_WIDTH, camera.width);
   video->set(cv::CAP_PROP_FRAME_HEIGHT, camera.height);
   video->set(cv::CAP_PROP_FPS, camera.fps);
@@ -49,14 +48,11 @@ struct LiveSource::Impl {
         now(std::move(now_in)),
         stopped(std::move(stopped_in)) {
     cv::Mat first;
-    if (!grabber(first)) {
-      throw InputError("{}: gives no image, expected a working camera", name);
-    }
-    if (first.size() != cv::Size(camera.width, camera.height) || first.type() != CV_8UC3) {
-      throw InputError(
-          "{}: gives images of {}x{} with {} channels, expected the calibration's {}x{} in colour", name,
-          first.cols, first.rows, first.channels(), camera.width, camera.height);
-    }
+    ThrowIf<InputError>(!grabber(first), "{}: gives no image, expected a working camera", name);
+    ThrowIf<InputError>(
+        first.size() != cv::Size(camera.width, camera.height) || first.type() != CV_8UC3,
+        "{}: gives images of {}x{} with {} channels, expected the calibration's {}x{} in colour", name,
+        first.cols, first.rows, first.channels(), camera.width, camera.height);
     Publish(first);
     thread = std::jthread([this](const std::stop_token& stop) { Run(stop); });
   }

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace {
@@ -113,10 +113,9 @@ struct NetworkStream::Impl {
 
 NetworkStream::NetworkStream(const std::string& address, StreamOptions options)
     : impl_(std::make_unique<Impl>(address, std::move(options))) {
-  if (!impl_->Open() || ImageSize().empty()) {
-    throw InputError("{}: cannot be opened, expected the address of a camera or video that responds",
-                     PublicAddress(address));
-  }
+  ThrowIf<InputError>(!impl_->Open() || ImageSize().empty(),
+                      "{}: cannot be opened, expected the address of a camera or video that responds",
+                      PublicAddress(address));
 }
 
 NetworkStream::~NetworkStream() = default;

@@ -15,8 +15,8 @@
 #include <string_view>
 
 #include "slam/util/enum_names.h"
-#include "slam/util/error.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -275,12 +275,10 @@ std::array<double, kRoles.size() + 1> ReadItem(Body& body, const Element& elemen
 PointCloud ReadPly(const fs::path& path, const std::string& bytes) {
   const Header header = ReadHeader(path, bytes);
   const auto vertices = std::ranges::find(header.elements, "vertex", &Element::name);
-  if (vertices == header.elements.end() || !HasRoles(RolesOf(*vertices), 0)) {
-    throw InputError(
-        "{}:{}: the header names no vertices with coordinates, expected an element 'vertex' with the "
-        "properties x, y and z",
-        path.string(), header.lines);
-  }
+  ThrowIf<InputError>(vertices == header.elements.end() || !HasRoles(RolesOf(*vertices), 0),
+                      "{}:{}: the header names no vertices with coordinates, expected an element 'vertex' "
+                      "with the properties x, y and z",
+                      path.string(), header.lines);
   PointCloud cloud;
   std::vector<std::array<float, 3>> colors;
   Body body(path, bytes, header);

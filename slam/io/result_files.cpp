@@ -2,14 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <bit>
 #include <nlohmann/json.hpp>
 
 #include "slam/io/pose_json.h"
 #include "slam/snapshot/byte_archive.h"
 #include "slam/util/atomic_file.h"
-#include "slam/util/error.h"
 #include "slam/util/json_file.h"
+#include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
@@ -19,8 +20,6 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little,
               "binary files are written in the machine's byte order");
-
-Json ToJson(const auto& vector) { return {vector.x(), vector.y(), vector.z()}; }
 
 Json ToJson(const ObjectFit& fit) {
   const Eigen::Matrix<double, 9, 1> sigma = fit.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
@@ -40,10 +39,10 @@ Json ToJson(const SnapshotObject& object) {
                {"label", object.label},
                {"score", object.score},
                {"observations", object.observations},
-               {"center", ToJson(pose.translation)},
+               {"center", pose.translation},
                {"yaw", object.yaw},
                {"T_map_object", RowsOf(pose.Matrix())},
-               {"half_size", ToJson(shape.half_size)},
+               {"half_size", shape.half_size},
                {"shape", {shape.e1, shape.e2}},
                {"points", object.points},
                {"reliability", object.fit.reliability},
@@ -67,9 +66,7 @@ SnapshotObject ObjectFromJson(const Json& json) {
   object.fit.reliability = json.value("reliability", 1.0);
   object.superquadric.T_map_object = PoseFromJson(json, "T_map_object");
   Superquadric& shape = object.superquadric.shape;
-  for (int i = 0; i < 3; ++i) {
-    shape.half_size[i] = json.at("half_size").at(static_cast<std::size_t>(i));
-  }
+  shape.half_size = Eigen::Vector3d(json.at("half_size").get<std::array<double, 3>>().data());
   if (json.contains("fit")) {
     object.fit.box_agreement = json.at("fit").value("box_agreement", 0.0);
     object.fit.point_rms = json.at("fit").value("point_rms", 0.0);
@@ -133,9 +130,9 @@ void WriteObjects(const fs::path& path, const std::vector<SnapshotObject>& objec
 
 std::vector<SnapshotObject> ReadObjects(const fs::path& path) {
   const Json root = ReadJsonFile(path, "an objects.json");
-  if (!root.is_object() || root.value("format", Json()) != "sqslam-objects" || !root.contains("objects")) {
-    throw InputError("{}: expected \"format\": \"sqslam-objects\" and \"objects\"", path.string());
-  }
+  ThrowIf<InputError>(
+      !root.is_object() || root.value("format", Json()) != "sqslam-objects" || !root.contains("objects"),
+      "{}: expected \"format\": \"sqslam-objects\" and \"objects\"", path.string());
   if (const Json version = root.value("version", Json()); version != 1) {
     throw InputError("{}: version {}, expected 1", path.string(), JsonText(version));
   }

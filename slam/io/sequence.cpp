@@ -13,8 +13,8 @@
 #include "slam/io/detections.h"
 #include "slam/io/image_files.h"
 #include "slam/io/video_index.h"
-#include "slam/util/error.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
@@ -76,9 +76,8 @@ std::vector<SequenceFrame> ListTum(const fs::path& folder) {
         line.text.find_first_not_of(" \t", line.words[0].size());  // a path may hold blanks
     frames.push_back({timestamp, folder / line.text.substr(name), {}});
   }
-  if (frames.empty()) {
-    throw InputError("{}: lists no image, expected at least one line 'timestamp path'", list.string());
-  }
+  ThrowIf<InputError>(frames.empty(), "{}: lists no image, expected at least one line 'timestamp path'",
+                      list.string());
   return frames;
 }
 
@@ -112,10 +111,9 @@ std::vector<SequenceFrame> ListImages(const fs::path& folder, double fps) {
 Camera VideoCamera(Camera camera, const VideoIndex& video, const fs::path& path) {
   const auto [width, height] = video.ShownSize();
   if (width != camera.width || height != camera.height) {
-    if (video.width != camera.width || video.height != camera.height) {
-      throw InputError("{}: is {}x{}, expected the camera's {}x{}", path.string(), width, height,
-                       camera.width, camera.height);
-    }
+    ThrowIf<InputError>(video.width != camera.width || video.height != camera.height,
+                        "{}: is {}x{}, expected the camera's {}x{}", path.string(), width, height,
+                        camera.width, camera.height);
     spdlog::info("{}: rotated by {} degrees as its metadata says, together with its calibration",
                  path.string(), 90 * video.quarter_turns);
     camera = TurnedCamera(camera, video.quarter_turns);
@@ -208,9 +206,8 @@ void AttachDetections(const SequenceRequest& request, Sequence& sequence) {
   if (path.empty()) {
     return;
   }
-  if (!fs::exists(path)) {
-    throw InputError("{}: does not exist, expected a file or folder with boxes", path.string());
-  }
+  ThrowIf<InputError>(!fs::exists(path), "{}: does not exist, expected a file or folder with boxes",
+                      path.string());
   std::vector<std::vector<Detection>> detections =
       ReadDetections(path, sequence.camera, Timestamps(sequence), ImageNames(sequence));
   for (std::size_t i = 0; i < detections.size(); ++i) {
@@ -234,10 +231,9 @@ fs::path MaskOf(const fs::path& masks, const fs::path& sequence, const fs::path&
 
 void AttachMasks(const fs::path& masks, Sequence& sequence) {
   if (!fs::is_directory(masks)) {
-    if (ReadImage(masks, cv::IMREAD_GRAYSCALE).empty()) {
-      throw InputError("{}: cannot be read, expected an image (black: ignored) or a folder of them",
-                       masks.string());
-    }
+    ThrowIf<InputError>(ReadImage(masks, cv::IMREAD_GRAYSCALE).empty(),
+                        "{}: cannot be read, expected an image (black: ignored) or a folder of them",
+                        masks.string());
     for (SequenceFrame& frame : sequence.frames) {
       frame.mask_path = masks;
     }
@@ -259,12 +255,10 @@ void AttachMasks(const fs::path& masks, Sequence& sequence) {
     }
     found += frame.mask_path.empty() ? 0 : 1;
   }
-  if (found == 0) {
-    throw InputError("{}: no mask for any of the {} frames, expected {}", masks.string(),
-                     sequence.frames.size(),
-                     sequence.video_path.empty() ? "files named IMAGE.png, such as 0001.jpg.png"
-                                                 : "numbers of frames, such as 0.png");
-  }
+  ThrowIf<InputError>(found == 0, "{}: no mask for any of the {} frames, expected {}", masks.string(),
+                      sequence.frames.size(),
+                      sequence.video_path.empty() ? "files named IMAGE.png, such as 0001.jpg.png"
+                                                  : "numbers of frames, such as 0.png");
   if (found < sequence.frames.size()) {
     spdlog::info("{}: masks for {} of {} frames", masks.string(), found, sequence.frames.size());
   }
@@ -275,10 +269,9 @@ void AttachMasks(const fs::path& masks, Sequence& sequence) {
 Sequence OpenSequence(const SequenceRequest& request) {
   const SequenceFormat detected = DetectFormat(request.path);
   const SequenceFormat format = request.format == SequenceFormat::kAuto ? detected : request.format;
-  if ((format == SequenceFormat::kVideo) == fs::is_directory(request.path)) {
-    throw InputError("{}: expected a {} for --format {}", request.path.string(),
-                     format == SequenceFormat::kVideo ? "video file" : "folder", NameOf(format));
-  }
+  ThrowIf<InputError>((format == SequenceFormat::kVideo) == fs::is_directory(request.path),
+                      "{}: expected a {} for --format {}", request.path.string(),
+                      format == SequenceFormat::kVideo ? "video file" : "folder", NameOf(format));
   Sequence sequence;
   sequence.path = fs::absolute(request.path).lexically_normal();
   sequence.format = format;

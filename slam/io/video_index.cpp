@@ -9,7 +9,7 @@
 #include <memory>
 #include <string>
 
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 
 extern "C" {
 #include <libavformat/avformat.h>
@@ -114,12 +114,10 @@ VideoIndex IndexVideo(const std::filesystem::path& path) {
   const Packets packets = ReadPackets(*opened.format, stream);
   index.timestamps = Timestamps(packets, av_q2d(stream.time_base), index.fps);
   const std::size_t count = index.timestamps.size();
-  if (count == 0 || index.width <= 0 || index.height <= 0) {
-    throw InputError(
-        "{}: cannot be read as a video (damaged, cut off, or none): it holds no frame; expected a video file "
-        "or a sequence folder",
-        path.string());
-  }
+  ThrowIf<InputError>(count == 0 || index.width <= 0 || index.height <= 0,
+                      "{}: cannot be read as a video (damaged, cut off, or none): it holds no frame; "
+                      "expected a video file or a sequence folder",
+                      path.string());
   if (count > 1) {
     index.fps = std::round(1e4 * static_cast<double>(count - 1) / index.timestamps.back()) / 1e4;
   }

@@ -55,10 +55,7 @@ bool MapPoint::IsSeenBy(KeyframeId keyframe) const {
 }
 
 std::vector<KeyframeId> Keyframe::BestCovisible(int count) const {
-  std::vector<std::pair<int, KeyframeId>> sorted;
-  for (const auto& [other, weight] : covisibility) {
-    sorted.emplace_back(weight, other);
-  }
+  auto sorted = ToVector(covisibility, [](const auto& edge) { return std::pair(edge.second, edge.first); });
   std::ranges::sort(sorted, std::greater<>());
   return ToVector(sorted | std::views::take(count) | std::views::values);
 }

@@ -10,8 +10,8 @@
 #include <opencv2/videoio.hpp>
 
 #include "slam/io/image_files.h"
-#include "slam/util/error.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -66,22 +66,16 @@ std::int64_t VisitVideo(const fs::path& path, int stride, const std::function<vo
 
 TrainingSource ListTrainingImages(const fs::path& path) {
   constexpr const char* kExpected = "a sequence folder, a folder of images, an image or a video";
-  if (!fs::exists(path)) {
-    throw InputError("{}: does not exist, expected {}", path.string(), kExpected);
-  }
+  ThrowIf<InputError>(!fs::exists(path), "{}: does not exist, expected {}", path.string(), kExpected);
   TrainingSource source{path, {}, 0};
   if (fs::is_directory(path)) {
     source.images = fs::exists(path / "rgb.txt") ? ListSequence(path) : ListFolder(path);
-    if (source.images.empty()) {
-      throw InputError("{}: holds no image, expected {}", path.string(), kExpected);
-    }
+    ThrowIf<InputError>(source.images.empty(), "{}: holds no image, expected {}", path.string(), kExpected);
   } else if (IsImage(path)) {
     source.images = {path};
   } else {
     cv::VideoCapture video(path.string());
-    if (!video.isOpened()) {
-      throw InputError("{}: cannot be read, expected {}", path.string(), kExpected);
-    }
+    ThrowIf<InputError>(!video.isOpened(), "{}: cannot be read, expected {}", path.string(), kExpected);
     source.frames = static_cast<std::int64_t>(video.get(cv::CAP_PROP_FRAME_COUNT));
     return source;
   }
@@ -104,9 +98,7 @@ void ForEachTrainingImage(const TrainingSource& source, int stride,
     visit(image);
     ++used;
   }
-  if (used == 0) {
-    throw InputError("{}: none of {} images can be read", source.path.string(), source.frames);
-  }
+  ThrowIf<InputError>(used == 0, "{}: none of {} images can be read", source.path.string(), source.frames);
 }
 
 bool IsLargePhotograph(const cv::Mat& image) { return image.cols > kViewWidth && image.rows > kViewHeight; }

@@ -12,8 +12,8 @@
 #include <string_view>
 
 #include "slam/util/atomic_file.h"
-#include "slam/util/error.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
@@ -60,10 +60,8 @@ Header CheckedHeader(const std::filesystem::path& path, std::string_view bytes) 
     Refuse(path, "is no vocabulary");
   }
   std::memcpy(&header, bytes.data(), sizeof(header));
-  if (header.version != kVersion) {
-    throw InputError("{}: a vocabulary of version {}, expected version {}", path.string(), header.version,
-                     kVersion);
-  }
+  ThrowIf<InputError>(header.version != kVersion, "{}: a vocabulary of version {}, expected version {}",
+                      path.string(), header.version, kVersion);
   const std::uint64_t size = sizeof(header) + std::uint64_t{header.nodes} * (1 + sizeof(DescriptorBits)) -
                              (header.nodes > 0 ? sizeof(DescriptorBits) : 0) +
                              std::uint64_t{header.words} * sizeof(float) + sizeof(std::uint32_t);
@@ -94,9 +92,7 @@ Vocabulary Vocabulary::Train(const std::vector<std::vector<Descriptor>>& images,
   for (const std::vector<Descriptor>& image : images) {
     std::ranges::transform(image, std::back_inserter(all), ToBits);
   }
-  if (all.empty()) {
-    throw InputError("no features to learn words from, expected images with texture");
-  }
+  ThrowIf<InputError>(all.empty(), "no features to learn words from, expected images with texture");
   Vocabulary vocabulary;
   vocabulary.trained_images_ = images.size();
   vocabulary.trained_descriptors_ = all.size();

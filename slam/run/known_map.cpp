@@ -7,8 +7,8 @@
 
 #include "slam/io/result_files.h"
 #include "slam/snapshot/recording.h"
-#include "slam/util/error.h"
 #include "slam/util/options.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -54,12 +54,11 @@ void CheckSameCamera(const fs::path& source, const Camera& camera, const KnownMa
   constexpr double kMostShift = 0.02;  // of the image's width
   const Camera& known = map.map.camera;
   const bool same_size = camera.width == known.width && camera.height == known.height;
-  if (!same_size || LargestShift(camera, known) > kMostShift * known.width) {
-    throw InputError(
-        "{}: its camera ({}) is not that of {}, expected {}{}", source.string(), CameraText(camera),
-        map.recording.string(), CameraText(known),
-        same_size ? "" : fmt::format(" (--resize {},{} changes the size)", known.width, known.height));
-  }
+  ThrowIf<InputError>(
+      !same_size || LargestShift(camera, known) > kMostShift * known.width,
+      "{}: its camera ({}) is not that of {}, expected {}{}", source.string(), CameraText(camera),
+      map.recording.string(), CameraText(known),
+      same_size ? "" : fmt::format(" (--resize {},{} changes the size)", known.width, known.height));
 }
 
 Sequence OpenSequenceFor(const KnownMap& map, const SequenceRequest& request) {

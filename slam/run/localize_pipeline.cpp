@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <ranges>
+
 #include "slam/io/cameras.h"
 #include "slam/io/result_files.h"
 #include "slam/io/trajectory.h"
@@ -11,6 +13,7 @@
 #include "slam/util/error.h"
 #include "slam/util/options.h"
 #include "slam/util/stopwatch.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -99,11 +102,8 @@ LocalizedRun LocalizeSequence(const LocalizeRequest& request, RunHost& host) {
       pose.T_map_camera.translation *= scale->metres;
     }
   }
-  Trajectory trajectory;
-  for (const auto& [index, pose] : run.result.poses) {
-    trajectory.push_back({pose.timestamp, pose.T_map_camera});
-  }
-  WriteTrajectory(request.output / "trajectory.txt", trajectory);
+  WriteTrajectory(request.output / "trajectory.txt", ToVector(run.result.poses | std::views::values,
+                                                              [](const TimedPose& pose) { return pose; }));
   WriteCamera(request.output / "camera.yaml", sequence.camera);
   RecordingInfo info = recording.Info();
   info.sequence_path = sequence.path.string();

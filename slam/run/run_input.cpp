@@ -9,16 +9,15 @@
 
 #include "slam/io/cameras.h"
 #include "slam/io/network_stream.h"
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace {
 
 // `images`: of a stream; null for a local camera.
 Sequence LiveSequence(const RunRequest& request, const NetworkStream* images) {
-  if (!request.sequence.detections.empty()) {
-    throw UsageError("--detections: boxes of a recording, expected none with a live camera");
-  }
+  ThrowIf<UsageError>(!request.sequence.detections.empty(),
+                      "--detections: boxes of a recording, expected none with a live camera");
   Sequence sequence;
   sequence.path =
       images != nullptr ? PublicAddress(request.stream) : fmt::format("camera {}", *request.live_camera);
@@ -36,43 +35,31 @@ Sequence LiveSequence(const RunRequest& request, const NetworkStream* images) {
 }
 
 void CheckExtension(const RunRequest& request) {
-  if (request.IsLive()) {
-    throw UsageError("--extend: expected a recording instead of a live camera");
-  }
-  if (request.dense) {
-    throw UsageError(
-        "--extend and --dense: the images of the map's first part are elsewhere, expected one of them");
-  }
+  ThrowIf<UsageError>(request.IsLive(), "--extend: expected a recording instead of a live camera");
+  ThrowIf<UsageError>(
+      request.dense.has_value(),
+      "--extend and --dense: the images of the map's first part are elsewhere, expected one of them");
   std::error_code none;
-  if (std::filesystem::equivalent(request.extend, request.output, none)) {
-    throw InputError("--extend {}: cannot be extended into itself, expected another --output",
-                     request.extend.string());
-  }
+  ThrowIf<InputError>(std::filesystem::equivalent(request.extend, request.output, none),
+                      "--extend {}: cannot be extended into itself, expected another --output",
+                      request.extend.string());
 }
 
 void CheckRequest(const RunRequest& request, const Sequence& sequence) {
-  if (request.HasRealClock() && request.options.deterministic) {
-    throw UsageError(
-        "--deterministic: which frames are dropped differs from run to run, expected no --realtime and no "
-        "live camera");
-  }
-  if (request.dense && request.IsLive()) {
-    throw UsageError("--dense: needs the images again, expected a recording instead of a live camera");
-  }
-  if (request.dense == DenseTime::kLive && request.options.deterministic) {
-    throw UsageError(
-        "--dense live: which depth maps come from the run differs from run to run, expected --dense final "
-        "with --deterministic");
-  }
-  if (request.options.mapping.camera.what == LearntPart::kFocalAndRadial) {
-    throw UsageError(
-        "mapping.camera.what=focal+radial: the keypoints of a run are undistorted with the given camera, "
-        "expected none or focal; --camera auto estimates both before the run");
-  }
-  if (!request.IsLive() && request.range.SizeIn(sequence) <= 0) {
-    throw UsageError("--start {} --frames {}: nothing left, expected a part of the sequence's {} frames",
-                     request.range.start, request.range.count, sequence.frames.size());
-  }
+  ThrowIf<UsageError>(request.HasRealClock() && request.options.deterministic,
+                      "--deterministic: which frames are dropped differs from run to run, expected no "
+                      "--realtime and no live camera");
+  ThrowIf<UsageError>(request.dense && request.IsLive(),
+                      "--dense: needs the images again, expected a recording instead of a live camera");
+  ThrowIf<UsageError>(request.dense == DenseTime::kLive && request.options.deterministic,
+                      "--dense live: which depth maps come from the run differs from run to run, expected "
+                      "--dense final with --deterministic");
+  ThrowIf<UsageError>(request.options.mapping.camera.what == LearntPart::kFocalAndRadial,
+                      "mapping.camera.what=focal+radial: the keypoints of a run are undistorted with the "
+                      "given camera, expected none or focal; --camera auto estimates both before the run");
+  ThrowIf<UsageError>(!request.IsLive() && request.range.SizeIn(sequence) <= 0,
+                      "--start {} --frames {}: nothing left, expected a part of the sequence's {} frames",
+                      request.range.start, request.range.count, sequence.frames.size());
 }
 
 std::unique_ptr<FrameStream> OpenFrames(const RunRequest& request, const Sequence& sequence,

@@ -21,10 +21,10 @@
 #include "slam/run/scaled_result.h"
 #include "slam/run/warning_log.h"
 #include "slam/util/atomic_file.h"
-#include "slam/util/error.h"
 #include "slam/util/host.h"
 #include "slam/util/options.h"
 #include "slam/util/stopwatch.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -246,11 +246,9 @@ void SaveWithoutMap(const FinishedRun& run, Recorder& recorder) {
 
 [[noreturn]] void RefuseMap(const RunRequest& request, const RunInput& input, const RunResult& result) {
   const Sequence& sequence = input.sequence;
-  if (result.frames == 0) {
-    throw InputError("{}: none of the {} images could be used, expected readable images of {}x{}",
-                     sequence.path.string(), input.frames->Skipped(), sequence.camera.width,
-                     sequence.camera.height);
-  }
+  ThrowIf<InputError>(
+      result.frames == 0, "{}: none of the {} images could be used, expected readable images of {}x{}",
+      sequence.path.string(), input.frames->Skipped(), sequence.camera.width, sequence.camera.height);
   const std::string path = sequence.path.string();  // live images cannot be examined again
   throw NoMapError("{}: no map: {}{}", path, result.no_map_reason,
                    request.IsLive() ? "" : fmt::format("; sqslam doctor {} looks closer", path));

@@ -10,13 +10,14 @@
 #include <opencv2/imgproc.hpp>
 #include <sstream>
 
+#include "slam/estimation/reprojection_error.h"
 #include "slam/io/input_images.h"
 #include "slam/run/known_map.h"
 #include "slam/snapshot/recording.h"
 #include "slam/system_parts.h"
-#include "slam/util/error.h"
 #include "slam/util/options.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
@@ -42,10 +43,9 @@ CalibrationBoard ParseBoard(const std::string& text) {
   const auto rows = sides.size() == 2 ? ParseNumber<int>(sides[1]) : std::nullopt;
   const auto square = parts.size() >= 3 ? ParseNumber<double>(parts[1]) : std::nullopt;
   const auto marker = parts.size() >= 3 ? ParseNumber<double>(parts[2]) : std::nullopt;
-  if (!columns || !rows || !square || !marker || parts.size() > 4) {
-    throw UsageError("board={}: expected COLUMNSxROWS,SQUARE,MARKER in mm, such as board=10x7,25,18,4X4_50",
-                     text);
-  }
+  ThrowIf<UsageError>(!columns || !rows || !square || !marker || parts.size() > 4,
+                      "board={}: expected COLUMNSxROWS,SQUARE,MARKER in mm, such as board=10x7,25,18,4X4_50",
+                      text);
   board.columns = *columns;
   board.rows = *rows;
   board.square_mm = *square;
@@ -117,10 +117,9 @@ Place PlaceOfObject(const MapSnapshot& map, const std::string& text) {
   const SnapshotObject& object = FindObject(map, text);
   WarnIfUncertain(object);
   const Eigen::Matrix3d covariance = object.fit.covariance.topLeftCorner<3, 3>();
-  if (!(covariance.trace() > 0.0)) {
-    throw InputError("{} was never refined, so the error of its centre is unknown, expected another object",
-                     NameOf(object));
-  }
+  ThrowIf<InputError>(!(covariance.trace() > 0.0),
+                      "{} was never refined, so the error of its centre is unknown, expected another object",
+                      NameOf(object));
   return {object.superquadric.T_map_object.translation, covariance, NameOf(object)};
 }
 
@@ -139,11 +138,11 @@ Place PlaceOfPoint(const MapSnapshot& map, const Eigen::Vector3d& wanted, const 
   for (const SnapshotKeyframe& keyframe : map.keyframes) {
     view = std::min(view, (keyframe.T_map_camera.translation - wanted).norm());
   }
-  if (nearest == nullptr || least > kNear * view) {
-    throw InputError("no map point lies at {:.4g},{:.4g},{:.4g}{}", wanted.x(), wanted.y(), wanted.z(),
-                     nearest == nullptr ? std::string()
-                                        : fmt::format(", the nearest is {:.2g} {} away", least, UnitOf(map)));
-  }
+  ThrowIf<InputError>(nearest == nullptr || least > kNear * view,
+                      "no map point lies at {:.4g},{:.4g},{:.4g}{}", wanted.x(), wanted.y(), wanted.z(),
+                      nearest == nullptr
+                          ? std::string()
+                          : fmt::format(", the nearest is {:.2g} {} away", least, UnitOf(map)));
   const double variance = PixelVariance(live, map.camera);
   return {unit * nearest->p_map, unit * unit * PointCovariance(live, map.camera, nearest->id, variance),
           fmt::format("{:.4g},{:.4g},{:.4g}", wanted.x(), wanted.y(), wanted.z())};
@@ -174,10 +173,8 @@ std::vector<BoardSight> FindBoards(const RecordingReader& recording, const MapSn
       progress(static_cast<int>(i) + 1, static_cast<int>(count));
     }
   }
-  if (!any) {
-    throw InputError("{}: the mapped images are needed to find a board: {}", recording.Info().sequence_path,
-                     images.WhyNot());
-  }
+  ThrowIf<InputError>(!any, "{}: the mapped images are needed to find a board: {}",
+                      recording.Info().sequence_path, images.WhyNot());
   return sights;
 }
 
@@ -191,10 +188,9 @@ MapScale ScaleByBoardIn(const RecordingReader& recording, const MapSnapshot& map
                         const CalibrationBoard& board, const std::function<void(int, int)>& progress) {
   const std::vector<BoardSight> sights = FindBoards(recording, map, board, progress);
   const std::optional<BoardScale> scale = ScaleByBoard(sights, map.camera, board);
-  if (!scale) {
-    throw InputError("a {} is seen in {} of {} keyframes, expected at least four from different positions",
-                     BoardText(board), sights.size(), map.keyframes.size());
-  }
+  ThrowIf<InputError>(!scale,
+                      "a {} is seen in {} of {} keyframes, expected at least four from different positions",
+                      BoardText(board), sights.size(), map.keyframes.size());
   return {scale->metres, scale->deviation,
           fmt::format("{}, in {} keyframes", BoardText(board), sights.size())};
 }
@@ -211,10 +207,9 @@ ScaleReference ParseScaleReference(const std::string& text) {
   } else {
     const auto metres =
         equals == std::string::npos ? std::nullopt : ParseNumber<double>(text.substr(equals + 1));
-    if (what.empty() || !metres) {
-      throw UsageError(
-          "{}: expected LABEL=METRES such as cup=0.096, board, or board=COLUMNSxROWS,SQUARE,MARKER", text);
-    }
+    ThrowIf<UsageError>(
+        what.empty() || !metres,
+        "{}: expected LABEL=METRES such as cup=0.096, board, or board=COLUMNSxROWS,SQUARE,MARKER", text);
     reference = KnownHeight{what, *metres};
   }
   CheckScaleReference(reference);
@@ -223,9 +218,7 @@ ScaleReference ParseScaleReference(const std::string& text) {
 
 void CheckScaleReference(const ScaleReference& reference) {
   const auto check = [](double metres) {
-    if (!(metres > 0.0) || !std::isfinite(metres)) {
-      throw UsageError("{} m: expected a length above 0", metres);
-    }
+    ThrowIf<UsageError>(!(metres > 0.0) || !std::isfinite(metres), "{} m: expected a length above 0", metres);
   };
   if (const auto* board = std::get_if<CalibrationBoard>(&reference)) {
     CheckBoard(*board);
@@ -238,15 +231,13 @@ void CheckScaleReference(const ScaleReference& reference) {
 
 MeasuredLength MeasureHeight(const MapSnapshot& map, const std::string& wanted) {
   const SnapshotObject& object = FindObject(map, wanted);
-  if (!map.gravity_known) {
-    throw InputError(
-        "the map's up direction is unknown, so objects have no height; expected --distance or --board");
-  }
+  ThrowIf<InputError>(
+      !map.gravity_known,
+      "the map's up direction is unknown, so objects have no height; expected --distance or --board");
   const auto [height, deviation] = HeightOf(object);
-  if (!(deviation > 0.0)) {
-    throw InputError("{} was never refined, so the error of its height is unknown, expected another object",
-                     NameOf(object));
-  }
+  ThrowIf<InputError>(!(deviation > 0.0),
+                      "{} was never refined, so the error of its height is unknown, expected another object",
+                      NameOf(object));
   WarnIfUncertain(object);
   return {height, deviation, "height of " + NameOf(object)};
 }
@@ -262,9 +253,8 @@ MeasuredLength MeasureDistance(const MapSnapshot& map, const KnownDistance& dist
     Eigen::Vector3d at;
     for (std::size_t i = 0; i < 3; ++i) {
       const auto number = ParseNumber<double>(parts[i]);
-      if (!number || !std::isfinite(*number)) {
-        throw UsageError("{}: expected the id of an object, or a position X,Y,Z", text);
-      }
+      ThrowIf<UsageError>(!number || !std::isfinite(*number),
+                          "{}: expected the id of an object, or a position X,Y,Z", text);
       at[static_cast<Eigen::Index>(i)] = *number;
     }
     if (!live) {
@@ -277,9 +267,7 @@ MeasuredLength MeasureDistance(const MapSnapshot& map, const KnownDistance& dist
   const Eigen::Vector3d way = b.at - a.at;
   const double length = way.norm();
   const Eigen::Matrix3d covariance = a.covariance + b.covariance;
-  if (!(length > 0.0)) {
-    throw InputError("{} and {} are the same place, expected two", a.what, b.what);
-  }
+  ThrowIf<InputError>(!(length > 0.0), "{} and {} are the same place, expected two", a.what, b.what);
   return {length, std::sqrt(way.dot(covariance * way)) / length,
           fmt::format("distance of {} and {}", a.what, b.what)};
 }
@@ -290,10 +278,7 @@ Eigen::Matrix3d PointCovariance(const Map& map, const Camera& camera, PointId id
   for (const Observation& observation : point.observations) {
     const Rigid3d& T_camera_map = map.At(observation.keyframe).T_camera_map;
     const Eigen::Vector3d p = T_camera_map * point.p_map;
-    Eigen::Matrix<double, 2, 3> by_camera;
-    by_camera << camera.fx / p.z(), 0.0, -camera.fx * p.x() / (p.z() * p.z()), 0.0, camera.fy / p.z(),
-        -camera.fy * p.y() / (p.z() * p.z());
-    const Eigen::Matrix<double, 2, 3> by_map = by_camera * T_camera_map.RotationMatrix();
+    const Eigen::Matrix<double, 2, 3> by_map = ProjectionJacobian(camera, p) * T_camera_map.RotationMatrix();
     information += by_map.transpose() * by_map /
                    (pixel_variance * map.Levels().Variance(map.KeypointOf(observation).octave));
   }

@@ -13,9 +13,9 @@
 #include <system_error>
 #include <utility>
 
-#include "slam/util/error.h"
 #include "slam/util/host.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -84,9 +84,8 @@ void AtomicPath::Commit() {
 void AtomicPath::CommitNew() {
   std::error_code error;
   fs::create_hard_link(temporary_, path_, error);  // unlike a rename, it replaces nothing
-  if (error == std::errc::file_exists) {
-    throw InputError("{}: exists already, expected a name that is not taken", path_.string());
-  }
+  ThrowIf<InputError>(error == std::errc::file_exists,
+                      "{}: exists already, expected a name that is not taken", path_.string());
   if (error) {  // FAT and some network file systems have no hard links
     Commit();
   }
@@ -116,9 +115,9 @@ void WriteFileAtomically(const fs::path& path, std::string_view contents) {
 
 void CreateResultFolder(const fs::path& path) {
   std::error_code error;
-  if (fs::exists(path, error) && !(fs::is_directory(path, error) && fs::is_empty(path, error))) {
-    throw UsageError("{}: exists already, expected a new or empty folder for the results", path.string());
-  }
+  ThrowIf<UsageError>(
+      fs::exists(path, error) && !(fs::is_directory(path, error) && fs::is_empty(path, error)),
+      "{}: exists already, expected a new or empty folder for the results", path.string());
   fs::create_directories(path, error);
   if (error) {
     throw InputError("{}: cannot be made ({}), expected a place for the results", path.string(),

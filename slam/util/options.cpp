@@ -11,8 +11,8 @@
 #include <sstream>
 #include <type_traits>
 
-#include "slam/util/error.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace {
@@ -273,9 +273,7 @@ void ParseOptionFields(const std::string& yaml, const std::string& source,
   if (root.IsNull()) {
     return;
   }
-  if (!root.IsMap()) {
-    throw UsageError("{}:1: expected lines 'name: value'", source);
-  }
+  ThrowIf<UsageError>(!root.IsMap(), "{}:1: expected lines 'name: value'", source);
   AssignOptions(root, source, fields);
 }
 
@@ -287,9 +285,8 @@ void SetOptionField(const std::string& assignment, const std::vector<OptionField
   }
   const std::string key = assignment.substr(0, equals);
   const OptionField* field = Find(fields, key);
-  if (field == nullptr && IsGroup(fields, key)) {
-    throw UsageError("{}: '{}' is a group of options, expected one of its values", where, key);
-  }
+  ThrowIf<UsageError>(field == nullptr && IsGroup(fields, key),
+                      "{}: '{}' is a group of options, expected one of its values", where, key);
   if (field == nullptr) {
     ThrowUnknown(where, key, fields);
   }

@@ -11,8 +11,8 @@
 #include <iterator>
 #include <sstream>
 
-#include "slam/util/error.h"
 #include "slam/util/limits.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -26,9 +26,8 @@ std::string ReadFile(const std::filesystem::path& path, std::string_view expecte
     throw InputError("{}: cannot be read ({}), expected {}", path.string(),
                      errno != 0 ? std::strerror(errno) : "not a file", expected);
   }
-  if (fs::is_regular_file(path, none) && fs::file_size(path, none) > kMaxFileBytes) {
-    throw InputError("{}: larger than {} bytes, expected {}", path.string(), kMaxFileBytes, expected);
-  }
+  ThrowIf<InputError>(fs::is_regular_file(path, none) && fs::file_size(path, none) > kMaxFileBytes,
+                      "{}: larger than {} bytes, expected {}", path.string(), kMaxFileBytes, expected);
   return {std::istreambuf_iterator<char>(file), {}};
 }
 

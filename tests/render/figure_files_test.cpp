@@ -131,7 +131,11 @@ TEST(FigureFilesTest, NoMoreIsReadThanIsAllowed) {
 }
 
 TEST(FigureFilesTest, ErrorsOfACalibrationPointFromTheCornerToTheModel) {
-  const FigurePage page = DrawCalibration({320, 240, {{{100.0, 120.0}, {2.0, 0.0}}}, 2.0}, SmallFigure());
+  Calibration calibration;
+  calibration.camera = {320, 240, 300.0, 300.0, 159.5, 119.5};
+  calibration.views = {{"view", {{100.0, 120.0}}, {{2.0, 0.0}}, Eigen::Vector3d::UnitZ(), 2.0}};
+  calibration.rms = 2.0;
+  const FigurePage page = DrawCalibration(calibration, SmallFigure());
   const Eigen::Vector3d blue = LookOfSeries(0).color;
   const auto line =
       std::find_if(page.elements.begin(), page.elements.end(), [&](const FigureElement& element) {

@@ -51,7 +51,7 @@ inline MapsFigure TwoMaps() {
   figure.labels = true;
   cv::Mat image(120, 160, CV_8UC3, cv::Scalar(150, 160, 170));
   image(cv::Rect(40, 50, 60, 40)).setTo(cv::Scalar(60, 80, 140));
-  figure.panels.push_back({"desk", HandMadeMap(), image, {{"book", {40.0, 50.0, 60.0, 40.0}}}});
+  figure.panels.push_back({"desk", HandMadeMap(), image, {{"book", 1.0, {40.0, 50.0, 60.0, 40.0}}}});
   MapSnapshot other = HandMadeMap();
   other.objects[0].label = "laptop";
   other.objects.pop_back();

@@ -293,7 +293,7 @@ TEST(FigureTest, WithMoreClassesThanColoursNamesStandInTheMaps) {
     objects.back().superquadric.T_map_object.translation.x() -= 0.12 * i;
   }
   EXPECT_EQ(times("book"), 1) << "in the legend";
-  figure.panels[0].boxes = {{"lamp", {40.0, 50.0, 60.0, 40.0}}};  // a thirteenth class
+  figure.panels[0].boxes = {{"lamp", 1.0, {40.0, 50.0, 60.0, 40.0}}};  // a thirteenth class
   EXPECT_EQ(times("book"), 2) << "and over the object";
   EXPECT_EQ(times("lamp"), 2) << "and in the box";
 }

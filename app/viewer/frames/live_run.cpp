@@ -9,7 +9,7 @@
 
 #include "app/report/report.h"
 #include "app/terminal/terminal.h"
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam::viewer {
 namespace fs = std::filesystem;
@@ -121,9 +121,8 @@ struct LiveRun::Impl : RunHost {
         [this] { return Ended(); }, program);
     std::error_code ignored;
     fs::remove(log, ignored);
-    if (made.exit_code != 0 && !made.stopped) {
-      throw InputError("{}: no video: {}", video.string(), made.message);
-    }
+    ThrowIf<InputError>(made.exit_code != 0 && !made.stopped, "{}: no video: {}", video.string(),
+                        made.message);
     filmed = made.exit_code == 0;
   }
 

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "app/result/map_input.h"
-#include "render/video/input_frames.h"
 #include "render/video/video_alignment.h"
 #include "slam/io/input_images.h"
 #include "slam/io/sequence.h"

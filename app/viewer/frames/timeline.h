@@ -48,8 +48,7 @@ struct Timeline {
   int At(double time) const;
   const Moment& MomentAt(double time) const { return moments.at(static_cast<std::size_t>(At(time))); }
 
-  // Returns the intervals (seconds) without poses in the map: tracking was lost, or a submap of that time was
-  // never merged.
+  // Returns the intervals (seconds) without poses in the map: tracking was lost, or a submap never merged.
   std::vector<std::pair<double, double>> Gaps() const;
 
   // Returns the first moment that shows this or a later snapshot; the last one if there is none, -1 if empty.
@@ -70,8 +69,7 @@ struct Playback {
   // Advances by `seconds` of wall-clock time; stops at the ends.
   void Advance(double seconds, const Timeline& timeline);
 
-  // Plays in a direction (1 or -1), or stops if it plays that way already. At the end of that direction it
-  // starts over.
+  // Plays in a direction (1 or -1), from the start if at its end; stops if it plays that way already.
   void Toggle(double direction, const Timeline& timeline);
   bool Plays(double direction) const { return playing && speed * direction > 0.0; }
 

@@ -220,10 +220,7 @@ std::string KeyName(int code) {
   if (code >= key::kF1 && code <= key::kF12) {
     return fmt::format("F{}", code - key::kF1 + 1);
   }
-  if (code >= key::kKeypad0 && code <= key::kKeypad9) {
-    return fmt::format("Keypad{}", code - key::kKeypad0);
-  }
-  return "";
+  return code >= key::kKeypad0 && code <= key::kKeypad9 ? fmt::format("Keypad{}", code - key::kKeypad0) : "";
 }
 
 int KeyCode(const std::string& name) {

@@ -7,7 +7,7 @@
 #include <tuple>
 
 #include "slam/geometry/silhouette.h"
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam::viewer {
 namespace {
@@ -117,26 +117,23 @@ const AnnotatedSolid* Annotation::Find(int id) const {
 void Annotation::Replace(const AnnotatedSolid& solid) {
   CheckSolid(solid.solid);
   const auto found = std::ranges::find(solids, solid.id, &AnnotatedSolid::id);
-  if (found == solids.end()) {
-    throw UsageError("solid {}: there is none, expected one of the annotation", solid.id);
-  }
+  ThrowIf<UsageError>(found == solids.end(), "solid {}: there is none, expected one of the annotation",
+                      solid.id);
   *found = solid;
 }
 
 void CheckSolid(const Solid& solid) {
   const Eigen::Vector3d& half = solid.half_size;
-  if (!half.allFinite() || half.minCoeff() <= 0.0) {
-    throw UsageError("half sizes {} {} {}: expected three numbers above 0", half.x(), half.y(), half.z());
-  }
+  ThrowIf<UsageError>(!half.allFinite() || half.minCoeff() <= 0.0,
+                      "half sizes {} {} {}: expected three numbers above 0", half.x(), half.y(), half.z());
   for (const double e : {solid.e1, solid.e2}) {
-    if (!(e >= kMinShapeExponent && e <= kMaxShapeExponent)) {
-      throw UsageError("exponent {}: expected a number from {} to {}", e, kMinShapeExponent,
-                       kMaxShapeExponent);
-    }
+    ThrowIf<UsageError>(!(e >= kMinShapeExponent && e <= kMaxShapeExponent),
+                        "exponent {}: expected a number from {} to {}", e, kMinShapeExponent,
+                        kMaxShapeExponent);
   }
-  if (!solid.T_map_object.translation.allFinite() || !solid.T_map_object.rotation.coeffs().allFinite()) {
-    throw UsageError("centre or yaw is no number, expected finite ones");
-  }
+  ThrowIf<UsageError>(
+      !solid.T_map_object.translation.allFinite() || !solid.T_map_object.rotation.coeffs().allFinite(),
+      "centre or yaw is no number, expected finite ones");
 }
 
 Solid UprightSolid(SolidKind kind, const Eigen::Vector3d& center, double yaw,

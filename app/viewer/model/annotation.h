@@ -35,8 +35,7 @@ struct Annotation {
   int Add(AnnotatedSolid solid);
   void Remove(int id);
   const AnnotatedSolid* Find(int id) const;  // null if there is none
-  // Replaces the solid with the same id. Throws UsageError if there is none, or if the solid is invalid
-  // (CheckSolid).
+  // Replaces the solid with the same id. Throws UsageError if there is none, and as CheckSolid does.
   void Replace(const AnnotatedSolid& solid);
 };
 
@@ -65,8 +64,7 @@ enum class GroundSnap {
 // Puts the bottom of an upright solid at z = ground.
 void SnapToGround(Solid& solid, double ground, GroundSnap how);
 
-// A handle to drag: the centre (moves over the ground), the six sides, and the yaw, whose handle lies beyond
-// the +x side.
+// A handle to drag: the centre (moves over the ground), the six sides, and the yaw, beyond the +x side.
 struct SolidHandle {
   enum class Kind { kCenter, kSide, kYaw };
   Kind kind = Kind::kCenter;

@@ -12,7 +12,7 @@
 #include "slam/fitting/fixed_shape_fit.h"
 #include "slam/fitting/surface_measures.h"
 #include "slam/io/point_cloud.h"
-#include "slam/util/error.h"
+#include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam::viewer {
@@ -127,9 +127,7 @@ Solid BoxAround(std::span<const Eigen::Vector3d> points, SolidKind kind, double 
     high[axis] = values[values.size() - 1 - skipped];
   }
   const double longest = (high - low).maxCoeff();
-  if (!(longest > 0.0)) {
-    throw InputError("the points are all in one place, expected points of a surface");
-  }
+  ThrowIf<InputError>(!(longest > 0.0), "the points are all in one place, expected points of a surface");
   const Eigen::Vector3d half = (0.5 * (high - low)).cwiseMax(0.5 * kThinnest * longest);
   return UprightSolid(kind, R_box_map.transpose() * (0.5 * (low + high)), yaw, half);
 }
@@ -187,9 +185,8 @@ Solid FitFreeShape(std::span<const Eigen::Vector3d> points) {
 PrimitiveFit FitPrimitive(std::span<const Eigen::Vector3d> points, SolidKind kind,
                           const PrimitiveFitOptions& options) {
   const std::size_t least = kind == SolidKind::kSuperquadric ? 11 : kLeastPoints;
-  if (points.size() < least) {
-    throw InputError("{} points, expected {} or more for a {}", points.size(), least, NameOf(kind));
-  }
+  ThrowIf<InputError>(points.size() < least, "{} points, expected {} or more for a {}", points.size(), least,
+                      NameOf(kind));
   PrimitiveFit fit;
   fit.points = static_cast<int>(points.size());
   fit.solid = kind == SolidKind::kSuperquadric

@@ -13,8 +13,8 @@
 #include "slam/io/pose_json.h"
 #include "slam/io/trajectory.h"
 #include "slam/util/atomic_file.h"
-#include "slam/util/error.h"
 #include "slam/util/json_file.h"
+#include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam::viewer {
@@ -79,17 +79,11 @@ Annotation ReadAnnotation(const fs::path& path, const Sim3d& S_file_annotation) 
   std::set<int> ids;
   for (std::size_t i = 0; i < objects.size(); ++i) {
     const GroundTruthObject& object = objects[i];
-    if (!ids.insert(object.id).second) {
-      throw InputError("{}: object {} of the list: id {} is there twice, expected each once", path.string(),
-                       i + 1, object.id);
-    }
-    AnnotatedSolid annotated;
-    annotated.id = object.id;
-    annotated.label = object.label;
-    annotated.name = object.name;
-    annotated.solid = Transform(S_annotation_file, object.solid);
-    annotated.more = Others(list.at(i), kOwnKeys);
-    annotation.solids.push_back(std::move(annotated));
+    ThrowIf<InputError>(!ids.insert(object.id).second,
+                        "{}: object {} of the list: id {} is there twice, expected each once", path.string(),
+                        i + 1, object.id);
+    annotation.solids.push_back({object.id, object.label, object.name,
+                                 Transform(S_annotation_file, object.solid), Others(list.at(i), kOwnKeys)});
   }
   return annotation;
 }
@@ -115,12 +109,10 @@ Sim3d AlignToGroundTruth(const fs::path& result, const fs::path& sequence) {
   const EvaluationOptions options;
   const std::optional<TrajectoryError> aligned = ComputeTrajectoryError(
       ReadTrajectory(file), ReadGroundTruth(sequence).trajectory, options.max_time_difference);
-  if (!aligned) {
-    throw InputError(
-        "{}: cannot be laid over the true poses of {}, expected three poses or more at the same "
-        "times, not on one line",
-        file.string(), sequence.string());
-  }
+  ThrowIf<InputError>(!aligned,
+                      "{}: cannot be laid over the true poses of {}, expected three poses or more at the "
+                      "same times, not on one line",
+                      file.string(), sequence.string());
   return aligned->S_world_map;
 }
 

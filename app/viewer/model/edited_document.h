@@ -107,8 +107,7 @@ class EditedDocument {
   const EditedState& Current() const { return history_.Current(); }
   const EditHistory<EditedState>& History() const { return history_; }
 
-  // Changes a copy of the state and adds it as a step (EditHistory::Push). If `change` throws, the document
-  // stays as it was.
+  // Changes a copy of the state and adds it as a step (EditHistory::Push), unless `change` throws.
   void Do(const std::string& what, auto change, const std::string& group = "") {
     EditedState next = Current();
     change(next);

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
+#include <boost/algorithm/string/case_conv.hpp>
 #include <memory>
 #include <sstream>
 #include <string_view>
@@ -19,10 +19,7 @@
 namespace sqslam::viewer {
 namespace {
 
-std::string Lower(std::string text) {
-  std::ranges::transform(text, text.begin(), [](unsigned char c) { return std::tolower(c); });
-  return text;
-}
+using boost::algorithm::to_lower_copy;
 
 const ColumnInfo& InfoOf(ObjectColumn column) { return ObjectColumns()[static_cast<std::size_t>(column)]; }
 
@@ -127,8 +124,8 @@ void SortRows(std::vector<ObjectRow>& rows, ObjectColumn column, bool ascending)
   const auto before = [&](const ObjectRow& a, const ObjectRow& b) {
     const auto number = InfoOf(column).number;
     if (number == nullptr) {
-      const std::string left = Lower(TextOf(a, column));
-      const std::string right = Lower(TextOf(b, column));
+      const std::string left = to_lower_copy(TextOf(a, column));
+      const std::string right = to_lower_copy(TextOf(b, column));
       return ascending ? left < right : right < left;
     }
     const std::optional<double> left = number(a.object);
@@ -146,7 +143,7 @@ RowFilter::RowFilter(const std::string& text) {
   for (std::string part; stream >> part;) {
     const std::size_t at = part.find_first_of(kSigns);
     if (at == std::string::npos) {
-      terms_.push_back({.word = Lower(part)});
+      terms_.push_back({.word = to_lower_copy(part)});
     } else {
       AddComparison(part, at);
     }
@@ -154,16 +151,16 @@ RowFilter::RowFilter(const std::string& text) {
 }
 
 void RowFilter::AddComparison(const std::string& part, std::size_t at) {
-  const std::string key = Lower(part.substr(0, at));
+  const std::string key = to_lower_copy(part.substr(0, at));
   const std::size_t value = std::min(part.find_first_not_of(kSigns, at), part.size());
   const std::string sign = part.substr(at, value - at);
   Term term;
-  term.word = Lower(part.substr(value));
+  term.word = to_lower_copy(part.substr(value));
   term.number = ParseNumber<double>(term.word);
   std::vector<std::string> keys;
   for (const ColumnInfo& info : ObjectColumns()) {
     keys.push_back(info.key);
-    if (info.key == key || Lower(info.title) == key) {
+    if (info.key == key || to_lower_copy(info.title) == key) {
       term.column = info.column;
     }
   }
@@ -182,13 +179,13 @@ void RowFilter::AddComparison(const std::string& part, std::size_t at) {
 
 bool RowFilter::Holds(const Term& term, const ObjectRow& row) {
   if (!term.column) {
-    return Lower(ShownName(row.object)).find(term.word) != std::string::npos ||
-           Lower(row.object.label).find(term.word) != std::string::npos ||
+    return to_lower_copy(ShownName(row.object)).find(term.word) != std::string::npos ||
+           to_lower_copy(row.object.label).find(term.word) != std::string::npos ||
            std::to_string(row.object.id) == term.word;
   }
   const auto number_of = InfoOf(*term.column).number;
   if (number_of == nullptr) {
-    return term.holds(Lower(TextOf(row, *term.column)) <=> term.word);
+    return term.holds(to_lower_copy(TextOf(row, *term.column)) <=> term.word);
   }
   const std::optional<double> number = number_of(row.object);
   return number && term.holds(*number <=> *term.number);

@@ -49,10 +49,9 @@ struct ColumnInfo {
   std::string key;    // one word, for filters
   std::string title;  // short, for a header
   std::string help;   // meaning and unit
-  // Value in a column of numbers (degrees for angles), empty if unknown, and its format. Null for columns of
-  // words.
+  // Value in a column of numbers (degrees for angles), empty if unknown. Null for columns of words.
   std::optional<double> (*number)(const SnapshotObject& object) = nullptr;
-  const char* format = "{:.3g}";  // for fmt; the default suits lengths in map units of any size
+  const char* format = "{:.3g}";  // of the value, for fmt; the default suits lengths of any size
 };
 
 // All columns, in the order of a table and of ObjectColumn.

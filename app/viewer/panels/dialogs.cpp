@@ -159,7 +159,7 @@ class UnsavedPanel : public Panel {
 
   void GoOn() {
     if (const auto postponed = std::exchange(editing_.postponed, std::nullopt)) {
-      requests_.Ask(*postponed);
+      requests_.push_back(*postponed);
     }
   }
 };

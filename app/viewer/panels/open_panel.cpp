@@ -46,7 +46,7 @@ class OpenPanel : public Panel {
   }
 
   void Take(const fs::path& path) {
-    requests_.Ask(OpenRequest{path});
+    requests_.push_back(OpenRequest{path});
     window_.show_open = false;
   }
 

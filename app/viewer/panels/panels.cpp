@@ -54,7 +54,7 @@ void DrawFileMenu(ViewerState& s) {
       // Results are shown by the name of their folder.
       const std::string name = path.filename() == "map.sqmap" ? path.parent_path().string() : file;
       if (ImGui::MenuItem(name.c_str())) {
-        s.requests.Ask(OpenRequest{path});
+        s.requests.push_back(OpenRequest{path});
       }
     }
     ImGui::EndMenu();

@@ -27,20 +27,7 @@ enum class Place {
 class Panel {
  public:
   // The state must outlive the panel.
-  Panel(Place where, std::string name, ViewerState& s)
-      : place(where),
-        title(std::move(name)),
-        document_(s.document),
-        playback_(s.playback),
-        selection_(s.selection),
-        view_(s.view),
-        layers_(s.layers),
-        editing_(s.editing),
-        preferences_(s.preferences),
-        window_(s.window),
-        messages_(s.messages),
-        requests_(s.requests),
-        context_(s.Editor()) {}
+  Panel(Place where, std::string name, ViewerState& s) : place(where), title(std::move(name)), state_(s) {}
   virtual ~Panel() = default;
   Panel(const Panel&) = delete;
   Panel& operator=(const Panel&) = delete;
@@ -57,23 +44,23 @@ class Panel {
   const std::string title;  // title of its tab
 
  protected:
-  const Document& document_;
-  Playback& playback_;
-  Selection& selection_;
-  SceneView& view_;
-  Layers& layers_;
-  Editing& editing_;
-  Preferences& preferences_;
-  WindowState& window_;
-  Messages& messages_;
-  Requests& requests_;
-  const EditContext context_;
+  ViewerState& state_;
+  const Document& document_ = state_.document;
+  Playback& playback_ = state_.playback;
+  Selection& selection_ = state_.selection;
+  SceneView& view_ = state_.view;
+  Layers& layers_ = state_.layers;
+  Editing& editing_ = state_.editing;
+  Preferences& preferences_ = state_.preferences;
+  WindowState& window_ = state_.window;
+  Messages& messages_ = state_.messages;
+  std::vector<Request>& requests_ = state_.requests;
+  const EditContext context_ = state_.Editor();
 };
 
 using PanelPtr = std::unique_ptr<Panel>;
 
-// Each creates a panel. The scene and the image need an OpenGL context, here and
-// when they are destroyed.
+// Each creates a panel. The scene and the image need an OpenGL context, also to be destroyed.
 PanelPtr MakeScenePanel(ViewerState& s);
 PanelPtr MakeImagePanel(ViewerState& s);
 PanelPtr MakeObjectsPanel(ViewerState& s);
@@ -88,8 +75,7 @@ PanelPtr MakeSettingsPanel(ViewerState& s);
 PanelPtr MakeUnsavedPanel(ViewerState& s);  // asks what to do with unsaved changes
 PanelPtr MakeMessagesPanel(ViewerState& s);
 
-// Marks over the scene and the image: selection, input camera, measurements, annotated solids and their mouse
-// handling.
+// Marks over the scene and the image: selection, input camera, measurements, solids and their mouse handling.
 
 // Draws all marks over the scene. `origin`: its top-left corner on the screen, pixels.
 void DrawSceneMarks(const EditContext& context, const WindowState& window, ImVec2 origin);

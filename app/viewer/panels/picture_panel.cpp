@@ -25,19 +25,19 @@ class PicturePanel : public Panel {
     Heading("Keep it");
     if (Button("Save picture (F12)",
                "Drawn anew in that size, into the folder from which the program was started")) {
-      requests_.Ask(window_.screenshot);
+      requests_.push_back(window_.screenshot);
     }
     ImGui::SameLine();
     // A run in progress has no file that another program could draw.
     if (!document_.run.active &&
         Button("Copy command", "The sqslam render command that draws the same picture without a window")) {
-      requests_.Ask(CopyCommandRequest{});
+      requests_.push_back(CopyCommandRequest{});
     }
     Heading("Video");
     bool on = window_.filming;
     if (Toggle(on ? "Stop filming (R)" : "Film the screen (R)", &on,
                "What you see, as an .mp4 of 25 frames a second")) {
-      requests_.Ask(FilmRequest{on});
+      requests_.push_back(FilmRequest{on});
     }
     DrawPath();
     ImGui::EndChild();
@@ -104,7 +104,7 @@ class PicturePanel : public Panel {
       ImGui::Checkbox("back to the first", &path.loop);
       ImGui::SameLine();
       if (Button("Save path", "A file for sqslam render --camera-path")) {
-        requests_.Ask(SaveTextRequest{"camera-path", ".yaml", path.Yaml()});
+        requests_.push_back(SaveTextRequest{"camera-path", ".yaml", path.Yaml()});
       }
     }
   }

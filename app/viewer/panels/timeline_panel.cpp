@@ -103,7 +103,7 @@ class TimelinePanel : public Panel {
   void DrawRunControls() {
     using What = RunControl::What;
     const RunStatus& run = document_.run;
-    const auto ask = [this](What what) { return [this, what] { requests_.Ask(RunControl{what}); }; };
+    const auto ask = [this](What what) { return [this, what] { requests_.push_back(RunControl{what}); }; };
     OnPress("pause", run.paused ? Icon::kPlay : Icon::kPause,
             run.paused ? "Go on (Space)" : "Pause the run (Space)",
             ask(run.paused ? What::kContinue : What::kPause), run.paused);
@@ -113,7 +113,7 @@ class TimelinePanel : public Panel {
       return rate > 0.0 ? fmt::format("{:g} frames/s", rate) : std::string("full speed");
     };
     if (const auto rate = NumberChoice("##rate", run.max_rate, {0, 60, 30, 15, 5, 1}, name, 9.0F)) {
-      requests_.Ask(RunControl{What::kRate, *rate});
+      requests_.push_back(RunControl{What::kRate, *rate});
     }
     Tip("How fast the images are taken at most");
     ImGui::SameLine();
@@ -155,13 +155,12 @@ class TimelinePanel : public Panel {
       return;
     }
     const ImVec2 corner = ImGui::GetCursorScreenPos();
-    Axes axes;
-    axes.low = ImVec2(corner.x + 11.0F * em, corner.y);
-    axes.high = ImVec2(corner.x + room.x - 0.5F * em, corner.y + room.y);
-    axes.names = corner.x;
-    axes.marks = 0.9F * em;
-    axes.begin = timeline_.Begin();
-    axes.length = std::max(timeline_.End() - axes.begin, 1e-6);
+    const Axes axes{.low = ImVec2(corner.x + 11.0F * em, corner.y),
+                    .high = ImVec2(corner.x + room.x - 0.5F * em, corner.y + room.y),
+                    .names = corner.x,
+                    .marks = 0.9F * em,
+                    .begin = timeline_.Begin(),
+                    .length = std::max(timeline_.End() - timeline_.Begin(), 1e-6)};
     ImGui::SetCursorScreenPos(ImVec2(axes.low.x - 4.0F, corner.y));
     ImGui::InvisibleButton("axis", ImVec2(axes.high.x - axes.low.x + 8.0F, room.y));
     const bool hovered = ImGui::IsItemHovered();

@@ -87,16 +87,6 @@ struct QuitRequest {};
 using Request = std::variant<OpenRequest, ScreenshotRequest, CopyCommandRequest, FilmRequest, SaveTextRequest,
                              RunControl, QuitRequest>;
 
-class Requests {
- public:
-  void Ask(Request request) { waiting_.push_back(std::move(request)); }
-  bool Empty() const { return waiting_.empty(); }
-  std::vector<Request> Take() { return std::exchange(waiting_, {}); }
-
- private:
-  std::vector<Request> waiting_;
-};
-
 struct Notice {
   std::string text;
   bool error = false;

@@ -127,8 +127,7 @@ void PrepareAnnotation(const EditContext& context);
 
 const AnnotatedSolid* SelectedSolid(const EditContext& context);  // null if there is none
 
-// Adds and selects a solid, fitted to the chosen points or, without any, on the ground in the middle of the
-// view.
+// Adds and selects a solid, fitted to the chosen points or, without any, on the ground in mid-view.
 void AddSolid(const EditContext& context, SolidKind kind);
 void RemoveSolid(const EditContext& context);  // the selected one
 void ChangeSolid(const EditContext& context,

@@ -15,8 +15,7 @@
 
 namespace sqslam::viewer {
 
-// Layers that are drawn with the map but are not part of it. Panels set what is wanted; LayerSession reads it
-// and fills in the rest.
+// Layers drawn with the map that are not part of it. Panels set what is wanted; LayerSession does the rest.
 struct Layers {
   bool true_path = false;            // wanted
   std::filesystem::path sequence;    // with the true path; empty: the mapped sequence

@@ -7,9 +7,9 @@
 
 #include "render/picture/photo.h"
 #include "render/picture/picture.h"
-#include "slam/util/error.h"
 #include "slam/util/options.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam::viewer {
@@ -110,9 +110,8 @@ std::string RenderCommandLine(const ViewerState& state, cv::Size size, bool tran
 }
 
 void WriteScreenshot(const ViewerState& state, cv::Size size, bool transparent, const fs::path& file) {
-  if (state.document.Map() == nullptr || !state.document.frame) {
-    throw UsageError("there is no map to draw yet");
-  }
+  ThrowIf<UsageError>(state.document.Map() == nullptr || !state.document.frame,
+                      "there is no map to draw yet");
   PictureOptions options;
   options.width = size.width;
   options.height = size.height;

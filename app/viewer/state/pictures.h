@@ -32,8 +32,7 @@ void WriteScreenshot(const ViewerState& state, cv::Size size, bool transparent,
 // Returns the first of STEM-1.png, STEM-2.png, ... in the working folder that does not exist.
 std::filesystem::path FreeName(const std::string& stem, const std::string& extension);
 
-// Films the screen at a constant frame rate, however irregular its frames are. All throw InputError if the
-// file cannot be written.
+// Films the screen at a constant frame rate. All throw InputError if the file cannot be written.
 class ScreenFilm {
  public:
   static constexpr double kRate = 25.0;  // frames a second

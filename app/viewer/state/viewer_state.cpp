@@ -92,7 +92,7 @@ Shortcut On(int code, const std::string& keys, const char* what, Action run) {
 void PlayOrPause(ViewerState& s) {
   using What = RunControl::What;
   if (s.document.run.active) {
-    s.requests.Ask(RunControl{s.document.run.paused ? What::kContinue : What::kPause});
+    s.requests.push_back(RunControl{s.document.run.paused ? What::kContinue : What::kPause});
   } else if (s.playback.playing) {
     s.playback.playing = false;
   } else {
@@ -102,7 +102,7 @@ void PlayOrPause(ViewerState& s) {
 
 void NextFrame(ViewerState& s) {
   if (s.document.run.active) {
-    s.requests.Ask(RunControl{RunControl::What::kStep});
+    s.requests.push_back(RunControl{RunControl::What::kStep});
   } else {
     s.playback.Step(1, s.document.timeline);
   }
@@ -176,8 +176,9 @@ std::vector<Shortcut> MakeShortcuts() {
            s.selection.measuring = !s.selection.measuring;
            s.selection.measured.clear();
          }),
-      On(key::kF12, "F12", "save a picture", [](State& s) { s.requests.Ask(s.window.screenshot); }),
-      On('R', "R", "film the screen, stop", [](State& s) { s.requests.Ask(FilmRequest{!s.window.filming}); }),
+      On(key::kF12, "F12", "save a picture", [](State& s) { s.requests.push_back(s.window.screenshot); }),
+      On('R', "R", "film the screen, stop",
+         [](State& s) { s.requests.push_back(FilmRequest{!s.window.filming}); }),
       On('K', "K", "key frame of a camera path",
          [](State& s) {
            s.view.keys.Add(s.view.camera);
@@ -186,7 +187,7 @@ std::vector<Shortcut> MakeShortcuts() {
       On('C', "Ctrl Shift C", "copy the command of the picture",
          [](State& s) {
            if (s.document.Map() != nullptr && !s.document.run.active) {
-             s.requests.Ask(CopyCommandRequest{});
+             s.requests.push_back(CopyCommandRequest{});
            }
          }),
       On('I', "I", "show or hide the image", Flip([](State& s) -> bool& { return s.window.show_image; })),
@@ -198,7 +199,7 @@ std::vector<Shortcut> MakeShortcuts() {
       On('Y', "Ctrl Y", "redo", [](State& s) { s.editing.document.Redo(); }),
       On('S', "Ctrl S", "save edits and annotation", [](State& s) { SaveAll(s.Editor()); }),
       On(key::kEscape, "Escape", "unselect, close", Escape),
-      On('Q', "Ctrl Q", "quit", [](State& s) { s.requests.Ask(QuitRequest{}); }),
+      On('Q', "Ctrl Q", "quit", [](State& s) { s.requests.push_back(QuitRequest{}); }),
   };
 }
 

@@ -70,7 +70,7 @@ struct ViewerState {
   Preferences preferences;
   WindowState window;
   Messages messages;
-  Requests requests;
+  std::vector<Request> requests;  // of panels and keys, for the next frame
 
   EditContext Editor() { return {document, view, selection, editing, messages}; }
 };

@@ -17,8 +17,7 @@
 // Theme and widgets of the panels.
 namespace sqslam::viewer {
 
-// Loads regular and bold DejaVu Sans (Bold()) if installed, else ImGui's own font. `scale`: window pixels per
-// layout pixel.
+// Loads DejaVu Sans, regular and bold, or else ImGui's own font. `scale`: window pixels per layout pixel.
 void LoadFonts(double scale);
 
 // Sets colours, paddings and roundings.
@@ -71,8 +70,7 @@ struct Option {
 };
 std::optional<int> OneOf(std::initializer_list<Option> options, int current);
 
-// A drop-down list of words; returns the index of the chosen one. `width`: ems; below 0: the space left
-// beside the name.
+// A drop-down list; returns the index of the word chosen. `width`: ems; below 0: the space left to the name.
 std::optional<std::size_t> Choice(const char* name, const std::string& current,
                                   std::span<const std::string> words, float width);
 
