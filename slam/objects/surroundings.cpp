@@ -63,19 +63,6 @@ bool IsBlocked(const Eigen::Vector2d& pixel, double depth, const Rigid3d& T_othe
   return false;
 }
 
-// True if at least three corners of the object's footprint lie within that of `other`.
-bool IsWithinFootprint(const PosedSuperquadric& object, const PosedSuperquadric& other) {
-  constexpr std::array<std::array<double, 2>, 4> kCorners = {{{-1, -1}, {-1, 1}, {1, -1}, {1, 1}}};
-  const auto within = std::ranges::count_if(kCorners, [&](const std::array<double, 2>& signs) {
-    const Eigen::Vector3d corner =
-        object.shape.half_size.cwiseProduct(Eigen::Vector3d(signs[0], signs[1], 0.0));
-    Eigen::Vector3d p_other = other.T_map_object.Inverse() * (object.T_map_object * corner);
-    p_other.z() = 0.0;
-    return other.shape.RadialScale(p_other) <= 1.0;
-  });
-  return within >= 3;
-}
-
 // True if `other` stands on the object: above it, on a surface about as high as its top.
 bool StandsOn(const Landmark& other, const PosedSuperquadric& object) {
   constexpr double kAbout = 0.15;  // of the object's height
@@ -151,7 +138,9 @@ bool MayHide(const PosedSuperquadric& other, const PosedSuperquadric& object,
   }
   const double bottom =
       std::max(object.T_map_object.translation.z() - object.shape.half_size.z(), LowestSeen(points));
-  return bottom < other.T_map_object.translation.z() || !IsWithinFootprint(object, other);
+  Eigen::Vector3d p_other = other.T_map_object.Inverse() * object.T_map_object.translation;
+  p_other.z() = 0.0;
+  return other.shape.RadialScale(p_other) > 1.0 || bottom < other.T_map_object.translation.z();
 }
 
 std::array<bool, 4> EdgesHiddenBy(const Box2d& box, double depth, const Rigid3d& T_map_camera,
