@@ -12,7 +12,7 @@
 
 namespace sqslam {
 
-// Where a keyframe was that the map no longer holds.
+// Pose of a keyframe that the map no longer holds.
 struct RemovedKeyframe {
   AnchoredPose pose;  // relative to its parent, which may have been removed later
   double scale = 1.0;

@@ -53,7 +53,7 @@ TEST_F(KeptMapTest, IsReadAsItWasWritten) {
   EXPECT_EQ(RecordingReader(path_).Size(), 1) << "the pictures stay";
 }
 
-// Of a long run: several rows of the recording.
+// A map of a long run takes several rows of the recording.
 TEST_F(KeptMapTest, MayBeLarge) {
   map_.camera.lens = LensModel::kFisheye;
   map_.state.clear();
