@@ -288,7 +288,8 @@ struct RecordedEvidence {
             .camera = map->camera,
             .upright = true,
             .supports = &supports,
-            .surroundings = SurroundingsOf(landmarks.at(id), all),
+            .surroundings =
+                SurroundingsOf(landmarks.at(id), all, classes.Of(landmarks.at(id).labels.Best()).on_floor),
             .classes = &classes,
             .scale = ScaleWithout(id, sized),
             .thorough = true};

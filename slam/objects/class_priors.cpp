@@ -23,6 +23,7 @@ struct ClassEntry {
   double ellipsoid = 0.0;
   double handle = 0.0;  // share of those with a handle on one side
   bool hollow = false;  // one sees into or through the hull
+  bool floor = false;   // stands on the floor
 
   void VisitFields(auto&& visit) {
     visit("size", size, 1e-4, 100.0);
@@ -33,6 +34,7 @@ struct ClassEntry {
     visit("ellipsoid", ellipsoid, 0.0, 1.0);
     visit("handle", handle, 0.0, 0.99);
     visit("hollow", hollow);
+    visit("floor", floor);
   }
 };
 
@@ -49,6 +51,7 @@ ClassPrior ToPrior(const ClassEntry& entry) {
   prior.size_sigma = entry.spread;
   prior.handle = entry.handle;
   prior.hollow = entry.hollow;
+  prior.on_floor = entry.floor;
   prior.shapes = {entry.box, entry.cylinder, entry.ellipsoid};
   double sum = 0.0;
   for (double& share : prior.shapes) {

@@ -31,6 +31,7 @@ struct ClassPrior {
   double size_sigma = 0.0;           // standard deviation of log_metres
   double handle = 0.0;               // share of those with a handle on one side
   bool hollow = false;               // lines of sight pass through its hull, as below the top of a table
+  bool on_floor = false;             // stands on the lowest surface, not on furniture
 };
 
 class ClassPriors {

@@ -281,7 +281,8 @@ std::vector<int> EstimateWithCloud(std::map<int, Landmark>& landmarks, std::span
         sized.push_back(*size);
       }
     }
-    context.surroundings = SurroundingsOf(landmark, others);
+    context.surroundings =
+        SurroundingsOf(landmark, others, context.classes->Of(landmark.labels.Best()).on_floor);
     context.scale = ScaleWithout(id, sized);
     if (EstimateWithSurface(landmark, SurfaceOf(landmark, cloud, context), context)) {
       changed.push_back(id);

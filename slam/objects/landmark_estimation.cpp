@@ -66,10 +66,11 @@ std::array<bool, 4> HiddenEdges(const BoxView& view, const PosedSuperquadric& ob
 // half of them.
 const PosedSuperquadric* HiderOfBottom(const Landmark& landmark, const std::vector<BoxView>& views,
                                        const EstimationContext& context) {
+  const bool on_floor = context.classes->Of(landmark.labels.Best()).on_floor;
   const PosedSuperquadric* hider = nullptr;
   auto most = static_cast<std::ptrdiff_t>(views.size() / 2);
   for (const PosedSuperquadric& other : context.surroundings.others) {
-    if (!MayHide(other, landmark.visible, landmark.points)) {  // the visible part is new
+    if (!MayHide(other, landmark.visible, landmark.points, on_floor)) {  // the visible part is new
       continue;
     }
     const auto hidden = std::ranges::count_if(views, [&](const BoxView& view) {

@@ -121,6 +121,12 @@ RefinementInput InputOf(const Landmark& landmark, const std::vector<BoxView>& vi
   return input;
 }
 
+double LowestOf(const SupportHeights& supports) {
+  std::vector<double> heights = supports.near;
+  heights.insert(heights.end(), supports.far.begin(), supports.far.end());
+  return heights.empty() ? 0.0 : std::ranges::min(heights);
+}
+
 // Hypothesis about what the object stands on.
 struct Assumption {
   std::optional<double> support;  // on a surface of this height
@@ -134,7 +140,11 @@ std::vector<Assumption> Assumptions(const SupportHeights& supports, const Refine
   // has no metric size, this cost is the only evidence against that.
   const bool size_is_known = input.scale && input.prior.log_metres;
   const double past = input.ShowsBottom() || size_is_known ? 0.25 : 1.0;  // of the floating cost
+  const double floor = LowestOf(supports);
   const auto cost_of = [&](double height, double least) {
+    if (input.prior.on_floor) {  // anywhere else is as unlikely as floating
+      return height > floor ? options.floating_cost : 0.0;
+    }
     const auto above = std::ranges::count_if(supports.near, [&](double other) { return other > height; });
     return past * options.floating_cost * std::max(least, static_cast<double>(above));
   };
@@ -146,12 +156,12 @@ std::vector<Assumption> Assumptions(const SupportHeights& supports, const Refine
     floating.lowest = *std::ranges::max_element(supports.near);
   }
   assumptions.push_back(floating);
-  // A quick search leaves out surfaces elsewhere, but an object that stands above a low one may well stand on
-  // one that begins beside it.
+  // A quick search leaves out surfaces elsewhere but the floor of those that stand there by their class, and
+  // an object that stands above a low one may well stand on one that begins beside it.
   const double lowest = supports.near.empty() ? std::numeric_limits<double>::infinity()
                                               : *std::ranges::min_element(supports.near);
   for (const double height : supports.far) {
-    if (effort == SearchEffort::kThorough || height > lowest) {
+    if (effort == SearchEffort::kThorough || height > lowest || (input.prior.on_floor && height <= floor)) {
       assumptions.push_back({height, {}, cost_of(height, 2.0)});
     }
   }

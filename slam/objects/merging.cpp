@@ -1,6 +1,9 @@
 #include "slam/objects/merging.h"
 
 #include <algorithm>
+#include <ranges>
+#include <string>
+#include <utility>
 
 #include "slam/objects/association.h"
 #include "slam/objects/landmark_estimation.h"
@@ -47,14 +50,24 @@ double OverlapOfOne(const Landmark& a, const Landmark& b, bool same_label, const
   return AreSeenTogether(a, b, 0) ? options.overlap : std::min(kReachIn, options.overlap);
 }
 
+// Mean IoU of some boxes of the landmark with the projection of another.
+double AgreementWith(const Landmark& other, const Landmark& landmark, const Camera& camera) {
+  constexpr int kMaxViews = 10;
+  return BoxAgreement(other.superquadric, SpreadViews(landmark.views, kMaxViews), camera);
+}
+
+// Returns the two with the one of fewer boxes first.
+std::pair<const Landmark&, const Landmark&> RarerFirst(const Landmark& a, const Landmark& b) {
+  return a.observations < b.observations ? std::pair<const Landmark&, const Landmark&>(a, b)
+                                         : std::pair<const Landmark&, const Landmark&>(b, a);
+}
+
 // True if the boxes of the rarer one, which has another label, are those of the other. Overlap alone says
 // little: a chair pushed under a table lies within the table's superquadric.
 bool IsOneOfTwoLabels(const Landmark& a, const Landmark& b, const Camera& camera) {
-  constexpr int kMaxViews = 10;
-  constexpr double kAgrees = 0.5;  // mean IoU
-  const Landmark& rarer = a.observations < b.observations ? a : b;
-  const Landmark& other = a.observations < b.observations ? b : a;
-  return BoxAgreement(other.superquadric, SpreadViews(rarer.views, kMaxViews), camera) >= kAgrees;
+  constexpr double kAgrees = 0.5;
+  const auto& [rarer, other] = RarerFirst(a, b);
+  return AgreementWith(other, rarer, camera) >= kAgrees;
 }
 
 // A detector boxes many objects twice for a while, such as a chair and its back; but what it nearly always
@@ -134,17 +147,38 @@ int FramesSeenApart(const Landmark& a, const Landmark& b, bool parts_are_one, in
   });
 }
 
-bool ShareTheirPlace(const Landmark& a, const Landmark& b) {
-  constexpr double kShared = 0.6;      // of the smaller volume
-  constexpr double kNeverApart = 0.3;  // the same, if no frame shows them apart
-  constexpr double kApart = 0.25;      // of the views of the rarer one, in which they may seem apart
-  if (a.labels.Best() != b.labels.Best() || !a.refined || !b.refined) {
+bool ShareTheirPlace(const Landmark& a, const Landmark& b, const Camera& camera) {
+  constexpr double kShared = 0.6;       // of the smaller volume
+  constexpr double kNeverApart = 0.3;   // the same, if no frame shows them apart
+  constexpr double kApart = 0.25;       // of the views of the rarer one, in which they may seem apart
+  constexpr double kOfTwoLabels = 0.5;  // of the smaller volume
+  constexpr double kAgree = 0.6;        // mean IoU of the boxes of either with the projection of the other
+  if (!a.refined || !b.refined) {
     return false;
   }
   const int limit = static_cast<int>(kApart * static_cast<double>(std::min(a.views.size(), b.views.size())));
   const int apart = FramesSeenApart(a, b, true, limit + 1);
-  return apart <= limit &&
-         OverlapOfSmaller(a.superquadric, b.superquadric) > (apart == 0 ? kNeverApart : kShared);
+  if (apart > limit) {
+    return false;
+  }
+  const double shared = OverlapOfSmaller(a.superquadric, b.superquadric);
+  return a.labels.Best() == b.labels.Best() ? shared > (apart == 0 ? kNeverApart : kShared)
+                                            : shared > kOfTwoLabels && AgreementWith(a, b, camera) > kAgree &&
+                                                  AgreementWith(b, a, camera) > kAgree;
+}
+
+bool IsRatherOneWithAThird(const Landmark& a, const Landmark& b, const std::map<int, Landmark>& landmarks,
+                           const Camera& camera) {
+  const auto& [rarer, other] = RarerFirst(a, b);
+  const std::string label = rarer.labels.Best();
+  if (label == other.labels.Best()) {
+    return false;
+  }
+  const double agreement = AgreementWith(other, rarer, camera);
+  return std::ranges::any_of(landmarks | std::views::values, [&](const Landmark& third) {
+    return third.estimated && third.observations > rarer.observations && third.labels.Best() == label &&
+           AgreementWith(third, rarer, camera) > agreement;
+  });
 }
 
 bool AreSameObject(const Landmark& a, const Landmark& b, const ObjectOptions& all, const Camera& camera) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <limits>
+#include <map>
 
 #include "slam/geometry/camera.h"
 #include "slam/objects/landmark.h"
@@ -15,10 +16,15 @@ namespace sqslam {
 // `objects.method: paper` has the t-test alone.
 bool AreSameObject(const Landmark& a, const Landmark& b, const ObjectOptions& all, const Camera& camera);
 
-// True if two landmarks of one label fill the same space, once both are refined from all their boxes. Two
-// things cannot, so this outweighs frames in which their boxes were apart: one of them may hold boxes of a
-// third.
-bool ShareTheirPlace(const Landmark& a, const Landmark& b);
+// True if two landmarks fill the same space, once both are refined from all their boxes. Two things cannot,
+// so this outweighs frames in which their boxes were apart: one of them may hold boxes of a third. Of two
+// labels, each must also explain the other's boxes: a detector calls a chair a bench from one side.
+bool ShareTheirPlace(const Landmark& a, const Landmark& b, const Camera& camera);
+
+// True if of two labels the rarer landmark is rather one with a third of its own label: the boxes of a part
+// of a table agree with the chair before it, but better with the table.
+bool IsRatherOneWithAThird(const Landmark& a, const Landmark& b, const std::map<int, Landmark>& landmarks,
+                           const Camera& camera);
 
 // Counts frames, up to `enough`, in which both have a box and the boxes clearly differ: IoU below 0.4 and,
 // with `parts_are_one`, neither within the other, as the back of a chair in the chair.

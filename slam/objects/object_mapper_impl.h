@@ -108,7 +108,7 @@ struct ObjectMapper::Impl {
           T_map_camera = poses(frame).value_or(T_map_camera);
         });
       }
-      context.surroundings = SurroundingsOf(landmark, Shown());
+      context.surroundings = SurroundingsOf(landmark, Shown(), classes.Of(landmark.labels.Best()).on_floor);
       context.scale = ScaleWithout(id, SizedObjects());
       EstimateLandmark(landmark, context);
       if (options.representation == Representation::kQuadric) {
@@ -157,9 +157,10 @@ struct ObjectMapper::Impl {
   std::optional<std::pair<int, int>> MergeOnePair(bool all_refined) {
     for (auto a = landmarks.begin(); a != landmarks.end(); ++a) {
       for (auto b = std::next(a); b != landmarks.end(); ++b) {
-        if (AreSameObject(a->second, b->second, options, *last_camera) ||
-            (all_refined && options.method == ObjectMethod::kRefined &&
-             ShareTheirPlace(a->second, b->second))) {
+        const bool refined = options.method == ObjectMethod::kRefined;
+        if ((AreSameObject(a->second, b->second, options, *last_camera) &&
+             !(refined && IsRatherOneWithAThird(a->second, b->second, landmarks, *last_camera))) ||
+            (all_refined && refined && ShareTheirPlace(a->second, b->second, *last_camera))) {
           merges.emplace_back(b->first, a->first);
           merged_into[b->first] = a->first;
           a->second.Absorb(std::move(b->second));
@@ -246,6 +247,7 @@ struct ObjectMapper::Impl {
                                  .points = landmark.points,
                                  .estimated = landmark.estimated,
                                  .shown = IsShown(landmark),
+                                 .on_floor = classes.Of(landmark.labels.Best()).on_floor,
                                  .superquadric = landmark.superquadric,
                                  .visible = landmark.visible,
                                  .centroids = landmark.centroids});

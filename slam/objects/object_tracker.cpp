@@ -186,7 +186,8 @@ struct ObjectTracker::Impl {
       const double depth = (T_camera_map * object.visible.T_map_object.translation).z();
       const Box2d box = UndistortBox(boxes[i].detection.box, frame.camera);
       for (const auto& [id, other] : shown) {
-        if (id == ids[i] || depth <= 0.0 || !MayHide(*other, object.visible, object.points)) {
+        if (id == ids[i] || depth <= 0.0 ||
+            !MayHide(*other, object.visible, object.points, object.on_floor)) {
           continue;
         }
         const std::array<bool, 4> hidden =

@@ -79,6 +79,7 @@ struct ObjectLandmarkView {
   std::vector<std::pair<std::int64_t, Eigen::Vector3d>> points;  // inliers: id and position in the map frame
   bool estimated = false;                                        // the superquadric is valid
   bool shown = false;                                            // good enough to be part of the object map
+  bool on_floor = false;                                         // by its class
   PosedSuperquadric superquadric;
   PosedSuperquadric visible;  // its part that the boxes show
   PointStatistics centroids;

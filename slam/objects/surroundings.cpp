@@ -90,7 +90,7 @@ double LowestSeen(std::span<const std::pair<std::int64_t, Eigen::Vector3d>> poin
 
 }  // namespace
 
-Surroundings SurroundingsOf(const Landmark& landmark, std::span<const Landmark* const> shown) {
+Surroundings SurroundingsOf(const Landmark& landmark, std::span<const Landmark* const> shown, bool on_floor) {
   constexpr double kMuchSmaller = 0.7;  // volumes
   constexpr double kNear = 0.5;
   Surroundings result;
@@ -111,7 +111,7 @@ Surroundings SurroundingsOf(const Landmark& landmark, std::span<const Landmark* 
         tops.push_back(*other->support);
       }
     }
-    if (MayHide(other->superquadric, landmark.visible, landmark.points)) {
+    if (MayHide(other->superquadric, landmark.visible, landmark.points, on_floor)) {
       result.hiders.push_back(other->superquadric);
       const double gap = Gap(other->superquadric, landmark.visible);
       if (other->support && gap < nearest) {
@@ -127,7 +127,7 @@ Surroundings SurroundingsOf(const Landmark& landmark, std::span<const Landmark* 
 }
 
 bool MayHide(const PosedSuperquadric& other, const PosedSuperquadric& object,
-             std::span<const std::pair<std::int64_t, Eigen::Vector3d>> points) {
+             std::span<const std::pair<std::int64_t, Eigen::Vector3d>> points, bool on_floor) {
   constexpr double kMuchLarger = 4.0;  // volumes
   // Every superquadric fills between 1/6 (the octahedron) and all of its bounding box, which usually decides.
   const double other_box = other.shape.half_size.prod();
@@ -135,6 +135,9 @@ bool MayHide(const PosedSuperquadric& other, const PosedSuperquadric& object,
   if (other_box < kMuchLarger / 6.0 * object_box ||
       other.shape.Volume() < kMuchLarger * object.shape.Volume()) {
     return false;
+  }
+  if (on_floor) {
+    return true;
   }
   const double bottom =
       std::max(object.T_map_object.translation.z() - object.shape.half_size.z(), LowestSeen(points));

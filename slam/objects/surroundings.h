@@ -25,15 +25,17 @@ struct Surroundings {
 };
 
 // Collects the surroundings of a landmark from the shown landmarks, which may include itself. Empty if it has
-// no estimate yet.
-Surroundings SurroundingsOf(const Landmark& landmark, std::span<const Landmark* const> shown);
+// no estimate yet. `on_floor`: it stands on the floor by its class.
+Surroundings SurroundingsOf(const Landmark& landmark, std::span<const Landmark* const> shown,
+                            bool on_floor = false);
 
 // True if `other` may hide a part of `object`: it is much larger, so the error of its position matters less,
-// and the object does not stand on it: it is beside it, or reaches below its middle. `points`: the object's
+// and the object does not stand on it: it stands on the floor by its class (`on_floor`), is beside it, or
+// reaches below its middle. `points`: the object's
 // inliers. They tell how far down it was seen, which its own estimate does not: a cushion on a couch that
 // was once fitted down to the floor would seem hidden by the couch and stay there.
 bool MayHide(const PosedSuperquadric& other, const PosedSuperquadric& object,
-             std::span<const std::pair<std::int64_t, Eigen::Vector3d>> points);
+             std::span<const std::pair<std::int64_t, Eigen::Vector3d>> points, bool on_floor = false);
 
 // Returns the edges of a box (undistorted px: left, top, right, bottom) around an object at `depth` (map
 // units along the optical axis) that arise because `other` hides the object: just outside the edge the line

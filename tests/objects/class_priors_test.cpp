@@ -25,6 +25,8 @@ TEST(ClassPriors, KnowTheClassesThatComeWithTheProgram) {
   EXPECT_GT(bottle.log_height_ratio, std::log(2.0));
   ASSERT_TRUE(bottle.log_metres);
   EXPECT_LT(*bottle.log_metres, *priors.Of("couch").log_metres);
+  EXPECT_TRUE(priors.Of("chair").on_floor);
+  EXPECT_FALSE(bottle.on_floor);
   EXPECT_FALSE(priors.Of("something nobody has named").log_metres);
   EXPECT_EQ(priors.Of("something nobody has named").width_sigma, ClassPrior().width_sigma);
 }

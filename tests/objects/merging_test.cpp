@@ -128,37 +128,67 @@ TEST(Merging, TwoOfAKindThatReachIntoEachOtherAreOneUnlessSeenTogether) {
   EXPECT_TRUE(same_at(0.1, 10));
 }
 
+// A box on the floor at `x`, seen in `frames` frames from `first` on by a camera that moves sideways.
+Landmark SeenOnFloor(const char* label, const Eigen::Vector3d& half_size, int first, int frames,
+                     double x = 0.0) {
+  Landmark landmark;
+  landmark.superquadric.shape = {half_size, 0.1, 0.1};
+  landmark.superquadric.T_map_object.translation = {x, 0.0, half_size.z()};
+  landmark.estimated = landmark.refined = true;
+  for (int frame = first; frame < first + frames; ++frame) {
+    ObjectObservation observation;
+    observation.frame_index = frame;
+    observation.T_map_camera.rotation = Eigen::AngleAxisd(-M_PI / 2.0, Eigen::Vector3d::UnitX());
+    observation.T_map_camera.translation = {0.01 * frame, -4.0, 0.5};
+    const auto box = ProjectToBox(landmark.superquadric, observation.T_map_camera, testing::TestCamera());
+    observation.detection = {label, 0.5, *box};
+    observation.edge_free = {true, true, true, true};
+    landmark.Add(observation);
+  }
+  return landmark;
+}
+
 TEST(Merging, OfTwoLabelsTheBoxesMustAgree) {
-  const Camera camera = testing::TestCamera();
-  const auto known = [&](const char* label, const Eigen::Vector3d& half_size, int first, int frames) {
-    Landmark landmark;
-    landmark.superquadric.shape = {half_size, 0.1, 0.1};
-    landmark.superquadric.T_map_object.translation = {0.0, 0.0, half_size.z()};
-    landmark.estimated = true;
-    for (int frame = first; frame < first + frames; ++frame) {
-      ObjectObservation observation;
-      observation.frame_index = frame;
-      observation.T_map_camera.rotation = Eigen::AngleAxisd(-M_PI / 2.0, Eigen::Vector3d::UnitX());
-      observation.T_map_camera.translation = {0.02 * (frame - first), -4.0, 0.5};
-      const auto box = ProjectToBox(landmark.superquadric, observation.T_map_camera, camera);
-      observation.detection = {label, 0.5, *box};
-      observation.edge_free = {true, true, true, true};
-      landmark.Add(observation);
-    }
-    return landmark;
-  };
-  const Landmark chair = known("chair", {0.25, 0.25, 0.4}, 0, 40);
+  const Landmark chair = SeenOnFloor("chair", {0.25, 0.25, 0.4}, 0, 40);
   const auto same = [&](const Landmark& other) {
-    return AreSameObject(chair, other, ObjectOptions(), camera);
+    return AreSameObject(chair, other, ObjectOptions(), testing::TestCamera());
   };
-  EXPECT_FALSE(same(known("dining_table", {0.8, 0.5, 0.36}, 60, 5)));
-  EXPECT_TRUE(same(known("bench", {0.26, 0.27, 0.42}, 60, 5))) << "the chair by another name";
-  EXPECT_FALSE(same(known("book", {0.1, 0.1, 0.1}, 60, 5))) << "within it, but another thing";
-  Landmark bench = known("bench", {0.26, 0.27, 0.42}, 60, 5);
+  EXPECT_FALSE(same(SeenOnFloor("dining_table", {0.8, 0.5, 0.36}, 60, 5)));
+  EXPECT_TRUE(same(SeenOnFloor("bench", {0.26, 0.27, 0.42}, 60, 5))) << "the chair by another name";
+  EXPECT_FALSE(same(SeenOnFloor("book", {0.1, 0.1, 0.1}, 60, 5))) << "within it, but another thing";
+  Landmark bench = SeenOnFloor("bench", {0.26, 0.27, 0.42}, 60, 5);
   bench.views.front() = chair.views.back();
   EXPECT_TRUE(same(bench)) << "the boxes of the common frame coincide";
   bench.views.front().box.x += bench.views.front().box.width;
   EXPECT_FALSE(same(bench)) << "one frame shows them apart";
+}
+
+TEST(Merging, ABoxOfPartOfATableIsTheTableNotTheChairBeforeIt) {
+  const Camera camera = testing::TestCamera();
+  const Landmark chair = SeenOnFloor("chair", {0.25, 0.25, 0.4}, 0, 40, -0.1);
+  const Landmark part = SeenOnFloor("dining_table", {0.3, 0.3, 0.36}, 60, 20);
+  ASSERT_TRUE(AreSameObject(chair, part, ObjectOptions(), camera));
+  std::map<int, Landmark> landmarks = {{1, chair}, {2, part}};
+  EXPECT_FALSE(IsRatherOneWithAThird(chair, part, landmarks, camera)) << "there is no other table";
+  landmarks.emplace(3, SeenOnFloor("dining_table", {0.32, 0.3, 0.36}, 0, 60, 0.02));
+  EXPECT_TRUE(IsRatherOneWithAThird(chair, part, landmarks, camera));
+  landmarks.at(3) = SeenOnFloor("dining_table", {0.6, 0.5, 0.36}, 0, 60, 1.0);
+  EXPECT_FALSE(IsRatherOneWithAThird(chair, part, landmarks, camera)) << "another table";
+  EXPECT_FALSE(IsRatherOneWithAThird(chair, SeenOnFloor("chair", {0.2, 0.2, 0.4}, 60, 20), landmarks, camera))
+      << "one label";
+}
+
+TEST(Merging, AChairThatIsCalledABenchFromOneSideIsOne) {
+  const Camera camera = testing::TestCamera();
+  const Landmark chair = SeenOnFloor("chair", {0.25, 0.25, 0.4}, 0, 60);
+  Landmark bench = SeenOnFloor("bench", {0.26, 0.28, 0.4}, 40, 40);
+  for (int i = 0; i < 8; ++i) {
+    bench.views[static_cast<std::size_t>(i)].box.x += 100.0;  // a fifth of them
+  }
+  EXPECT_FALSE(AreSameObject(chair, bench, ObjectOptions(), camera));
+  EXPECT_TRUE(ShareTheirPlace(chair, bench, camera));
+  EXPECT_FALSE(ShareTheirPlace(chair, SeenOnFloor("dining_table", {0.5, 0.4, 0.36}, 40, 40), camera))
+      << "the chair is pushed under it";
 }
 
 // Two tables in one place, one of which was given boxes of a chair beside it.
@@ -178,18 +208,18 @@ TEST(Merging, TwoOfAKindCannotShareTheirPlace) {
   };
   Landmark b = see(a, 8);
   EXPECT_FALSE(AreSameObject(a, b, ObjectOptions(), Camera()));
-  EXPECT_TRUE(ShareTheirPlace(a, b));
+  EXPECT_TRUE(ShareTheirPlace(a, b, Camera()));
   b.superquadric.T_map_object.translation.x() = 0.1;  // half of it
-  EXPECT_FALSE(ShareTheirPlace(a, b));
-  EXPECT_FALSE(ShareTheirPlace(a, see(a, 11))) << "too often apart";
+  EXPECT_FALSE(ShareTheirPlace(a, b, Camera()));
+  EXPECT_FALSE(ShareTheirPlace(a, see(a, 11), Camera())) << "too often apart";
   b.views = see(a, 0).views;
-  EXPECT_TRUE(ShareTheirPlace(a, b)) << "never apart";
+  EXPECT_TRUE(ShareTheirPlace(a, b, Camera())) << "never apart";
   b.superquadric.T_map_object.translation.x() = 0.15;  // a quarter
-  EXPECT_FALSE(ShareTheirPlace(a, b));
+  EXPECT_FALSE(ShareTheirPlace(a, b, Camera()));
   b = see(a, 0);
   b.labels = LabelVotes();
   b.labels.Add("bowl", 0.9);
-  EXPECT_FALSE(ShareTheirPlace(a, b));
+  EXPECT_FALSE(ShareTheirPlace(a, b, Camera()));
 }
 
 // A screen and what boxes of the picture on it gave: thin, and mostly behind the screen's surface.

@@ -91,6 +91,14 @@ TEST(MayHide, IsTheTableForTheChairButNotForTheCupOnIt) {
   EXPECT_FALSE(MayHide(Box({0.0, 0.0, 0.0}, {0.1, 0.1, 0.1}), Table(), {}));
 }
 
+// The back of a chair that is seen over a table's rim hovers above the table as a cup does.
+TEST(MayHide, IsTheTableForWhatStandsOnTheFloorByItsClass) {
+  const PosedSuperquadric back = Box({0.1, 2.4, kTableTop + 0.15}, {0.2, 0.05, 0.12});
+  EXPECT_FALSE(MayHide(Table(), back, {}));
+  EXPECT_TRUE(MayHide(Table(), back, {}, true));
+  EXPECT_FALSE(MayHide(Box({0.0, 0.0, 0.0}, {0.1, 0.1, 0.1}), Table(), {}, true));
+}
+
 // Takes `fit` for an object of which the boxes show what is seen over the table's far rim. `points_y`: its
 // points lie in the plane of this y; empty: it has none.
 Landmark FittedBehindTheTable(const std::string& label, const PosedSuperquadric& fit, bool bottom_free,

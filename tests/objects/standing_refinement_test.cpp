@@ -136,6 +136,26 @@ TEST(RefineStanding, HowLittleTheBoxesShowDoesNotBoundTheHeightOverAHiddenEnd) {
   EXPECT_GT(SolidIoU(fit.superquadric, truth), 0.7);
 }
 
+TEST(RefineStanding, AnObjectThatStandsOnTheFloorByItsClassReachesPastATable) {
+  const SyntheticDesk desk(1);
+  PosedSuperquadric truth = desk.Objects()[5].superquadric;
+  truth.shape.half_size.z() *= 2.0;
+  truth.T_map_object.translation.z() = truth.shape.half_size.z();
+  RefinementInput input = HiddenBelow(desk, truth, 0.4);
+  const double table = truth.shape.half_size.z();
+  const PosedSuperquadric upper = StretchedTo(truth, 1.2 * truth.shape.half_size.z());
+  const auto support = [&](const SupportHeights& supports) {
+    return RefineStanding({&upper, 1}, input, supports, RefinementOptions(), SearchEffort::kPromising)
+        .support;
+  };
+  const SupportHeights floor_unseen_nearby{{table}, {0.0}};
+  EXPECT_EQ(support(floor_unseen_nearby), table);
+  input.prior.on_floor = true;
+  EXPECT_EQ(support(floor_unseen_nearby), 0.0);
+  EXPECT_EQ(support({{table, 0.0}, {}}), 0.0);
+  EXPECT_EQ(support({{table}, {}}), table) << "the lowest surface that is known";
+}
+
 TEST(RefineStanding, AnObjectOfKnownSizeReachesPastASurfaceThatHidesItsLowerPart) {
   const SyntheticDesk desk(1);
   PosedSuperquadric truth = desk.Objects()[5].superquadric;
