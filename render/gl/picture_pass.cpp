@@ -2,13 +2,9 @@
 
 #include <fmt/format.h>
 #include <vtkActor.h>
-#include <vtkCamera.h>
 #include <vtkLightsPass.h>
-#include <vtkMatrix3x3.h>
-#include <vtkMatrix4x4.h>
 #include <vtkNew.h>
 #include <vtkObjectFactory.h>
-#include <vtkOpenGLCamera.h>
 #include <vtkOpenGLFramebufferObject.h>
 #include <vtkOpenGLRenderWindow.h>
 #include <vtkOpenGLRenderer.h>
@@ -18,50 +14,21 @@
 #include <vtkTextureObject.h>
 #include <vtk_glew.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <string>
 
 #include "picture_shaders.h"
+#include "render/gl/lens.h"
 #include "render/gl/point_splats.h"
 #include "render/gl/screen_program.h"
+#include "render/gl/screen_tiles.h"
 
 namespace sqslam {
 namespace {
 
 constexpr int kOcclusionStep = 2;  // pixels of the picture per pixel of ambient occlusion
-
-std::array<float, 4> Floats(const Eigen::Vector4d& v) {
-  const Eigen::Vector4f f = v.cast<float>();
-  return {f[0], f[1], f[2], f[3]};
-}
-
-// The camera as the screen-space programs see it.
-struct Lens {
-  std::array<float, 4> terms{};  // P00, P11, P02, P12 of the projection
-  std::array<float, 2> depth_range{};
-  std::array<float, 4> ground{};  // the ground plane seen from the camera
-
-  Lens(vtkRenderer* renderer, const Eigen::Vector4d& ground_map) {
-    auto* camera = vtkOpenGLCamera::SafeDownCast(renderer->GetActiveCamera());
-    vtkMatrix4x4* to_view = nullptr;
-    vtkMatrix3x3* normals = nullptr;
-    vtkMatrix4x4* projection = nullptr;
-    vtkMatrix4x4* whole = nullptr;
-    camera->GetKeyMatrices(renderer, to_view, normals, projection, whole);
-    // VTK stores the matrices transposed, as OpenGL reads them.
-    const auto element = [&](int row, int column) {
-      return static_cast<float>(projection->GetElement(column, row));
-    };
-    terms = {element(0, 0), element(1, 1), element(0, 2), element(1, 2)};
-    depth_range = {static_cast<float>(camera->GetClippingRange()[0]),
-                   static_cast<float>(camera->GetClippingRange()[1])};
-    const Eigen::Matrix4d T_view_map = Eigen::Map<const Eigen::Matrix4d>(to_view->GetData());
-    ground = Floats(T_view_map.inverse().transpose() * ground_map);
-  }
-};
 
 }  // namespace
 
@@ -71,11 +38,14 @@ struct PicturePass::Impl {
     return effects.occlusion > 0.0 || effects.outline > 0.0 || effects.eye_dome > 0.0;
   }
   void DrawScene(vtkRenderer* renderer, int width, int height);
-  void DrawOcclusion(vtkOpenGLRenderWindow* window, const Lens& lens, int width, int height);
-  std::string FinishSwitches() const;
+  void DrawOcclusion(vtkOpenGLRenderWindow* window, const Lens& lens, const ScreenTiles& near,
+                     cv::Size picture);
+  std::string FinishSwitches(bool near_solids) const;
   vtkTextureObject* LineColors(vtkOpenGLRenderWindow* window);
-  void DrawFinish(vtkOpenGLRenderWindow* window, const Lens& lens);
-  void SmoothEdges(vtkOpenGLRenderWindow* window);
+  void DrawFinish(vtkOpenGLRenderWindow* window, const Lens& lens, const ScreenTiles& near, cv::Size picture);
+  void FinishAreas(vtkOpenGLRenderWindow* window, const Lens& lens, bool near_solids,
+                   const std::vector<cv::Rect>& areas, cv::Size picture);
+  void SmoothEdges(vtkOpenGLRenderWindow* window, cv::Size picture);
 
   PictureEffects effects;
   PictureLayers layers;
@@ -91,7 +61,7 @@ struct PicturePass::Impl {
   vtkSmartPointer<vtkTextureObject> line_colors;
   ScreenProgram occlusion_program;
   ScreenProgram smoothing_program;
-  ScreenProgram finish_program;
+  std::array<ScreenProgram, 2> finish_programs;  // far from and near solids
   ScreenProgram edges_program;
 };
 
@@ -160,13 +130,21 @@ void PicturePass::Impl::DrawScene(vtkRenderer* renderer, int width, int height) 
   scene->ActivateDrawBuffers(1);
 }
 
-void PicturePass::Impl::DrawOcclusion(vtkOpenGLRenderWindow* window, const Lens& lens, int width,
-                                      int height) {
+void PicturePass::Impl::DrawOcclusion(vtkOpenGLRenderWindow* window, const Lens& lens,
+                                      const ScreenTiles& near, cv::Size picture) {
+  const int width = (picture.width + kOcclusionStep - 1) / kOcclusionStep;
+  const int height = (picture.height + kOcclusionStep - 1) / kOcclusionStep;
+  const std::vector<cv::Rect> areas = near.Areas(true, kOcclusionStep);
+  if (areas.empty()) {
+    return;
+  }
+  const std::array<float, 4> nothing{};
   occlusion.Ensure(window, width, height, GL_RG16F);
   smooth_occlusion.Ensure(window, width, height, GL_RG16F);
   BindReady(occlusion_buffer, window);
   occlusion_buffer->AddColorAttachment(0, occlusion.texture);
   Use(occlusion_buffer, 1, window->GetState(), width, height);
+  glClearBufferfv(GL_COLOR, 0, nothing.data());
   vtkShaderProgram* program = occlusion_program.Ready(
       window, std::string(shaders::kOcclusionDeclarations) + shaders::kLens, shaders::kOcclusion);
   const auto radius = static_cast<float>(effects.occlusion_radius);
@@ -183,25 +161,26 @@ void PicturePass::Impl::DrawOcclusion(vtkOpenGLRenderWindow* window, const Lens&
   program->SetUniform4f("lens", lens.terms.data());
   program->SetUniform4f("ground", lens.ground.data());
   program->SetUniformi("hasGround", effects.has_ground ? 1 : 0);
-  occlusion_program.quad->Render();
+  occlusion_program.Fill(areas, {width, height});
   depth.texture->Deactivate();
   surfaces.texture->Deactivate();
 
   occlusion_buffer->AddColorAttachment(0, smooth_occlusion.texture);
+  glClearBufferfv(GL_COLOR, 0, nothing.data());
   program = smoothing_program.Ready(window, shaders::kSmoothingDeclarations, shaders::kSmoothing);
   occlusion.texture->Activate();
   program->SetUniformi("occlusion", occlusion.texture->GetTextureUnit());
   program->SetUniformf("radius", radius);
-  smoothing_program.quad->Render();
+  smoothing_program.Fill(areas, {width, height});
   occlusion.texture->Deactivate();
 }
 
-std::string PicturePass::Impl::FinishSwitches() const {
+std::string PicturePass::Impl::FinishSwitches(bool near_solids) const {
   return fmt::format(
-      "#define SAMPLES {}\n#define OCCLUSION {}\n#define OUTLINE {}\n#define EYE_DOME {}\n#define "
-      "SEE_THROUGH {}\n",
-      effects.samples, effects.occlusion > 0.0 ? 1 : 0, effects.outline > 0.0 ? 1 : 0,
-      effects.eye_dome > 0.0 ? 1 : 0, effects.see_through ? 1 : 0);
+      "#define SAMPLES {}\n#define NEAR_SOLIDS {:d}\n#define OCCLUSION {:d}\n#define OUTLINE {:d}\n"
+      "#define EYE_DOME {:d}\n#define SEE_THROUGH {:d}\n",
+      effects.samples, near_solids, near_solids && effects.occlusion > 0.0,
+      near_solids && effects.outline > 0.0, effects.eye_dome > 0.0, effects.see_through);
 }
 
 // Returns a texture of one row with a colour for each number that solids write.
@@ -219,10 +198,8 @@ vtkTextureObject* PicturePass::Impl::LineColors(vtkOpenGLRenderWindow* window) {
   return line_colors;
 }
 
-void PicturePass::Impl::DrawFinish(vtkOpenGLRenderWindow* window, const Lens& lens) {
-  vtkShaderProgram* program = finish_program.Ready(
-      window, FinishSwitches() + shaders::kLens + shaders::kFinishDeclarations, shaders::kFinish);
-  vtkTextureObject* open = smooth_occlusion.texture ? smooth_occlusion.texture : color.texture;
+void PicturePass::Impl::DrawFinish(vtkOpenGLRenderWindow* window, const Lens& lens, const ScreenTiles& near,
+                                   cv::Size picture) {
   std::vector<vtkTextureObject*> textures = {color.texture, surfaces.texture, depth.texture,
                                              smooth_occlusion.texture};
   if (effects.see_through) {
@@ -232,6 +209,23 @@ void PicturePass::Impl::DrawFinish(vtkOpenGLRenderWindow* window, const Lens& le
   for (vtkTextureObject* texture : textures) {
     texture->Activate();
   }
+  for (const bool near_solids : {false, true}) {
+    FinishAreas(window, lens, near_solids, near.Areas(near_solids), picture);
+  }
+  for (vtkTextureObject* texture : textures) {
+    texture->Deactivate();
+  }
+}
+
+void PicturePass::Impl::FinishAreas(vtkOpenGLRenderWindow* window, const Lens& lens, bool near_solids,
+                                    const std::vector<cv::Rect>& areas, cv::Size picture) {
+  if (areas.empty()) {
+    return;
+  }
+  ScreenProgram& finish = finish_programs[near_solids ? 1 : 0];
+  vtkShaderProgram* program = finish.Ready(
+      window, FinishSwitches(near_solids) + shaders::kLens + shaders::kFinishDeclarations, shaders::kFinish);
+  vtkTextureObject* open = smooth_occlusion.texture ? smooth_occlusion.texture : color.texture;
   program->SetUniformi("colors", color.texture->GetTextureUnit());
   if (NeedsSurfaces()) {
     program->SetUniformi("surfaces", surfaces.texture->GetTextureUnit());
@@ -251,18 +245,15 @@ void PicturePass::Impl::DrawFinish(vtkOpenGLRenderWindow* window, const Lens& le
   program->SetUniform4f("background", Floats(effects.background).data());
   program->SetUniformf("eyeDome", static_cast<float>(effects.eye_dome));
   program->SetUniform2f("depthRange", lens.depth_range.data());
-  finish_program.quad->Render();
-  for (vtkTextureObject* texture : textures) {
-    texture->Deactivate();
-  }
+  finish.Fill(areas, picture);
 }
 
-void PicturePass::Impl::SmoothEdges(vtkOpenGLRenderWindow* window) {
+void PicturePass::Impl::SmoothEdges(vtkOpenGLRenderWindow* window, cv::Size picture) {
   vtkShaderProgram* program =
       edges_program.Ready(window, shaders::kSmoothEdgesDeclarations, shaders::kSmoothEdges);
   finished.texture->Activate();
   program->SetUniformi("finished", finished.texture->GetTextureUnit());
-  edges_program.quad->Render();
+  edges_program.Fill({cv::Rect({}, picture)}, picture);
   finished.texture->Deactivate();
 }
 
@@ -278,6 +269,11 @@ void PicturePass::Render(const vtkRenderState* state) {
   int bottom = 0;
   renderer->GetTiledSizeAndOrigin(&width, &height, &left, &bottom);
   const Lens lens(renderer, s.effects.ground_plane);
+  const cv::Size picture(width, height);
+  // The smoothed occlusion tells of solids up to a pixel of its own away.
+  const ScreenTiles near = s.NeedsSurfaces()
+                               ? NearSolids(s.layers.solids, lens, picture, 2.0 * kOcclusionStep)
+                               : ScreenTiles(picture);
   s.lights->Render(state);
 
   gl->PushFramebufferBindings();
@@ -290,15 +286,14 @@ void PicturePass::Render(const vtkRenderState* state) {
     gl->vtkglDisable(GL_BLEND);
     gl->vtkglDisable(GL_DEPTH_TEST);
     if (s.effects.occlusion > 0.0 || s.effects.outline > 0.0) {
-      s.DrawOcclusion(window, lens, (width + kOcclusionStep - 1) / kOcclusionStep,
-                      (height + kOcclusionStep - 1) / kOcclusionStep);
+      s.DrawOcclusion(window, lens, near, picture);
     }
     if (s.effects.fxaa) {
       s.finished.Ensure(window, width, height, GL_RGBA8, true);
       BindReady(s.occlusion_buffer, window);
       s.occlusion_buffer->AddColorAttachment(0, s.finished.texture);
       Use(s.occlusion_buffer, 1, gl, width, height);
-      s.DrawFinish(window, lens);
+      s.DrawFinish(window, lens, near, picture);
     }
   }
   gl->PopFramebufferBindings();
@@ -310,9 +305,9 @@ void PicturePass::Render(const vtkRenderState* state) {
   gl->vtkglViewport(left, bottom, width, height);
   gl->vtkglScissor(left, bottom, width, height);
   if (s.effects.fxaa) {
-    s.SmoothEdges(window);
+    s.SmoothEdges(window, picture);
   } else {
-    s.DrawFinish(window, lens);
+    s.DrawFinish(window, lens, near, picture);
   }
   gl->vtkglEnable(GL_BLEND);
 }
@@ -320,9 +315,9 @@ void PicturePass::Render(const vtkRenderState* state) {
 void PicturePass::ReleaseGraphicsResources(vtkWindow* window) {
   Impl& s = *impl_;
   s.lights->ReleaseGraphicsResources(window);
-  for (ScreenProgram* program :
-       {&s.occlusion_program, &s.smoothing_program, &s.finish_program, &s.edges_program}) {
-    program->quad.reset();
+  for (ScreenProgram* program : {&s.occlusion_program, &s.smoothing_program, &s.finish_programs[0],
+                                 &s.finish_programs[1], &s.edges_program}) {
+    program->ReleaseGraphicsResources();
   }
   for (Target* target : {&s.color, &s.surfaces, &s.depth, &s.occlusion, &s.smooth_occlusion, &s.finished}) {
     if (target->texture) {

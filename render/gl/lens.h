@@ -1,0 +1,31 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <opencv2/core/types.hpp>
+#include <vector>
+
+#include "render/gl/screen_tiles.h"
+
+class vtkActor;
+class vtkRenderer;
+
+// The camera as the programs for the finished picture see it. For the sources of render/gl only.
+namespace sqslam {
+
+std::array<float, 4> Floats(const Eigen::Vector4d& v);
+
+struct Lens {
+  std::array<float, 4> terms{};  // P00, P11, P02, P12 of the projection
+  std::array<float, 2> depth_range{};
+  std::array<float, 4> ground{};  // the ground plane seen from the camera
+  Eigen::Matrix4d T_device_map;   // to clip coordinates
+
+  Lens(vtkRenderer* renderer, const Eigen::Vector4d& ground_map);
+};
+
+// Returns the tiles that solids touch, or come nearer to than the margin. Pixels.
+ScreenTiles NearSolids(const std::vector<vtkActor*>& solids, const Lens& lens, cv::Size picture,
+                       double margin);
+
+}  // namespace sqslam
