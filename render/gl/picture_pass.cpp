@@ -24,11 +24,24 @@
 #include "render/gl/point_splats.h"
 #include "render/gl/screen_program.h"
 #include "render/gl/screen_tiles.h"
+#include "render/gl/splat_raster.h"
 
 namespace sqslam {
 namespace {
 
 constexpr int kOcclusionStep = 2;  // pixels of the picture per pixel of ambient occlusion
+
+// True if OpenGL has no device but this processor.
+bool DrawnByProcessor() {
+  const std::string name = reinterpret_cast<const char*>(glGetString(GL_RENDERER));  // NOLINT: bytes
+  return name.starts_with("llvmpipe") || name.starts_with("softpipe");
+}
+
+void Fill(const Target& target, GLenum format, GLenum type, const void* values) {
+  target.texture->Activate();
+  glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, target.width, target.height, format, type, values);
+  target.texture->Deactivate();
+}
 
 }  // namespace
 
@@ -37,7 +50,13 @@ struct PicturePass::Impl {
   bool NeedsSurfaces() const {
     return effects.occlusion > 0.0 || effects.outline > 0.0 || effects.eye_dome > 0.0;
   }
+  // The alpha of what is drawn is its share of a pixel.
+  std::array<float, 4> Background() const {
+    return Floats({effects.background[0], effects.background[1], effects.background[2], 0.0});
+  }
   void DrawScene(vtkRenderer* renderer, int width, int height);
+  void DrawPoints(vtkRenderer* renderer, int height);
+  void FillWithPoints(vtkRenderer* renderer, int width, int height);
   void DrawOcclusion(vtkOpenGLRenderWindow* window, const Lens& lens, const ScreenTiles& near,
                      cv::Size picture);
   std::string FinishSwitches(bool near_solids) const;
@@ -59,6 +78,7 @@ struct PicturePass::Impl {
   Target smooth_occlusion;
   Target finished;  // before edge smoothing
   vtkSmartPointer<vtkTextureObject> line_colors;
+  SplatRaster raster;
   ScreenProgram occlusion_program;
   ScreenProgram smoothing_program;
   std::array<ScreenProgram, 2> finish_programs;  // far from and near solids
@@ -72,10 +92,38 @@ PicturePass::~PicturePass() = default;
 void PicturePass::SetEffects(const PictureEffects& effects) { impl_->effects = effects; }
 void PicturePass::SetLayers(PictureLayers layers) { impl_->layers = std::move(layers); }
 
+// Clears the bound targets and draws the points.
+void PicturePass::Impl::DrawPoints(vtkRenderer* renderer, int height) {
+  const float farthest = 1.0F;
+  glClearBufferfv(GL_COLOR, 0, Background().data());
+  glClearBufferfv(GL_DEPTH, 0, &farthest);
+  for (PointSplats* points : layers.points) {
+    points->Draw(renderer, height);
+  }
+}
+
+// Has the processor draw the points on the background.
+void PicturePass::Impl::FillWithPoints(vtkRenderer* renderer, int width, int height) {
+  std::array<std::uint8_t, 4> rgba{};
+  std::ranges::transform(Background(), rgba.begin(), [](float share) {
+    return static_cast<std::uint8_t>(std::lround(255.0F * std::clamp(share, 0.0F, 1.0F)));
+  });
+  raster.Clear({width, height}, rgba);
+  for (const PointSplats* points : layers.points) {
+    points->Draw(renderer, raster);
+  }
+  Fill(color, GL_RGBA, GL_UNSIGNED_BYTE, raster.Colors().data);
+  Fill(depth, GL_DEPTH_COMPONENT, GL_FLOAT, raster.Depths().data);
+}
+
 void PicturePass::Impl::DrawScene(vtkRenderer* renderer, int width, int height) {
   auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer->GetRenderWindow());
   color.Ensure(window, width, height, GL_RGBA8, true);
   depth.Ensure(window, width, height, GL_DEPTH_COMPONENT);
+  const bool by_processor = !layers.points.empty() && DrawnByProcessor();
+  if (by_processor) {  // first: OpenGL would have to wait for all that is drawn before
+    FillWithPoints(renderer, width, height);
+  }
   BindReady(scene, window);
   scene->AddColorAttachment(0, color.texture);
   if (NeedsSurfaces()) {
@@ -90,23 +138,15 @@ void PicturePass::Impl::DrawScene(vtkRenderer* renderer, int width, int height) 
   state->vtkglDepthMask(GL_TRUE);
   state->vtkglColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   state->vtkglEnable(GL_DEPTH_TEST);
-  state->vtkglEnable(GL_BLEND);
-  std::array<float, 4> background = Floats(effects.background);
-  background[3] = 0.0F;  // alpha: coverage by what is drawn
-  const std::array<float, 4> nothing{};
-  const float farthest = 1.0F;
-  glClearBufferfv(GL_COLOR, 0, background.data());
   if (NeedsSurfaces()) {
+    const std::array<float, 4> nothing{};
     glClearBufferfv(GL_COLOR, 1, nothing.data());
   }
-  glClearBufferfv(GL_DEPTH, 0, &farthest);
-
   constexpr std::array<GLenum, 2> kColorOnly = {GL_COLOR_ATTACHMENT0, GL_NONE};
-  constexpr std::array<GLenum, 2> kBoth = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
   glDrawBuffers(2, kColorOnly.data());
-  state->vtkglDisable(GL_BLEND);
-  for (PointSplats* points : layers.points) {
-    points->Draw(renderer, height);
+  if (!by_processor) {
+    state->vtkglDisable(GL_BLEND);
+    DrawPoints(renderer, height);
   }
   state->vtkglEnable(GL_BLEND);
   for (vtkProp* prop : layers.opaque) {
@@ -116,6 +156,7 @@ void PicturePass::Impl::DrawScene(vtkRenderer* renderer, int width, int height) 
     prop->RenderTranslucentPolygonalGeometry(renderer);
   }
   if (NeedsSurfaces()) {
+    constexpr std::array<GLenum, 2> kBoth = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
     glDrawBuffers(2, kBoth.data());
   }
   glDisablei(GL_BLEND, 1);  // no blending: the last solid drawn at a pixel is the nearest
