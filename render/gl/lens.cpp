@@ -1,8 +1,6 @@
 #include "render/gl/lens.h"
 
-#include <vtkActor.h>
 #include <vtkCamera.h>
-#include <vtkMapper.h>
 #include <vtkMatrix3x3.h>
 #include <vtkMatrix4x4.h>
 #include <vtkOpenGLCamera.h>
@@ -34,23 +32,6 @@ Lens::Lens(vtkRenderer* renderer, const Eigen::Vector4d& ground_map) {
   const Eigen::Matrix4d T_view_map = Eigen::Map<const Eigen::Matrix4d>(to_view->GetData());
   T_device_map = Eigen::Map<const Eigen::Matrix4d>(whole->GetData());
   ground = Floats(T_view_map.inverse().transpose() * ground_map);
-}
-
-ScreenTiles NearSolids(const std::vector<vtkActor*>& solids, const Lens& lens, cv::Size picture,
-                       double margin) {
-  ScreenTiles tiles(picture);
-  for (vtkActor* solid : solids) {
-    const double* bounds = solid->GetMapper()->GetBounds();
-    const Eigen::AlignedBox3d box(Eigen::Vector3d(bounds[0], bounds[2], bounds[4]),
-                                  Eigen::Vector3d(bounds[1], bounds[3], bounds[5]));
-    const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> T_map_solid(
-        solid->GetMatrix()->GetData());
-    Eigen::AlignedBox2d seen = SeenPart(box, lens.T_device_map * T_map_solid, picture);
-    seen.min().array() -= margin;
-    seen.max().array() += margin;
-    tiles.Mark(seen);
-  }
-  return tiles;
 }
 
 }  // namespace sqslam

@@ -2,12 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <opencv2/core/types.hpp>
-#include <vector>
 
-#include "render/gl/screen_tiles.h"
-
-class vtkActor;
 class vtkRenderer;
 
 // The camera as the programs for the finished picture see it. For the sources of render/gl only.
@@ -23,9 +18,5 @@ struct Lens {
 
   Lens(vtkRenderer* renderer, const Eigen::Vector4d& ground_map);
 };
-
-// Returns the tiles that solids touch, or come nearer to than the margin. Pixels.
-ScreenTiles NearSolids(const std::vector<vtkActor*>& solids, const Lens& lens, cv::Size picture,
-                       double margin);
 
 }  // namespace sqslam

@@ -17,31 +17,20 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <string>
 
 #include "picture_shaders.h"
 #include "render/gl/lens.h"
 #include "render/gl/point_splats.h"
 #include "render/gl/screen_program.h"
-#include "render/gl/screen_tiles.h"
+#include "render/gl/seen_tiles.h"
 #include "render/gl/splat_raster.h"
 
 namespace sqslam {
 namespace {
 
 constexpr int kOcclusionStep = 2;  // pixels of the picture per pixel of ambient occlusion
-
-// True if OpenGL has no device but this processor.
-bool DrawnByProcessor() {
-  const std::string name = reinterpret_cast<const char*>(glGetString(GL_RENDERER));  // NOLINT: bytes
-  return name.starts_with("llvmpipe") || name.starts_with("softpipe");
-}
-
-void Fill(const Target& target, GLenum format, GLenum type, const void* values) {
-  target.texture->Activate();
-  glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, target.width, target.height, format, type, values);
-  target.texture->Deactivate();
-}
 
 }  // namespace
 
@@ -54,17 +43,21 @@ struct PicturePass::Impl {
   std::array<float, 4> Background() const {
     return Floats({effects.background[0], effects.background[1], effects.background[2], 0.0});
   }
+  // True if the processor draws the points.
+  bool FillsWithPoints() const { return !layers.points.empty() && DrawnByProcessor(); }
   void DrawScene(vtkRenderer* renderer, int width, int height);
   void DrawPoints(vtkRenderer* renderer, int height);
   void FillWithPoints(vtkRenderer* renderer, int width, int height);
-  void DrawOcclusion(vtkOpenGLRenderWindow* window, const Lens& lens, const ScreenTiles& near,
+  void MarkPoints(ScreenTiles& tiles, cv::Size picture) const;
+  void DrawOcclusion(vtkOpenGLRenderWindow* window, const Lens& lens, const ScreenTiles& tiles,
                      cv::Size picture);
-  std::string FinishSwitches(bool near_solids) const;
+  std::string FinishSwitches(TileContent content) const;
   vtkTextureObject* LineColors(vtkOpenGLRenderWindow* window);
-  void DrawFinish(vtkOpenGLRenderWindow* window, const Lens& lens, const ScreenTiles& near, cv::Size picture);
-  void FinishAreas(vtkOpenGLRenderWindow* window, const Lens& lens, bool near_solids,
+  void DrawFinish(vtkOpenGLRenderWindow* window, const Lens& lens, const ScreenTiles& tiles,
+                  cv::Size picture);
+  void FinishAreas(vtkOpenGLRenderWindow* window, const Lens& lens, TileContent content,
                    const std::vector<cv::Rect>& areas, cv::Size picture);
-  void SmoothEdges(vtkOpenGLRenderWindow* window, cv::Size picture);
+  void SmoothEdges(vtkOpenGLRenderWindow* window, const ScreenTiles& tiles, cv::Size picture);
 
   PictureEffects effects;
   PictureLayers layers;
@@ -81,7 +74,7 @@ struct PicturePass::Impl {
   SplatRaster raster;
   ScreenProgram occlusion_program;
   ScreenProgram smoothing_program;
-  std::array<ScreenProgram, 2> finish_programs;  // far from and near solids
+  std::map<TileContent, ScreenProgram> finish_programs;
   ScreenProgram edges_program;
 };
 
@@ -112,16 +105,15 @@ void PicturePass::Impl::FillWithPoints(vtkRenderer* renderer, int width, int hei
   for (const PointSplats* points : layers.points) {
     points->Draw(renderer, raster);
   }
-  Fill(color, GL_RGBA, GL_UNSIGNED_BYTE, raster.Colors().data);
-  Fill(depth, GL_DEPTH_COMPONENT, GL_FLOAT, raster.Depths().data);
+  color.Fill(GL_RGBA, GL_UNSIGNED_BYTE, raster.Colors().data);
+  depth.Fill(GL_DEPTH_COMPONENT, GL_FLOAT, raster.Depths().data);
 }
 
 void PicturePass::Impl::DrawScene(vtkRenderer* renderer, int width, int height) {
   auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer->GetRenderWindow());
   color.Ensure(window, width, height, GL_RGBA8, true);
   depth.Ensure(window, width, height, GL_DEPTH_COMPONENT);
-  const bool by_processor = !layers.points.empty() && DrawnByProcessor();
-  if (by_processor) {  // first: OpenGL would have to wait for all that is drawn before
+  if (FillsWithPoints()) {  // first: OpenGL would have to wait for all that is drawn before
     FillWithPoints(renderer, width, height);
   }
   BindReady(scene, window);
@@ -144,16 +136,16 @@ void PicturePass::Impl::DrawScene(vtkRenderer* renderer, int width, int height) 
   }
   constexpr std::array<GLenum, 2> kColorOnly = {GL_COLOR_ATTACHMENT0, GL_NONE};
   glDrawBuffers(2, kColorOnly.data());
-  if (!by_processor) {
+  if (!FillsWithPoints()) {
     state->vtkglDisable(GL_BLEND);
     DrawPoints(renderer, height);
   }
   state->vtkglEnable(GL_BLEND);
-  for (vtkProp* prop : layers.opaque) {
-    prop->RenderOpaqueGeometry(renderer);
+  for (vtkActor* actor : layers.opaque) {
+    actor->RenderOpaqueGeometry(renderer);
   }
-  for (vtkProp* prop : layers.ground) {
-    prop->RenderTranslucentPolygonalGeometry(renderer);
+  for (vtkActor* actor : layers.ground) {
+    actor->RenderTranslucentPolygonalGeometry(renderer);
   }
   if (NeedsSurfaces()) {
     constexpr std::array<GLenum, 2> kBoth = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
@@ -171,11 +163,21 @@ void PicturePass::Impl::DrawScene(vtkRenderer* renderer, int width, int height) 
   scene->ActivateDrawBuffers(1);
 }
 
+// Points that OpenGL has drawn may be anywhere.
+void PicturePass::Impl::MarkPoints(ScreenTiles& tiles, cv::Size picture) const {
+  if (FillsWithPoints()) {
+    tiles.MarkPoints(raster.Depths(), effects.samples, TileContent::kDeep);
+  } else if (!layers.points.empty()) {
+    tiles.Mark({Eigen::Vector2d::Zero(), Eigen::Vector2d(picture.width, picture.height)}, TileContent::kDeep);
+  }
+}
+
 void PicturePass::Impl::DrawOcclusion(vtkOpenGLRenderWindow* window, const Lens& lens,
-                                      const ScreenTiles& near, cv::Size picture) {
+                                      const ScreenTiles& tiles, cv::Size picture) {
   const int width = (picture.width + kOcclusionStep - 1) / kOcclusionStep;
   const int height = (picture.height + kOcclusionStep - 1) / kOcclusionStep;
-  const std::vector<cv::Rect> areas = near.Areas(true, kOcclusionStep);
+  const std::vector<cv::Rect> areas =
+      tiles.Areas(TileContent::kNearSolid, TileContent::kNearSolid, kOcclusionStep);
   if (areas.empty()) {
     return;
   }
@@ -216,12 +218,14 @@ void PicturePass::Impl::DrawOcclusion(vtkOpenGLRenderWindow* window, const Lens&
   occlusion.texture->Deactivate();
 }
 
-std::string PicturePass::Impl::FinishSwitches(bool near_solids) const {
+std::string PicturePass::Impl::FinishSwitches(TileContent content) const {
+  const bool near_solids = content == TileContent::kNearSolid;
   return fmt::format(
       "#define SAMPLES {}\n#define NEAR_SOLIDS {:d}\n#define OCCLUSION {:d}\n#define OUTLINE {:d}\n"
       "#define EYE_DOME {:d}\n#define SEE_THROUGH {:d}\n",
       effects.samples, near_solids, near_solids && effects.occlusion > 0.0,
-      near_solids && effects.outline > 0.0, effects.eye_dome > 0.0, effects.see_through);
+      near_solids && effects.outline > 0.0, content >= TileContent::kDeep && effects.eye_dome > 0.0,
+      effects.see_through);
 }
 
 // Returns a texture of one row with a colour for each number that solids write.
@@ -239,7 +243,7 @@ vtkTextureObject* PicturePass::Impl::LineColors(vtkOpenGLRenderWindow* window) {
   return line_colors;
 }
 
-void PicturePass::Impl::DrawFinish(vtkOpenGLRenderWindow* window, const Lens& lens, const ScreenTiles& near,
+void PicturePass::Impl::DrawFinish(vtkOpenGLRenderWindow* window, const Lens& lens, const ScreenTiles& tiles,
                                    cv::Size picture) {
   std::vector<vtkTextureObject*> textures = {color.texture, surfaces.texture, depth.texture,
                                              smooth_occlusion.texture};
@@ -250,22 +254,23 @@ void PicturePass::Impl::DrawFinish(vtkOpenGLRenderWindow* window, const Lens& le
   for (vtkTextureObject* texture : textures) {
     texture->Activate();
   }
-  for (const bool near_solids : {false, true}) {
-    FinishAreas(window, lens, near_solids, near.Areas(near_solids), picture);
+  glClearBufferfv(GL_COLOR, 0, Floats(effects.background).data());
+  for (const TileContent content : {TileContent::kFlat, TileContent::kDeep, TileContent::kNearSolid}) {
+    FinishAreas(window, lens, content, tiles.Areas(content, content), picture);
   }
   for (vtkTextureObject* texture : textures) {
     texture->Deactivate();
   }
 }
 
-void PicturePass::Impl::FinishAreas(vtkOpenGLRenderWindow* window, const Lens& lens, bool near_solids,
+void PicturePass::Impl::FinishAreas(vtkOpenGLRenderWindow* window, const Lens& lens, TileContent content,
                                     const std::vector<cv::Rect>& areas, cv::Size picture) {
   if (areas.empty()) {
     return;
   }
-  ScreenProgram& finish = finish_programs[near_solids ? 1 : 0];
+  ScreenProgram& finish = finish_programs[content];
   vtkShaderProgram* program = finish.Ready(
-      window, FinishSwitches(near_solids) + shaders::kLens + shaders::kFinishDeclarations, shaders::kFinish);
+      window, FinishSwitches(content) + shaders::kLens + shaders::kFinishDeclarations, shaders::kFinish);
   vtkTextureObject* open = smooth_occlusion.texture ? smooth_occlusion.texture : color.texture;
   program->SetUniformi("colors", color.texture->GetTextureUnit());
   if (NeedsSurfaces()) {
@@ -289,12 +294,14 @@ void PicturePass::Impl::FinishAreas(vtkOpenGLRenderWindow* window, const Lens& l
   finish.Fill(areas, picture);
 }
 
-void PicturePass::Impl::SmoothEdges(vtkOpenGLRenderWindow* window, cv::Size picture) {
+void PicturePass::Impl::SmoothEdges(vtkOpenGLRenderWindow* window, const ScreenTiles& tiles,
+                                    cv::Size picture) {
   vtkShaderProgram* program =
       edges_program.Ready(window, shaders::kSmoothEdgesDeclarations, shaders::kSmoothEdges);
   finished.texture->Activate();
   program->SetUniformi("finished", finished.texture->GetTextureUnit());
-  edges_program.Fill({cv::Rect({}, picture)}, picture);
+  glClearBufferfv(GL_COLOR, 0, Floats(effects.background).data());
+  edges_program.Fill(tiles.Areas(TileContent::kFlat, TileContent::kNearSolid), picture);
   finished.texture->Deactivate();
 }
 
@@ -311,10 +318,9 @@ void PicturePass::Render(const vtkRenderState* state) {
   renderer->GetTiledSizeAndOrigin(&width, &height, &left, &bottom);
   const Lens lens(renderer, s.effects.ground_plane);
   const cv::Size picture(width, height);
-  // The smoothed occlusion tells of solids up to a pixel of its own away.
-  const ScreenTiles near = s.NeedsSurfaces()
-                               ? NearSolids(s.layers.solids, lens, picture, 2.0 * kOcclusionStep)
-                               : ScreenTiles(picture);
+  // The smoothed occlusion tells of solids up to a pixel of its own away, edge smoothing blends with the next
+  // pixel.
+  ScreenTiles tiles = SeenTiles(s.layers, lens, picture, 2.0 * kOcclusionStep);
   s.lights->Render(state);
 
   gl->PushFramebufferBindings();
@@ -324,31 +330,34 @@ void PicturePass::Render(const vtkRenderState* state) {
     const vtkOpenGLState::ScopedglEnableDisable scissor_test(gl, GL_SCISSOR_TEST);
     const vtkOpenGLState::ScopedglEnableDisable depth_test(gl, GL_DEPTH_TEST);
     s.DrawScene(renderer, width * s.effects.samples, height * s.effects.samples);
+    s.MarkPoints(tiles, picture);
     gl->vtkglDisable(GL_BLEND);
     gl->vtkglDisable(GL_DEPTH_TEST);
     if (s.effects.occlusion > 0.0 || s.effects.outline > 0.0) {
-      s.DrawOcclusion(window, lens, near, picture);
+      s.DrawOcclusion(window, lens, tiles, picture);
     }
     if (s.effects.fxaa) {
       s.finished.Ensure(window, width, height, GL_RGBA8, true);
       BindReady(s.occlusion_buffer, window);
       s.occlusion_buffer->AddColorAttachment(0, s.finished.texture);
       Use(s.occlusion_buffer, 1, gl, width, height);
-      s.DrawFinish(window, lens, near, picture);
+      s.DrawFinish(window, lens, tiles, picture);
     }
   }
   gl->PopFramebufferBindings();
 
   const vtkOpenGLState::ScopedglViewport viewport(gl);
   const vtkOpenGLState::ScopedglScissor scissor(gl);
+  const vtkOpenGLState::ScopedglEnableDisable scissor_test(gl, GL_SCISSOR_TEST);
   const vtkOpenGLState::ScopedglEnableDisable depth_test(gl, GL_DEPTH_TEST);
+  gl->vtkglEnable(GL_SCISSOR_TEST);
   gl->vtkglDisable(GL_DEPTH_TEST);
   gl->vtkglViewport(left, bottom, width, height);
   gl->vtkglScissor(left, bottom, width, height);
   if (s.effects.fxaa) {
-    s.SmoothEdges(window, picture);
+    s.SmoothEdges(window, tiles, picture);
   } else {
-    s.DrawFinish(window, lens, near, picture);
+    s.DrawFinish(window, lens, tiles, picture);
   }
   gl->vtkglEnable(GL_BLEND);
 }
@@ -356,9 +365,11 @@ void PicturePass::Render(const vtkRenderState* state) {
 void PicturePass::ReleaseGraphicsResources(vtkWindow* window) {
   Impl& s = *impl_;
   s.lights->ReleaseGraphicsResources(window);
-  for (ScreenProgram* program : {&s.occlusion_program, &s.smoothing_program, &s.finish_programs[0],
-                                 &s.finish_programs[1], &s.edges_program}) {
+  for (ScreenProgram* program : {&s.occlusion_program, &s.smoothing_program, &s.edges_program}) {
     program->ReleaseGraphicsResources();
+  }
+  for (auto& [content, program] : s.finish_programs) {
+    program.ReleaseGraphicsResources();
   }
   for (Target* target : {&s.color, &s.surfaces, &s.depth, &s.occlusion, &s.smooth_occlusion, &s.finished}) {
     if (target->texture) {

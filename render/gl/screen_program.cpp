@@ -36,6 +36,12 @@ void Target::Ensure(vtkOpenGLRenderWindow* window, int wanted_width, int wanted_
                       bytes ? VTK_UNSIGNED_CHAR : VTK_FLOAT);
 }
 
+void Target::Fill(unsigned value_format, unsigned type, const void* values) const {
+  texture->Activate();
+  glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, width, height, value_format, type, values);
+  texture->Deactivate();
+}
+
 vtkShaderProgram* ScreenProgram::Ready(vtkOpenGLRenderWindow* window, const std::string& declarations,
                                        const std::string& code) {
   if (text_ != declarations + code) {
@@ -80,6 +86,11 @@ void ScreenProgram::Fill(const std::vector<cv::Rect>& areas, cv::Size target) {
 void ScreenProgram::ReleaseGraphicsResources() {
   array_->ReleaseGraphicsResources();
   buffer_->ReleaseGraphicsResources();
+}
+
+bool DrawnByProcessor() {
+  const std::string name = reinterpret_cast<const char*>(glGetString(GL_RENDERER));  // NOLINT: bytes
+  return name.starts_with("llvmpipe") || name.starts_with("softpipe");
 }
 
 void BindReady(vtkSmartPointer<vtkOpenGLFramebufferObject>& buffer, vtkOpenGLRenderWindow* window) {

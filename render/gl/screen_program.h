@@ -23,6 +23,9 @@ struct Target {
   void Ensure(vtkOpenGLRenderWindow* window, int wanted_width, int wanted_height, int format,
               bool smooth = false);
 
+  // Fills it with values of OpenGL's type, row by row from the lower left.
+  void Fill(unsigned value_format, unsigned type, const void* values) const;
+
   int width = 0;
   int height = 0;
   vtkSmartPointer<vtkTextureObject> texture;
@@ -46,6 +49,9 @@ class ScreenProgram {
   vtkNew<vtkOpenGLVertexArrayObject> array_;
   vtkNew<vtkOpenGLBufferObject> buffer_;
 };
+
+// True if OpenGL has no device but this processor.
+bool DrawnByProcessor();
 
 // Binds the buffer; creates it first if needed.
 void BindReady(vtkSmartPointer<vtkOpenGLFramebufferObject>& buffer, vtkOpenGLRenderWindow* window);

@@ -1,29 +1,43 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <opencv2/core/types.hpp>
+#include <cstdint>
+#include <opencv2/core.hpp>
 #include <vector>
 
 namespace sqslam {
 
-// Marks square tiles of a picture, to draw what is costly only there. For the sources of render/gl only.
+// What a tile of a picture shows; each includes those before.
+enum class TileContent : std::uint8_t {
+  kBackground,
+  kFlat,  // drawn without depth: grid and shadow
+  kDeep,  // points and lines
+  kNearSolid,
+};
+
+// Notes what square tiles of a picture show, to draw what is costly only where it matters. All places are
+// pixels from the lower left. For the sources of render/gl only.
 class ScreenTiles {
  public:
   static constexpr int kSide = 16;  // pixels of the picture
 
   explicit ScreenTiles(cv::Size picture);
 
-  // Marks all tiles that this part of the picture touches; pixels from the lower left.
-  void Mark(const Eigen::AlignedBox2d& pixels);
+  // Mark all tiles that a part of the picture, or a line with this margin on each side, touches.
+  void Mark(const Eigen::AlignedBox2d& part, TileContent content);
+  void MarkLine(const Eigen::Vector2d& from, const Eigen::Vector2d& to, double margin, TileContent content);
+  // Marks all tiles that points touch or come next to. `depths`: of a picture with 1 or more samples a pixel
+  // along each side, 1 where there is none.
+  void MarkPoints(const cv::Mat1f& depths, int samples, TileContent content);
 
-  // Returns rectangles, pixels from the lower left, that together are the marked tiles, or all others.
-  // `step`: pixels of the picture per pixel of the target that they are for; divides kSide.
-  std::vector<cv::Rect> Areas(bool marked, int step = 1) const;
+  // Returns rectangles that together are the tiles with a content from `first` to `last`. `step`: pixels of
+  // the picture per pixel of the target that they are for; divides kSide.
+  std::vector<cv::Rect> Areas(TileContent first, TileContent last, int step = 1) const;
 
  private:
   cv::Size picture_;
   cv::Size tiles_;
-  std::vector<bool> marked_;  // row by row
+  std::vector<TileContent> contents_;  // row by row
 };
 
 // Returns a part of the picture that holds all that is seen of a box, pixels from the lower left.
