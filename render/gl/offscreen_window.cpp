@@ -47,14 +47,10 @@ cv::Mat OffscreenWindow::Render() {
   window_->Render();
   const int width = window_->GetSize()[0];
   const int height = window_->GetSize()[1];
-  if (alpha_) {
-    window_->GetRGBACharPixelData(0, 0, width - 1, height - 1, 0, pixels_, 0);
-  } else {
-    window_->GetPixelData(0, 0, width - 1, height - 1, 0, pixels_, 0);
-  }
-  const cv::Mat raw(height, width, alpha_ ? CV_8UC4 : CV_8UC3, pixels_->GetPointer(0));
+  window_->GetRGBACharPixelData(0, 0, width - 1, height - 1, 0, pixels_, 0);  // as it is stored
+  const cv::Mat raw(height, width, CV_8UC4, pixels_->GetPointer(0));
   cv::Mat image;
-  cv::cvtColor(raw, image, alpha_ ? cv::COLOR_RGBA2BGRA : cv::COLOR_RGB2BGR);
+  cv::cvtColor(raw, image, alpha_ ? cv::COLOR_RGBA2BGRA : cv::COLOR_RGBA2BGR);
   cv::flip(image, image, 0);
   return image;
 }

@@ -2,13 +2,9 @@
 
 #include <fmt/format.h>
 #include <vtkActor.h>
-#include <vtkCamera.h>
 #include <vtkLightsPass.h>
-#include <vtkMatrix3x3.h>
-#include <vtkMatrix4x4.h>
 #include <vtkNew.h>
 #include <vtkObjectFactory.h>
-#include <vtkOpenGLCamera.h>
 #include <vtkOpenGLFramebufferObject.h>
 #include <vtkOpenGLRenderWindow.h>
 #include <vtkOpenGLRenderer.h>
@@ -18,50 +14,23 @@
 #include <vtkTextureObject.h>
 #include <vtk_glew.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <string>
 
 #include "picture_shaders.h"
+#include "render/gl/lens.h"
 #include "render/gl/point_splats.h"
 #include "render/gl/screen_program.h"
+#include "render/gl/seen_tiles.h"
+#include "render/gl/splat_raster.h"
 
 namespace sqslam {
 namespace {
 
 constexpr int kOcclusionStep = 2;  // pixels of the picture per pixel of ambient occlusion
-
-std::array<float, 4> Floats(const Eigen::Vector4d& v) {
-  const Eigen::Vector4f f = v.cast<float>();
-  return {f[0], f[1], f[2], f[3]};
-}
-
-// The camera as the screen-space programs see it.
-struct Lens {
-  std::array<float, 4> terms{};  // P00, P11, P02, P12 of the projection
-  std::array<float, 2> depth_range{};
-  std::array<float, 4> ground{};  // the ground plane seen from the camera
-
-  Lens(vtkRenderer* renderer, const Eigen::Vector4d& ground_map) {
-    auto* camera = vtkOpenGLCamera::SafeDownCast(renderer->GetActiveCamera());
-    vtkMatrix4x4* to_view = nullptr;
-    vtkMatrix3x3* normals = nullptr;
-    vtkMatrix4x4* projection = nullptr;
-    vtkMatrix4x4* whole = nullptr;
-    camera->GetKeyMatrices(renderer, to_view, normals, projection, whole);
-    // VTK stores the matrices transposed, as OpenGL reads them.
-    const auto element = [&](int row, int column) {
-      return static_cast<float>(projection->GetElement(column, row));
-    };
-    terms = {element(0, 0), element(1, 1), element(0, 2), element(1, 2)};
-    depth_range = {static_cast<float>(camera->GetClippingRange()[0]),
-                   static_cast<float>(camera->GetClippingRange()[1])};
-    const Eigen::Matrix4d T_view_map = Eigen::Map<const Eigen::Matrix4d>(to_view->GetData());
-    ground = Floats(T_view_map.inverse().transpose() * ground_map);
-  }
-};
 
 }  // namespace
 
@@ -70,12 +39,25 @@ struct PicturePass::Impl {
   bool NeedsSurfaces() const {
     return effects.occlusion > 0.0 || effects.outline > 0.0 || effects.eye_dome > 0.0;
   }
+  // The alpha of what is drawn is its share of a pixel.
+  std::array<float, 4> Background() const {
+    return Floats({effects.background[0], effects.background[1], effects.background[2], 0.0});
+  }
+  // True if the processor draws the points.
+  bool FillsWithPoints() const { return !layers.points.empty() && DrawnByProcessor(); }
   void DrawScene(vtkRenderer* renderer, int width, int height);
-  void DrawOcclusion(vtkOpenGLRenderWindow* window, const Lens& lens, int width, int height);
-  std::string FinishSwitches() const;
+  void DrawPoints(vtkRenderer* renderer, int height);
+  void FillWithPoints(vtkRenderer* renderer, int width, int height);
+  void MarkPoints(ScreenTiles& tiles, cv::Size picture) const;
+  void DrawOcclusion(vtkOpenGLRenderWindow* window, const Lens& lens, const ScreenTiles& tiles,
+                     cv::Size picture);
+  std::string FinishSwitches(TileContent content) const;
   vtkTextureObject* LineColors(vtkOpenGLRenderWindow* window);
-  void DrawFinish(vtkOpenGLRenderWindow* window, const Lens& lens);
-  void SmoothEdges(vtkOpenGLRenderWindow* window);
+  void DrawFinish(vtkOpenGLRenderWindow* window, const Lens& lens, const ScreenTiles& tiles,
+                  cv::Size picture);
+  void FinishAreas(vtkOpenGLRenderWindow* window, const Lens& lens, TileContent content,
+                   const std::vector<cv::Rect>& areas, cv::Size picture);
+  void SmoothEdges(vtkOpenGLRenderWindow* window, const ScreenTiles& tiles, cv::Size picture);
 
   PictureEffects effects;
   PictureLayers layers;
@@ -89,9 +71,10 @@ struct PicturePass::Impl {
   Target smooth_occlusion;
   Target finished;  // before edge smoothing
   vtkSmartPointer<vtkTextureObject> line_colors;
+  SplatRaster raster;
   ScreenProgram occlusion_program;
   ScreenProgram smoothing_program;
-  ScreenProgram finish_program;
+  std::map<TileContent, ScreenProgram> finish_programs;
   ScreenProgram edges_program;
 };
 
@@ -102,10 +85,37 @@ PicturePass::~PicturePass() = default;
 void PicturePass::SetEffects(const PictureEffects& effects) { impl_->effects = effects; }
 void PicturePass::SetLayers(PictureLayers layers) { impl_->layers = std::move(layers); }
 
+// Clears the bound targets and draws the points.
+void PicturePass::Impl::DrawPoints(vtkRenderer* renderer, int height) {
+  const float farthest = 1.0F;
+  glClearBufferfv(GL_COLOR, 0, Background().data());
+  glClearBufferfv(GL_DEPTH, 0, &farthest);
+  for (PointSplats* points : layers.points) {
+    points->Draw(renderer, height);
+  }
+}
+
+// Has the processor draw the points on the background.
+void PicturePass::Impl::FillWithPoints(vtkRenderer* renderer, int width, int height) {
+  std::array<std::uint8_t, 4> rgba{};
+  std::ranges::transform(Background(), rgba.begin(), [](float share) {
+    return static_cast<std::uint8_t>(std::lround(255.0F * std::clamp(share, 0.0F, 1.0F)));
+  });
+  raster.Clear({width, height}, rgba);
+  for (const PointSplats* points : layers.points) {
+    points->Draw(renderer, raster);
+  }
+  color.Fill(GL_RGBA, GL_UNSIGNED_BYTE, raster.Colors().data);
+  depth.Fill(GL_DEPTH_COMPONENT, GL_FLOAT, raster.Depths().data);
+}
+
 void PicturePass::Impl::DrawScene(vtkRenderer* renderer, int width, int height) {
   auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer->GetRenderWindow());
   color.Ensure(window, width, height, GL_RGBA8, true);
   depth.Ensure(window, width, height, GL_DEPTH_COMPONENT);
+  if (FillsWithPoints()) {  // first: OpenGL would have to wait for all that is drawn before
+    FillWithPoints(renderer, width, height);
+  }
   BindReady(scene, window);
   scene->AddColorAttachment(0, color.texture);
   if (NeedsSurfaces()) {
@@ -120,32 +130,25 @@ void PicturePass::Impl::DrawScene(vtkRenderer* renderer, int width, int height) 
   state->vtkglDepthMask(GL_TRUE);
   state->vtkglColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   state->vtkglEnable(GL_DEPTH_TEST);
-  state->vtkglEnable(GL_BLEND);
-  std::array<float, 4> background = Floats(effects.background);
-  background[3] = 0.0F;  // alpha: coverage by what is drawn
-  const std::array<float, 4> nothing{};
-  const float farthest = 1.0F;
-  glClearBufferfv(GL_COLOR, 0, background.data());
   if (NeedsSurfaces()) {
+    const std::array<float, 4> nothing{};
     glClearBufferfv(GL_COLOR, 1, nothing.data());
   }
-  glClearBufferfv(GL_DEPTH, 0, &farthest);
-
   constexpr std::array<GLenum, 2> kColorOnly = {GL_COLOR_ATTACHMENT0, GL_NONE};
-  constexpr std::array<GLenum, 2> kBoth = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
   glDrawBuffers(2, kColorOnly.data());
-  state->vtkglDisable(GL_BLEND);
-  for (PointSplats* points : layers.points) {
-    points->Draw(renderer, height);
+  if (!FillsWithPoints()) {
+    state->vtkglDisable(GL_BLEND);
+    DrawPoints(renderer, height);
   }
   state->vtkglEnable(GL_BLEND);
-  for (vtkProp* prop : layers.opaque) {
-    prop->RenderOpaqueGeometry(renderer);
+  for (vtkActor* actor : layers.opaque) {
+    actor->RenderOpaqueGeometry(renderer);
   }
-  for (vtkProp* prop : layers.ground) {
-    prop->RenderTranslucentPolygonalGeometry(renderer);
+  for (vtkActor* actor : layers.ground) {
+    actor->RenderTranslucentPolygonalGeometry(renderer);
   }
   if (NeedsSurfaces()) {
+    constexpr std::array<GLenum, 2> kBoth = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
     glDrawBuffers(2, kBoth.data());
   }
   glDisablei(GL_BLEND, 1);  // no blending: the last solid drawn at a pixel is the nearest
@@ -160,13 +163,31 @@ void PicturePass::Impl::DrawScene(vtkRenderer* renderer, int width, int height) 
   scene->ActivateDrawBuffers(1);
 }
 
-void PicturePass::Impl::DrawOcclusion(vtkOpenGLRenderWindow* window, const Lens& lens, int width,
-                                      int height) {
+// Points that OpenGL has drawn may be anywhere.
+void PicturePass::Impl::MarkPoints(ScreenTiles& tiles, cv::Size picture) const {
+  if (FillsWithPoints()) {
+    tiles.MarkPoints(raster.Depths(), effects.samples, TileContent::kDeep);
+  } else if (!layers.points.empty()) {
+    tiles.Mark({Eigen::Vector2d::Zero(), Eigen::Vector2d(picture.width, picture.height)}, TileContent::kDeep);
+  }
+}
+
+void PicturePass::Impl::DrawOcclusion(vtkOpenGLRenderWindow* window, const Lens& lens,
+                                      const ScreenTiles& tiles, cv::Size picture) {
+  const int width = (picture.width + kOcclusionStep - 1) / kOcclusionStep;
+  const int height = (picture.height + kOcclusionStep - 1) / kOcclusionStep;
+  const std::vector<cv::Rect> areas =
+      tiles.Areas(TileContent::kNearSolid, TileContent::kNearSolid, kOcclusionStep);
+  if (areas.empty()) {
+    return;
+  }
+  const std::array<float, 4> nothing{};
   occlusion.Ensure(window, width, height, GL_RG16F);
   smooth_occlusion.Ensure(window, width, height, GL_RG16F);
   BindReady(occlusion_buffer, window);
   occlusion_buffer->AddColorAttachment(0, occlusion.texture);
   Use(occlusion_buffer, 1, window->GetState(), width, height);
+  glClearBufferfv(GL_COLOR, 0, nothing.data());
   vtkShaderProgram* program = occlusion_program.Ready(
       window, std::string(shaders::kOcclusionDeclarations) + shaders::kLens, shaders::kOcclusion);
   const auto radius = static_cast<float>(effects.occlusion_radius);
@@ -183,25 +204,28 @@ void PicturePass::Impl::DrawOcclusion(vtkOpenGLRenderWindow* window, const Lens&
   program->SetUniform4f("lens", lens.terms.data());
   program->SetUniform4f("ground", lens.ground.data());
   program->SetUniformi("hasGround", effects.has_ground ? 1 : 0);
-  occlusion_program.quad->Render();
+  occlusion_program.Fill(areas, {width, height});
   depth.texture->Deactivate();
   surfaces.texture->Deactivate();
 
   occlusion_buffer->AddColorAttachment(0, smooth_occlusion.texture);
+  glClearBufferfv(GL_COLOR, 0, nothing.data());
   program = smoothing_program.Ready(window, shaders::kSmoothingDeclarations, shaders::kSmoothing);
   occlusion.texture->Activate();
   program->SetUniformi("occlusion", occlusion.texture->GetTextureUnit());
   program->SetUniformf("radius", radius);
-  smoothing_program.quad->Render();
+  smoothing_program.Fill(areas, {width, height});
   occlusion.texture->Deactivate();
 }
 
-std::string PicturePass::Impl::FinishSwitches() const {
+std::string PicturePass::Impl::FinishSwitches(TileContent content) const {
+  const bool near_solids = content == TileContent::kNearSolid;
   return fmt::format(
-      "#define SAMPLES {}\n#define OCCLUSION {}\n#define OUTLINE {}\n#define EYE_DOME {}\n#define "
-      "SEE_THROUGH {}\n",
-      effects.samples, effects.occlusion > 0.0 ? 1 : 0, effects.outline > 0.0 ? 1 : 0,
-      effects.eye_dome > 0.0 ? 1 : 0, effects.see_through ? 1 : 0);
+      "#define SAMPLES {}\n#define NEAR_SOLIDS {:d}\n#define OCCLUSION {:d}\n#define OUTLINE {:d}\n"
+      "#define EYE_DOME {:d}\n#define SEE_THROUGH {:d}\n",
+      effects.samples, near_solids, near_solids && effects.occlusion > 0.0,
+      near_solids && effects.outline > 0.0, content >= TileContent::kDeep && effects.eye_dome > 0.0,
+      effects.see_through);
 }
 
 // Returns a texture of one row with a colour for each number that solids write.
@@ -219,10 +243,8 @@ vtkTextureObject* PicturePass::Impl::LineColors(vtkOpenGLRenderWindow* window) {
   return line_colors;
 }
 
-void PicturePass::Impl::DrawFinish(vtkOpenGLRenderWindow* window, const Lens& lens) {
-  vtkShaderProgram* program = finish_program.Ready(
-      window, FinishSwitches() + shaders::kLens + shaders::kFinishDeclarations, shaders::kFinish);
-  vtkTextureObject* open = smooth_occlusion.texture ? smooth_occlusion.texture : color.texture;
+void PicturePass::Impl::DrawFinish(vtkOpenGLRenderWindow* window, const Lens& lens, const ScreenTiles& tiles,
+                                   cv::Size picture) {
   std::vector<vtkTextureObject*> textures = {color.texture, surfaces.texture, depth.texture,
                                              smooth_occlusion.texture};
   if (effects.see_through) {
@@ -232,6 +254,24 @@ void PicturePass::Impl::DrawFinish(vtkOpenGLRenderWindow* window, const Lens& le
   for (vtkTextureObject* texture : textures) {
     texture->Activate();
   }
+  glClearBufferfv(GL_COLOR, 0, Floats(effects.background).data());
+  for (const TileContent content : {TileContent::kFlat, TileContent::kDeep, TileContent::kNearSolid}) {
+    FinishAreas(window, lens, content, tiles.Areas(content, content), picture);
+  }
+  for (vtkTextureObject* texture : textures) {
+    texture->Deactivate();
+  }
+}
+
+void PicturePass::Impl::FinishAreas(vtkOpenGLRenderWindow* window, const Lens& lens, TileContent content,
+                                    const std::vector<cv::Rect>& areas, cv::Size picture) {
+  if (areas.empty()) {
+    return;
+  }
+  ScreenProgram& finish = finish_programs[content];
+  vtkShaderProgram* program = finish.Ready(
+      window, FinishSwitches(content) + shaders::kLens + shaders::kFinishDeclarations, shaders::kFinish);
+  vtkTextureObject* open = smooth_occlusion.texture ? smooth_occlusion.texture : color.texture;
   program->SetUniformi("colors", color.texture->GetTextureUnit());
   if (NeedsSurfaces()) {
     program->SetUniformi("surfaces", surfaces.texture->GetTextureUnit());
@@ -251,18 +291,17 @@ void PicturePass::Impl::DrawFinish(vtkOpenGLRenderWindow* window, const Lens& le
   program->SetUniform4f("background", Floats(effects.background).data());
   program->SetUniformf("eyeDome", static_cast<float>(effects.eye_dome));
   program->SetUniform2f("depthRange", lens.depth_range.data());
-  finish_program.quad->Render();
-  for (vtkTextureObject* texture : textures) {
-    texture->Deactivate();
-  }
+  finish.Fill(areas, picture);
 }
 
-void PicturePass::Impl::SmoothEdges(vtkOpenGLRenderWindow* window) {
+void PicturePass::Impl::SmoothEdges(vtkOpenGLRenderWindow* window, const ScreenTiles& tiles,
+                                    cv::Size picture) {
   vtkShaderProgram* program =
       edges_program.Ready(window, shaders::kSmoothEdgesDeclarations, shaders::kSmoothEdges);
   finished.texture->Activate();
   program->SetUniformi("finished", finished.texture->GetTextureUnit());
-  edges_program.quad->Render();
+  glClearBufferfv(GL_COLOR, 0, Floats(effects.background).data());
+  edges_program.Fill(tiles.Areas(TileContent::kFlat, TileContent::kNearSolid), picture);
   finished.texture->Deactivate();
 }
 
@@ -278,6 +317,10 @@ void PicturePass::Render(const vtkRenderState* state) {
   int bottom = 0;
   renderer->GetTiledSizeAndOrigin(&width, &height, &left, &bottom);
   const Lens lens(renderer, s.effects.ground_plane);
+  const cv::Size picture(width, height);
+  // The smoothed occlusion tells of solids up to a pixel of its own away, edge smoothing blends with the next
+  // pixel.
+  ScreenTiles tiles = SeenTiles(s.layers, lens, picture, 2.0 * kOcclusionStep);
   s.lights->Render(state);
 
   gl->PushFramebufferBindings();
@@ -287,32 +330,34 @@ void PicturePass::Render(const vtkRenderState* state) {
     const vtkOpenGLState::ScopedglEnableDisable scissor_test(gl, GL_SCISSOR_TEST);
     const vtkOpenGLState::ScopedglEnableDisable depth_test(gl, GL_DEPTH_TEST);
     s.DrawScene(renderer, width * s.effects.samples, height * s.effects.samples);
+    s.MarkPoints(tiles, picture);
     gl->vtkglDisable(GL_BLEND);
     gl->vtkglDisable(GL_DEPTH_TEST);
     if (s.effects.occlusion > 0.0 || s.effects.outline > 0.0) {
-      s.DrawOcclusion(window, lens, (width + kOcclusionStep - 1) / kOcclusionStep,
-                      (height + kOcclusionStep - 1) / kOcclusionStep);
+      s.DrawOcclusion(window, lens, tiles, picture);
     }
     if (s.effects.fxaa) {
       s.finished.Ensure(window, width, height, GL_RGBA8, true);
       BindReady(s.occlusion_buffer, window);
       s.occlusion_buffer->AddColorAttachment(0, s.finished.texture);
       Use(s.occlusion_buffer, 1, gl, width, height);
-      s.DrawFinish(window, lens);
+      s.DrawFinish(window, lens, tiles, picture);
     }
   }
   gl->PopFramebufferBindings();
 
   const vtkOpenGLState::ScopedglViewport viewport(gl);
   const vtkOpenGLState::ScopedglScissor scissor(gl);
+  const vtkOpenGLState::ScopedglEnableDisable scissor_test(gl, GL_SCISSOR_TEST);
   const vtkOpenGLState::ScopedglEnableDisable depth_test(gl, GL_DEPTH_TEST);
+  gl->vtkglEnable(GL_SCISSOR_TEST);
   gl->vtkglDisable(GL_DEPTH_TEST);
   gl->vtkglViewport(left, bottom, width, height);
   gl->vtkglScissor(left, bottom, width, height);
   if (s.effects.fxaa) {
-    s.SmoothEdges(window);
+    s.SmoothEdges(window, tiles, picture);
   } else {
-    s.DrawFinish(window, lens);
+    s.DrawFinish(window, lens, tiles, picture);
   }
   gl->vtkglEnable(GL_BLEND);
 }
@@ -320,9 +365,11 @@ void PicturePass::Render(const vtkRenderState* state) {
 void PicturePass::ReleaseGraphicsResources(vtkWindow* window) {
   Impl& s = *impl_;
   s.lights->ReleaseGraphicsResources(window);
-  for (ScreenProgram* program :
-       {&s.occlusion_program, &s.smoothing_program, &s.finish_program, &s.edges_program}) {
-    program->quad.reset();
+  for (ScreenProgram* program : {&s.occlusion_program, &s.smoothing_program, &s.edges_program}) {
+    program->ReleaseGraphicsResources();
+  }
+  for (auto& [content, program] : s.finish_programs) {
+    program.ReleaseGraphicsResources();
   }
   for (Target* target : {&s.color, &s.surfaces, &s.depth, &s.occlusion, &s.smooth_occlusion, &s.finished}) {
     if (target->texture) {

@@ -8,7 +8,6 @@
 #include <vector>
 
 class vtkActor;
-class vtkProp;
 
 namespace sqslam {
 
@@ -31,11 +30,11 @@ struct PictureEffects {
   Eigen::Vector4d ground_plane = Eigen::Vector4d::Zero();  // n . p + d = 0 in the map frame
 };
 
-// Props in drawing order.
+// Actors of polygonal data in drawing order.
 struct PictureLayers {
   std::vector<PointSplats*> points;
-  std::vector<vtkProp*> opaque;              // lines
-  std::vector<vtkProp*> ground;              // shadow and grid, blended over the above
+  std::vector<vtkActor*> opaque;             // lines
+  std::vector<vtkActor*> ground;             // shadow and grid, blended over the above
   std::vector<vtkActor*> solids;             // if translucent, farthest first; shaded by SolidActors
   std::vector<Eigen::Vector3d> line_colors;  // of see-through solids, in the order of their numbers
 };

@@ -194,8 +194,8 @@ uniform float radius;
                         middle.y > 0.0 ? middle.y : (beside > 0.0 ? -1.0 : 0.0), 0.0, 1.0);
 
 //// kFinishDeclarations
-// One pixel of the picture from its samples. SAMPLES, OCCLUSION, OUTLINE, EYE_DOME and SEE_THROUGH are defined
-// before; what only some pixels need stands in loops that the others leave at once, because a software renderer
+// One pixel of the picture from its samples. SAMPLES, NEAR_SOLIDS, OCCLUSION, OUTLINE, EYE_DOME and SEE_THROUGH are
+// defined before; what only some pixels need stands in loops that the others leave at once, because a software renderer
 // runs through both sides of every branch.
 uniform sampler2D colors;
 uniform sampler2D occlusion;
@@ -253,7 +253,11 @@ float openness(vec2 at, float depth) {
 
 //// kFinish
   // The filter of a texture takes the mean of the 2 x 2 samples of a pixel.
+#if SAMPLES == 1
+  vec4 sum = texelFetch(colors, ivec2(texCoord * vec2(textureSize(colors, 0))), 0);
+#else
   vec4 sum = texture(colors, texCoord);
+#endif
 #if OCCLUSION || OUTLINE || EYE_DOME
   ivec2 size = textureSize(colors, 0);
   ivec2 last = size - 1;
@@ -262,7 +266,7 @@ float openness(vec2 at, float depth) {
 #if EYE_DOME
   // Eye-dome lighting (Boucheny, 2009) with the four neighbours.
   int points = texelFetch(depths, corner, 0).x < 1.0 ? 1 : 0;
-#if !SEE_THROUGH
+#if NEAR_SOLIDS && !SEE_THROUGH
   points = texelFetch(surfaces, corner, 0).z > 0.0 ? 0 : points;
 #endif
   for (int once = 0; once < points; ++once) {

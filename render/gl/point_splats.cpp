@@ -13,8 +13,24 @@
 #include <utility>
 
 #include "picture_shaders.h"
+#include "render/gl/splat_raster.h"
 
 namespace sqslam {
+namespace {
+
+// Returns how many samples a map unit at distance 1 spans in a target of this height, and a matrix of VTK's,
+// which stores it transposed, as OpenGL reads it: from the map to clip coordinates.
+std::pair<float, vtkMatrix4x4*> ProjectionOf(vtkRenderer* renderer, int height) {
+  vtkMatrix4x4* to_view = nullptr;
+  vtkMatrix3x3* normals = nullptr;
+  vtkMatrix4x4* projection = nullptr;
+  vtkMatrix4x4* whole = nullptr;
+  vtkOpenGLCamera::SafeDownCast(renderer->GetActiveCamera())
+      ->GetKeyMatrices(renderer, to_view, normals, projection, whole);
+  return {static_cast<float>(0.5 * height * projection->GetElement(1, 1)), whole};
+}
+
+}  // namespace
 
 void PointSplats::SetVertices(std::vector<Vertex> vertices) {
   count_ = static_cast<int>(vertices.size());
@@ -55,14 +71,8 @@ void PointSplats::Draw(vtkRenderer* renderer, int height) {
   vtkShaderProgram* program =
       window->GetShaderCache()->ReadyShaderProgram(shaders::kSplatVertex, shaders::kSplatFragment, "");
   Upload(program);
-  vtkMatrix4x4* to_view = nullptr;
-  vtkMatrix3x3* normals = nullptr;
-  vtkMatrix4x4* projection = nullptr;
-  vtkMatrix4x4* whole = nullptr;
-  vtkOpenGLCamera::SafeDownCast(renderer->GetActiveCamera())
-      ->GetKeyMatrices(renderer, to_view, normals, projection, whole);
+  const auto [focal, whole] = ProjectionOf(renderer, height);
   program->SetUniformMatrix("toDevice", whole);
-  const auto focal = static_cast<float>(0.5 * height * projection->GetElement(1, 1));
   program->SetUniformf("focal", look_.scale * focal);
   program->SetUniformf("scale", look_.scale);
   program->SetUniformi("inMapUnits", look_.in_map_units ? 1 : 0);
@@ -76,6 +86,12 @@ void PointSplats::Draw(vtkRenderer* renderer, int height) {
   }
   glDisable(GL_PROGRAM_POINT_SIZE);
   array_->Release();
+}
+
+void PointSplats::Draw(vtkRenderer* renderer, SplatRaster& raster) const {
+  const auto [focal, whole] = ProjectionOf(renderer, raster.Colors().rows);
+  const Eigen::Matrix4f T_device_map = Eigen::Map<const Eigen::Matrix4d>(whole->GetData()).cast<float>();
+  raster.Draw(waiting_, ranges_, look_, T_device_map, focal);
 }
 
 void PointSplats::ReleaseGraphicsResources() {

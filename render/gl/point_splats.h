@@ -16,6 +16,8 @@ class vtkShaderProgram;
 
 namespace sqslam {
 
+class SplatRaster;
+
 // Draws coloured points as discs from one buffer. VTK's mappers are several times slower, have one size for
 // all points of an actor, and copy the points whenever some are left out. For the sources of render/ only.
 class PointSplats {
@@ -47,6 +49,8 @@ class PointSplats {
 
   // Draws into the bound targets, with their depth test. `height`: of the target, samples.
   void Draw(vtkRenderer* renderer, int height);
+  // Draws into a picture that the processor makes. Only if Draw is never called.
+  void Draw(vtkRenderer* renderer, SplatRaster& raster) const;
   void ReleaseGraphicsResources();
 
  private:

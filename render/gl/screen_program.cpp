@@ -4,6 +4,9 @@
 #include <vtkOpenGLShaderCache.h>
 #include <vtk_glew.h>
 
+#include <array>
+#include <cstddef>
+
 namespace sqslam {
 
 void Target::Ensure(vtkOpenGLRenderWindow* window, int wanted_width, int wanted_height, int format,
@@ -33,19 +36,61 @@ void Target::Ensure(vtkOpenGLRenderWindow* window, int wanted_width, int wanted_
                       bytes ? VTK_UNSIGNED_CHAR : VTK_FLOAT);
 }
 
+void Target::Fill(unsigned value_format, unsigned type, const void* values) const {
+  texture->Activate();
+  glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, width, height, value_format, type, values);
+  texture->Deactivate();
+}
+
 vtkShaderProgram* ScreenProgram::Ready(vtkOpenGLRenderWindow* window, const std::string& declarations,
                                        const std::string& code) {
-  if (!quad || text != declarations + code) {
-    text = declarations + code;
-    std::string source = vtkOpenGLRenderUtilities::GetFullScreenQuadFragmentShaderTemplate();
-    vtkShaderProgram::Substitute(source, "//VTK::FSQ::Decl", declarations);
-    vtkShaderProgram::Substitute(source, "//VTK::FSQ::Impl", code);
-    quad = std::make_unique<vtkOpenGLQuadHelper>(
-        window, vtkOpenGLRenderUtilities::GetFullScreenQuadVertexShader().c_str(), source.c_str(), "");
-  } else {
-    window->GetShaderCache()->ReadyShaderProgram(quad->Program);
+  if (text_ != declarations + code) {
+    text_ = declarations + code;
+    source_ = vtkOpenGLRenderUtilities::GetFullScreenQuadFragmentShaderTemplate();
+    vtkShaderProgram::Substitute(source_, "//VTK::FSQ::Decl", declarations);
+    vtkShaderProgram::Substitute(source_, "//VTK::FSQ::Impl", code);
   }
-  return quad->Program;
+  program_ = window->GetShaderCache()->ReadyShaderProgram(
+      vtkOpenGLRenderUtilities::GetFullScreenQuadVertexShader().c_str(), source_.c_str(), "");
+  return program_;
+}
+
+void ScreenProgram::Fill(const std::vector<cv::Rect>& areas, cv::Size target) {
+  if (areas.empty()) {
+    return;
+  }
+  struct Corner {
+    std::array<float, 2> device;
+    std::array<float, 2> share;  // of the target's sides
+  };
+  std::vector<Corner> corners;  // of two triangles for each rectangle
+  for (const cv::Rect& area : areas) {
+    const cv::Point right(area.width, 0);
+    for (const cv::Point& p :
+         {area.tl(), area.tl() + right, area.br(), area.tl(), area.br(), area.br() - right}) {
+      const float x = static_cast<float>(p.x) / static_cast<float>(target.width);
+      const float y = static_cast<float>(p.y) / static_cast<float>(target.height);
+      corners.push_back({{2.0F * x - 1.0F, 2.0F * y - 1.0F}, {x, y}});
+    }
+  }
+  buffer_->Upload(corners, vtkOpenGLBufferObject::ArrayBuffer);
+  array_->Bind();
+  array_->AddAttributeArray(program_, buffer_, "ndCoordIn", offsetof(Corner, device), sizeof(Corner),
+                            VTK_FLOAT, 2, false);
+  array_->AddAttributeArray(program_, buffer_, "texCoordIn", offsetof(Corner, share), sizeof(Corner),
+                            VTK_FLOAT, 2, false);
+  glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(corners.size()));
+  array_->Release();
+}
+
+void ScreenProgram::ReleaseGraphicsResources() {
+  array_->ReleaseGraphicsResources();
+  buffer_->ReleaseGraphicsResources();
+}
+
+bool DrawnByProcessor() {
+  const std::string name = reinterpret_cast<const char*>(glGetString(GL_RENDERER));  // NOLINT: bytes
+  return name.starts_with("llvmpipe") || name.starts_with("softpipe");
 }
 
 void BindReady(vtkSmartPointer<vtkOpenGLFramebufferObject>& buffer, vtkOpenGLRenderWindow* window) {

@@ -1,15 +1,18 @@
 #pragma once
 
+#include <vtkNew.h>
+#include <vtkOpenGLBufferObject.h>
 #include <vtkOpenGLFramebufferObject.h>
-#include <vtkOpenGLQuadHelper.h>
 #include <vtkOpenGLRenderWindow.h>
 #include <vtkOpenGLState.h>
+#include <vtkOpenGLVertexArrayObject.h>
 #include <vtkShaderProgram.h>
 #include <vtkSmartPointer.h>
 #include <vtkTextureObject.h>
 
-#include <memory>
+#include <opencv2/core/types.hpp>
 #include <string>
+#include <vector>
 
 // Textures to draw into and programs that fill them. For the sources of render/gl only.
 namespace sqslam {
@@ -20,19 +23,35 @@ struct Target {
   void Ensure(vtkOpenGLRenderWindow* window, int wanted_width, int wanted_height, int format,
               bool smooth = false);
 
+  // Fills it with values of OpenGL's type, row by row from the lower left.
+  void Fill(unsigned value_format, unsigned type, const void* values) const;
+
   int width = 0;
   int height = 0;
   vtkSmartPointer<vtkTextureObject> texture;
 };
 
-// A fragment program for the whole target; rebuilt if its text changes.
-struct ScreenProgram {
+// A fragment program for a target; rebuilt if its text changes.
+class ScreenProgram {
+ public:
   vtkShaderProgram* Ready(vtkOpenGLRenderWindow* window, const std::string& declarations,
                           const std::string& code);
 
-  std::unique_ptr<vtkOpenGLQuadHelper> quad;
-  std::string text;
+  // Fills these rectangles of a target, pixels from the lower left. Only after Ready.
+  void Fill(const std::vector<cv::Rect>& areas, cv::Size target);
+
+  void ReleaseGraphicsResources();
+
+ private:
+  vtkShaderProgram* program_ = nullptr;
+  std::string text_;
+  std::string source_;
+  vtkNew<vtkOpenGLVertexArrayObject> array_;
+  vtkNew<vtkOpenGLBufferObject> buffer_;
 };
+
+// True if OpenGL has no device but this processor.
+bool DrawnByProcessor();
 
 // Binds the buffer; creates it first if needed.
 void BindReady(vtkSmartPointer<vtkOpenGLFramebufferObject>& buffer, vtkOpenGLRenderWindow* window);

@@ -290,7 +290,7 @@ void Scene::LookFrom(const ViewCamera& view, cv::Size size) {
     shadow_->SetVisibility(false);
   }
   PictureLayers layers;
-  const auto add = [](const vtkSmartPointer<vtkActor>& actor, std::vector<vtkProp*>& layer) {
+  const auto add = [](const vtkSmartPointer<vtkActor>& actor, std::vector<vtkActor*>& layer) {
     if (actor->GetVisibility() != 0) {
       layer.push_back(actor);
     }
