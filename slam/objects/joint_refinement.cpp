@@ -136,6 +136,7 @@ void AddPrior(const Superquadric& start, const YawMode* yaw, const RefinementInp
               const RefinementOptions& options, RefinementProblem& problem) {
   constexpr double kCupTaper = 0.3;
   constexpr double kProfile = 2.0;  // the tapers explain most of what e1 would
+  constexpr double kRound = 4.0;    // turned on a lathe or a wheel
   const ClassPrior& known = input.prior;
   RefinementProblem::Prior& prior = problem.prior;
   const double longer = start.half_size.x() >= start.half_size.y() ? 1.0 : -1.0;
@@ -150,6 +151,9 @@ void AddPrior(const Superquadric& start, const YawMode* yaw, const RefinementInp
   const ShapeKind kind = NearestKind(start.e1, start.e2);
   prior.exponents = ExponentsOf(kind);
   prior.exponent_factors.fill(1.0 / options.exponent_sigma);
+  if (kind == ShapeKind::kCylinder) {
+    prior.exponent_factors[1] *= kRound;
+  }
   if (kind == ShapeKind::kCylinder && options.taper_sigma > 0.0) {
     // A handle, not a waist, is what makes the boxes of a cup wide.
     prior.taper_factor = 1.0 / (known.handle > 0.0 ? kCupTaper * options.taper_sigma : options.taper_sigma);

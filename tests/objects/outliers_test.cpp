@@ -241,6 +241,27 @@ TEST(SelectBoxes, MarksEdgesThatTheImageOrAnotherObjectCuts) {
   EXPECT_NEAR(boxes[1].centroid->z(), 1.0, 1e-12);
 }
 
+// The far corner of a microwave behind a cereal box whose front is farther away than the microwave's.
+TEST(SelectBoxes, OfTwoThatReachOverTheSameDepthsEachMayHideTheOther) {
+  const auto with_depths = [](double nearest_of_left, double farthest_of_left) {
+    ObjectFrame frame =
+        FrameWith({{"microwave", 0.9, {100, 200, 120, 150}}, {"cereal_box", 0.9, {200, 150, 100, 180}}});
+    for (int i = 0; i < 9; ++i) {
+      const double depth = nearest_of_left + (farthest_of_left - nearest_of_left) * i / 8.0;
+      frame.points.push_back({i, {110.0 + 5.0 * i, 250}, {0.01 * i, 0, depth}});
+      frame.points.push_back({20 + i, {230.0 + 5.0 * i, 200}, {0.01 * i, 0, 1.0 + 0.01 * i}});
+    }
+    return SelectBoxes(frame, DetectionFilterOptions(), 1.5);
+  };
+  std::vector<BoxCandidate> boxes = with_depths(0.8, 1.15);
+  ASSERT_EQ(boxes.size(), 2u);
+  ASSERT_LT(boxes[0].median_depth, boxes[1].median_depth);
+  EXPECT_EQ(boxes[0].edge_hidden, (std::array<bool, 4>{false, false, true, false}));
+  EXPECT_EQ(boxes[1].edge_hidden, (std::array<bool, 4>{true, false, false, false}));
+  boxes = with_depths(0.7, 0.9);
+  EXPECT_EQ(boxes[0].edge_hidden, (std::array<bool, 4>{false, false, false, false})) << "all of it is nearer";
+}
+
 // Detectors end the box of a large thing short of the border that cuts it.
 TEST(SelectBoxes, AnEdgeIsCutTheFartherFromTheBorderTheLargerTheBox) {
   const ObjectFrame frame = FrameWith({{"chair", 0.9, {12, 100, 300, 200}},
