@@ -105,21 +105,39 @@ std::vector<PointId> PointsAround(const Map& map, const Keyframe& keyframe) {
   return {points.begin(), points.end()};
 }
 
-// Points that the image shows where the pose predicts them, each with a keypoint of its own.
-std::vector<std::pair<PointId, int>> FindPoints(const Camera& camera, const Map& map,
-                                                const std::vector<PointId>& points,
-                                                const Rigid3d& T_camera_map, const FrameFeatures& features,
-                                                const ProjectionSearch& search) {
+// Points that were looked for in an image.
+struct Sought {
+  int predicted = 0;                           // those that the pose puts into it
+  std::vector<std::pair<PointId, int>> found;  // those that are there, each with a keypoint of its own
+
+  double Share() const { return static_cast<double>(found.size()) / std::max(predicted, 1); }
+};
+
+Sought FindPoints(const Camera& camera, const Map& map, const std::vector<PointId>& points,
+                  const Rigid3d& T_camera_map, const FrameFeatures& features,
+                  const ProjectionSearch& search) {
+  const Eigen::Vector3d center = T_camera_map.Inverse().translation;
   std::vector<bool> taken(features.Size(), false);
-  std::vector<std::pair<PointId, int>> found;
+  Sought sought;
   for (const PointId id : points) {
-    const int keypoint = FindKeypoint(map.Levels(), camera, T_camera_map, features, map.Point(id), search);
+    const MapPoint& point = map.Point(id);
+    sought.predicted += PredictSight(point, camera, T_camera_map, center) ? 1 : 0;
+    const int keypoint = FindKeypoint(map.Levels(), camera, T_camera_map, features, point, search);
     if (keypoint >= 0 && !taken[static_cast<std::size_t>(keypoint)]) {
       taken[static_cast<std::size_t>(keypoint)] = true;
-      found.emplace_back(id, keypoint);
+      sought.found.emplace_back(id, keypoint);
     }
   }
-  return found;
+  return sought;
+}
+
+// Returns the least share of the points around a keyframe that another image of the same place must show. How
+// many a keyframe shows of those that it should depends on the scene.
+double NeededShare(const Camera& camera, const LoopOptions& options, const Side& side,
+                   const std::vector<PointId>& points, const ProjectionSearch& search) {
+  const Keyframe& keyframe = side.keyframe;
+  return options.min_relative_share *
+         FindPoints(camera, side.map, points, keyframe.T_camera_map, *keyframe.features, search).Share();
 }
 
 // Neighbours of a keyframe that were asked for the points of the other side, and those that found enough.
@@ -133,16 +151,20 @@ Answers AskNeighbours(const Camera& camera, const LoopOptions& options, const Si
                       const Sim3d& S_here_there, const std::vector<PointId>& points_there,
                       const ProjectionSearch& search) {
   constexpr int kAsked = 2;  // times the number that must agree: some may look past the place
+  const double needed = NeededShare(camera, options, there, points_there, search);
   Answers answers;
   for (const KeyframeId id : here.keyframe.BestCovisible(kAsked * options.confirming_neighbours)) {
     const Keyframe& neighbour = here.map.At(id);
     const Rigid3d T_neighbour_here = neighbour.T_camera_map * here.keyframe.T_camera_map.Inverse();
     const Rigid3d T_neighbour_there_map =
         PoseInMap(Sim3d::FromRigid(T_neighbour_here) * S_here_there, there.keyframe);
-    const auto found =
+    const Sought sought =
         FindPoints(camera, there.map, points_there, T_neighbour_there_map, *neighbour.features, search);
     ++answers.asked;
-    answers.agreed += static_cast<int>(found.size()) >= options.min_confirmed_by_neighbour ? 1 : 0;
+    answers.agreed += static_cast<int>(sought.found.size()) >= options.min_confirmed_by_neighbour &&
+                              sought.Share() >= needed
+                          ? 1
+                          : 0;
   }
   return answers;
 }
@@ -173,9 +195,12 @@ std::optional<LoopCandidate> VerifyLoop(const Camera& camera, const LoopOptions&
     return std::nullopt;
   }
   LoopCandidate loop{current.id, known.id, *S_current_known, PointsAround(known_map, known), {}};
-  loop.confirmed = FindPoints(camera, known_map, loop.known_points, PoseInMap(*S_current_known, known),
-                              *current.features, search);
+  Sought sought = FindPoints(camera, known_map, loop.known_points, PoseInMap(*S_current_known, known),
+                             *current.features, search);
+  const double share = sought.Share();
+  loop.confirmed = std::move(sought.found);
   const bool verified = static_cast<int>(loop.confirmed.size()) >= options.min_confirmed &&
+                        share >= NeededShare(camera, options, known_side, loop.known_points, search) &&
                         NeighboursConfirm(camera, options, current_side, known_side, loop, search);
   return verified ? std::optional(std::move(loop)) : std::nullopt;
 }

@@ -14,6 +14,7 @@ namespace {
 using testing::ExactRing;
 using testing::MakeRingMap;
 using testing::RandomWords;
+using testing::RingMapOptions;
 using testing::SyntheticMap;
 
 PlaceRecognizer Teach(SyntheticMap& ring, std::shared_ptr<const Vocabulary> words,
@@ -30,7 +31,7 @@ PlaceRecognizer Teach(SyntheticMap& ring, std::shared_ptr<const Vocabulary> word
 }
 
 TEST(PlaceRecognizer, KnowsThePlaceWhereTheRingCloses) {
-  const testing::RingMapOptions options;
+  const RingMapOptions options;
   SyntheticMap ring = MakeRingMap(options);
   const PlaceRecognizer places = Teach(ring, RandomWords());
   const auto place = places.Recognize({&ring.map}, 27);  // stands where keyframe 3 stood
@@ -103,6 +104,17 @@ TEST(PlaceRecognizer, RefinesTheSimilarityWithPointsThatItPredicts) {
     squared_error += place->S_current_known.translation.squaredNorm() / 4.0;
   }
   EXPECT_LT(std::sqrt(squared_error), 0.012);
+}
+
+// A third of the image is of the place before keyframe 2, and no more of its surroundings.
+TEST(PlaceRecognizer, IsNotMisledByAThingThatStandsInTwoPlaces) {
+  RingMapOptions options = ExactRing();
+  options.repeated = true;
+  SyntheticMap ring = MakeRingMap(options);
+  EXPECT_FALSE(Teach(ring, RandomWords()).Recognize({&ring.map}, 14));
+  LoopOptions credulous;
+  credulous.min_relative_share = 0.0;
+  EXPECT_TRUE(Teach(ring, RandomWords(), credulous).Recognize({&ring.map}, 14));
 }
 
 TEST(PlaceRecognizer, FindsNothingOnTheWayThere) {
