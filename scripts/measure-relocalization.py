@@ -120,8 +120,8 @@ def main():
     images = rows(arguments.sequence / "rgb.txt")
     half = len(images) // 2
     result = arguments.work / "map"
-    subprocess.run([arguments.sqslam, "run", arguments.sequence, "--frames", str(half), "--output", result, "--no-render",
-                    "--quiet", "--detector", "none", "--seed", "1"], check=True)
+    subprocess.run([arguments.sqslam, "run", arguments.sequence, "--frames", str(half), "--output", result,
+                    "--no-render", "--quiet", "--detector", "none", "--seed", "1"], check=True)
     truth, mapped = centers(arguments.sequence / "groundtruth.txt"), centers(result / "trajectory.txt")
     common = [stamp for stamp in mapped if stamp in truth]
     to_world = similarity(*(numpy.array([of[stamp] for stamp in common]) for of in (mapped, truth)))
