@@ -51,12 +51,20 @@ def colmap(*arguments):
         sys.exit(f"colmap {arguments[0]}: {done.stdout[-500:]} {done.stderr[-500:]}")
 
 
+def colmap_camera(path):
+    """The camera as COLMAP has it: model, parameters, width and height. Its pixel centres are at a half."""
+    camera = dict(re.findall(r"^(\w+): *([^#\n]+)", path.read_text(), re.M))
+    k = [float(v) for v in re.findall(r"[-\d.e]+", camera.get("distortion", ""))]
+    fx, fy, cx, cy = [float(camera[name]) for name in ("fx", "fy", "cx", "cy")]
+    fisheye = camera.get("distortion_model", "").strip() == "fisheye"
+    k += [0.0] * ((4 if fisheye else 8) - len(k))  # k1 k2 k3 k4, or k1 k2 p1 p2 k3 k4 k5 k6
+    return ("OPENCV_FISHEYE" if fisheye else "FULL_OPENCV", [fx, fy, cx + 0.5, cy + 0.5] + k,
+            camera["width"].strip(), camera["height"].strip())
+
+
 def triangulate(result, sequence, work):
     """Points that COLMAP triangulates: positions by number, and the numbers seen by each keyframe's timestamp."""
-    camera = dict(re.findall(r"^(\w+): *([^#\n]+)", (result / "camera.yaml").read_text(), re.M))
-    k = [float(v) for v in re.findall(r"[-\d.e]+", camera.get("distortion", "")) or [0] * 5]
-    numbers = [float(camera[name]) for name in ("fx", "fy", "cx", "cy")]
-    params = numbers[:2] + [numbers[2] + 0.5, numbers[3] + 0.5] + k[:4] + [k[4], 0, 0, 0]
+    model, params, width, height = colmap_camera(result / "camera.yaml")
     images = {f"{float(line[0]):.6f}": line[1] for line in lines(sequence / "rgb.txt")}
     poses = {}
     (work / "images").mkdir(parents=True)
@@ -67,7 +75,7 @@ def triangulate(result, sequence, work):
         poses[name] = [float(v) for v in line]
     database, pictures = work / "database.db", work / "images"
     colmap("feature_extractor", "--database_path", database, "--image_path", pictures, "--ImageReader.single_camera", 1,
-           "--ImageReader.camera_model", "FULL_OPENCV", "--ImageReader.camera_params", ",".join(map(str, params)),
+           "--ImageReader.camera_model", model, "--ImageReader.camera_params", ",".join(map(str, params)),
            "--SiftExtraction.use_gpu", 0)
     colmap("sequential_matcher", "--database_path", database, "--SiftMatching.use_gpu", 0)
     ids = dict(sqlite3.connect(database).execute("SELECT name, image_id FROM images"))
@@ -76,7 +84,7 @@ def triangulate(result, sequence, work):
     out.mkdir()
     (posed / "points3D.txt").write_text("")
     (posed / "cameras.txt").write_text(
-        f"1 FULL_OPENCV {camera['width'].strip()} {camera['height'].strip()} {' '.join(map(str, params))}\n")
+        f"1 {model} {width} {height} {' '.join(map(str, params))}\n")
     text = ""
     for name, (_, x, y, z, *q) in poses.items():
         t = into_camera(q, [0, 0, 0], [-x, -y, -z])

@@ -2,8 +2,9 @@
 """Measures the SLAM core: accuracy, robustness, speed and memory over several runs of several sequences.
 
 Needs the sequence folders redkitchen, tsukuba and blender_desk_a below DATA; missing ones are skipped. Makes their
-harder variants below WORK from links and lists, and a walk of many laps around the bundled desk. Prints one Markdown
-table of medians with the lowest and highest values.
+harder variants below WORK from links and lists, a walk of many laps around the bundled desk, and two turns of a camera
+in its room, once with posters that are all alike. Prints one Markdown table of medians with the lowest and highest
+values.
 
     scripts/measure-slam.py ../data out/measure
     scripts/measure-slam.py ../data out/measure --only redkitchen gap --runs 3 -- --deterministic
@@ -13,6 +14,8 @@ A name like redkitchen:20 means every 20th frame of a sequence, similar to photo
 """
 import argparse
 import json
+import math
+import re
 import shutil
 import sqlite3
 import statistics
@@ -83,6 +86,43 @@ def write_variant(source, target, order, black=()):
     return target
 
 
+def turning_waypoints(turns):
+    """Waypoints of a camera that goes round in the middle of the bundled room and looks at its walls."""
+    text = ""
+    for step in range(12 * turns + 3):
+        x, y = -math.sin(step * math.pi / 6), math.cos(step * math.pi / 6)
+        height = 1.2 + 0.05 * math.sin(step * math.pi / 3 + 0.2 * step)
+        text += f"    - {{position: [{0.7 * x:.3f}, {0.7 * y - 1.3:.3f}, {height:.3f}], "
+        text += f"look_at: [{2.2 * x:.3f}, {2.2 * y - 1.3:.3f}, 1.05]}}\n"
+    return text
+
+
+def write_room(arguments, target, alike):
+    """A sequence folder of the bundled room from its middle; `alike`: with one poster in all places on one plaster."""
+    if (target / "rgb.txt").exists():
+        return target
+    scene = (ROOT / "assets/scenes/desk.yaml").read_text()
+    scene = re.sub(r"(  waypoints:\n)(?:    - .*\n)+", lambda m: m[1] + turning_waypoints(2), scene)
+    scene = re.sub(r"^frames: .*", "frames: 560", scene, flags=re.M)
+    if alike:
+        for pattern in ("poster", "plaster"):  # all like the first
+            texture = re.search(rf"texture: {{pattern: {pattern},.*}}", scene)[0]
+            scene = re.sub(rf"texture: {{pattern: {pattern},.*}}", texture.replace("\\", r"\\"), scene)
+        scene = re.sub(r"u: (.*), v: (.*), (shading_step: .*\n.*pattern: poster)",
+                       lambda m: f"u: {resized(m[1], 0.8)}, v: {resized(m[2], 1.0)}, {m[3]}", scene)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    file = target.with_suffix(".yaml")
+    file.write_text(scene)
+    subprocess.run([arguments.sqslam, "synth", file, "--output", target, "--quiet"], check=True)
+    return target
+
+
+def resized(vector, length):
+    """A vector of a scene's text with another length."""
+    values = json.loads(vector)
+    return json.dumps([round(length * value / math.hypot(*values), 4) for value in values])
+
+
 def there_and_back(count, laps):
     """Frame numbers of a walk along a path of `count` frames, every other time from its end."""
     order = list(range(count))
@@ -107,6 +147,9 @@ def make_sequences(arguments):
             subprocess.run([arguments.sqslam, "synth", scene, "--output", desk, "--noise", "--quiet"], check=True)
         count = len(read_rows(desk / "rgb.txt"))
         folders["laps"] = write_variant(desk, work / "laps", there_and_back(count, arguments.laps))
+    for name in ("turns", "alike"):
+        if name in arguments.only:
+            folders[name] = write_room(arguments, work / name, name == "alike")
     for name, stride in STRIDES:
         folders[f"{name}:{stride}"] = data / name
     return {name: folder for name, folder in folders.items() if folder.exists() and name in arguments.only}
@@ -286,7 +329,7 @@ def print_header(columns):
 def parse_arguments():
     plain = ["redkitchen", "twice", "gap", "tsukuba", "blender_desk_a", "laps"]
     strides = [f"{name}:{stride}" for name, stride in STRIDES]
-    names = plain + strides + ["strides"]
+    names = plain + strides + ["strides", "turns", "alike"]
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("data", type=Path, help="folder that holds the sequence folders")
     parser.add_argument("work", type=Path, help="folder for variants and results")
@@ -296,7 +339,7 @@ def parse_arguments():
     parser.add_argument("--only", nargs="+", choices=names, default=plain, metavar="NAME",
                         help=f"sequences: {', '.join(names)} (default: the first {len(plain)})")
     parser.add_argument("options", nargs="*", help="options of sqslam run, after --")
-    arguments = parser.parse_args()
+    arguments = parser.parse_intermixed_args()  # else options after --only and its names are refused
     if "strides" in arguments.only:
         arguments.only = [name for name in arguments.only if name != "strides"] + strides
     return arguments

@@ -19,7 +19,7 @@ Box2d ClippedBox(double left, double top, double right, double bottom, const Cam
 
 // Returns the area of an object's whole silhouette in square pixels; 0 if a part of it is behind the camera.
 // Superquadrics with exponents up to 2 are convex, so the silhouette is the convex hull of the projected
-// surface.
+// surface, also through a fisheye lens to within what it bends.
 double SilhouetteArea(const PosedSuperquadric& superquadric, const Camera& camera,
                       const Rigid3d& T_world_camera) {
   const Rigid3d T_camera_object = T_world_camera.Inverse() * superquadric.T_map_object;
@@ -29,7 +29,7 @@ double SilhouetteArea(const PosedSuperquadric& superquadric, const Camera& camer
     if (p_camera.z() < 0.01) {
       return 0.0;
     }
-    const Eigen::Vector2d pixel = camera.Project(p_camera);
+    const Eigen::Vector2d pixel = camera.ProjectDistorted(p_camera);
     pixels.emplace_back(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
   }
   std::vector<cv::Point2f> hull;

@@ -2,6 +2,10 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <algorithm>
+#include <string>
+#include <vector>
+
 #include "slam/geometry/angles.h"
 #include "slam/util/throw_if.h"
 
@@ -76,6 +80,16 @@ Camera ReadCamera(const YAML::Node& node) {
   camera.cx = node["cx"].as<double>(0.5 * (camera.width - 1));
   camera.cy = node["cy"].as<double>(0.5 * (camera.height - 1));
   camera.fps = node["fps"].as<double>(30.0);
+  const auto model = node["distortion_model"].as<std::string>("");
+  ThrowIf<InputError>(!model.empty() && model != "fisheye",
+                      "'camera: distortion_model': {}, expected fisheye, or none for a pinhole camera",
+                      model);
+  if (model == "fisheye") {
+    camera.lens = LensModel::kFisheye;
+    const auto coefficients = node["distortion"].as<std::vector<double>>(std::vector<double>(4, 0.0));
+    ThrowIf<InputError>(coefficients.size() != 4, "'camera: distortion': expected [k1, k2, k3, k4]");
+    std::ranges::copy(coefficients, camera.distortion.begin());
+  }
   ThrowIf<InputError>(
       camera.width < 16 || camera.height < 16 || camera.fx <= 0.0 || camera.fy <= 0.0 || camera.fps <= 0.0,
       "'camera': expected width and height of 16 at least, and positive fx, fy and fps");

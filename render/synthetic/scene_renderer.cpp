@@ -9,10 +9,13 @@
 #include <vtkTexture.h>
 #include <vtkUnsignedCharArray.h>
 
+#include <algorithm>
+#include <cmath>
 #include <opencv2/core/utility.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "render/solids/poly_data.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace {
@@ -36,13 +39,52 @@ vtkNew<vtkTexture> MakeTexture(const cv::Mat& bgr) {
   return texture;
 }
 
+// Returns the pinhole camera that shows what a fisheye lens shows, as large in the middle.
+Camera PinholeOf(const Camera& lens, int supersampling) {
+  constexpr double kLargest = 16384.0;  // pixels, of a side of a picture that OpenGL draws
+  if (lens.lens != LensModel::kFisheye) {
+    return lens;
+  }
+  const auto [left, top, right, bottom] = lens.ShownBounds();
+  ThrowIf<InputError>(
+      std::max(right - left, bottom - top) * supersampling > kLargest,
+      "'camera': the fisheye lens is too wide to be drawn; expected a larger fx or fewer pixels");
+  Camera pinhole = lens.WithoutDistortion();
+  pinhole.cx -= left;
+  pinhole.cy -= top;
+  pinhole.width = static_cast<int>(std::ceil(right - left)) + 1;
+  pinhole.height = static_cast<int>(std::ceil(bottom - top)) + 1;
+  return pinhole;
+}
+
+// Returns where the pinhole camera shows each pixel of the lens (32FC2), both pictures drawn larger.
+cv::Mat BendOf(const Camera& lens, const Camera& pinhole, double supersampling) {
+  if (lens.lens != LensModel::kFisheye) {
+    return {};
+  }
+  const auto middle = [supersampling](int drawn) { return (drawn + 0.5) / supersampling - 0.5; };
+  cv::Mat bend(cv::Size(lens.width, lens.height) * static_cast<int>(supersampling), CV_32FC2);
+  cv::parallel_for_(cv::Range(0, bend.rows), [&](const cv::Range& rows) {
+    for (int row = rows.start; row < rows.end; ++row) {
+      for (int column = 0; column < bend.cols; ++column) {
+        const Eigen::Vector3d ray = lens.Unproject(lens.Undistort({middle(column), middle(row)}));
+        const Eigen::Vector2d pixel = supersampling * (pinhole.Project(ray).array() + 0.5) - 0.5;
+        bend.at<cv::Vec2f>(row, column) = {static_cast<float>(pixel.x()), static_cast<float>(pixel.y())};
+      }
+    }
+  });
+  return bend;
+}
+
 }  // namespace
 
 SceneRenderer::SceneRenderer(const SceneDescription& scene, int supersampling, RenderBackend backend)
     : camera_(scene.camera),
+      pinhole_(PinholeOf(camera_, supersampling)),
       supersampling_(supersampling),
-      window_({.width = camera_.width * supersampling_,
-               .height = camera_.height * supersampling_,
+      bend_(BendOf(camera_, pinhole_, supersampling)),
+      window_({.width = pinhole_.width * supersampling_,
+               .height = pinhole_.height * supersampling_,
                .backend = backend}) {
   window_.AddRenderer(color_renderer_);
   window_.AddRenderer(id_renderer_);
@@ -83,7 +125,7 @@ void SceneRenderer::Add(const TexturedMesh& mesh) {
 }
 
 cv::Mat SceneRenderer::Render(vtkRenderer* drawn, vtkRenderer* other, const Rigid3d& T_world_camera) {
-  SetPinholeCamera(camera_, T_world_camera, kNear, kFar, drawn->GetActiveCamera());
+  SetPinholeCamera(pinhole_, T_world_camera, kNear, kFar, drawn->GetActiveCamera());
   drawn->DrawOn();
   other->DrawOff();
   return window_.Render();
@@ -91,6 +133,11 @@ cv::Mat SceneRenderer::Render(vtkRenderer* drawn, vtkRenderer* other, const Rigi
 
 cv::Mat SceneRenderer::RenderColor(const Rigid3d& T_world_camera) {
   cv::Mat image = Render(color_renderer_, id_renderer_, T_world_camera);
+  if (!bend_.empty()) {
+    cv::Mat bent;
+    cv::remap(image, bent, bend_, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+    image = bent;
+  }
   if (supersampling_ > 1) {
     cv::resize(image, image, {camera_.width, camera_.height}, 0.0, 0.0, cv::INTER_AREA);
   }
@@ -101,6 +148,11 @@ cv::Mat SceneRenderer::RenderIds(const Rigid3d& T_world_camera) {
   const cv::Mat image = Render(id_renderer_, color_renderer_, T_world_camera);
   cv::Mat ids;
   cv::extractChannel(image, ids, 0);
+  if (!bend_.empty()) {
+    cv::Mat bent;
+    cv::remap(ids, bent, bend_, cv::noArray(), cv::INTER_NEAREST, cv::BORDER_REPLICATE);
+    return bent;
+  }
   return ids;
 }
 

@@ -11,11 +11,12 @@
 
 namespace sqslam {
 
-// Draws a scene as its camera sees it. For the sources of render/ only.
+// Draws a scene as its camera sees it: through a fisheye lens by bending the picture of a pinhole camera that
+// sees as much. For the sources of render/ only.
 class SceneRenderer {
  public:
   // Paints the textures and computes the light, which takes seconds. Pictures are drawn at `supersampling`
-  // times the camera's size, then averaged.
+  // times the camera's size, then averaged. Throws InputError if the lens is too wide for such a picture.
   SceneRenderer(const SceneDescription& scene, int supersampling, RenderBackend backend);
 
   cv::Mat RenderColor(const Rigid3d& T_world_camera);  // 8UC3, camera size
@@ -29,7 +30,9 @@ class SceneRenderer {
   cv::Mat Render(vtkRenderer* drawn, vtkRenderer* other, const Rigid3d& T_world_camera);
 
   Camera camera_;
+  Camera pinhole_;  // that the picture is drawn with; `camera_` itself unless that is a fisheye lens
   int supersampling_;
+  cv::Mat bend_;  // of the pixels of a picture as the lens shows it: where `pinhole_` shows them; or empty
   OffscreenWindow window_;
   vtkNew<vtkRenderer> color_renderer_;
   vtkNew<vtkRenderer> id_renderer_;

@@ -13,6 +13,7 @@
 
 #include "render/synthetic/exact_boxes.h"
 #include "render/synthetic/scene_renderer.h"
+#include "slam/io/cameras.h"
 #include "slam/io/coco.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/throw_if.h"
@@ -21,13 +22,6 @@
 namespace sqslam {
 namespace fs = std::filesystem;
 namespace {
-
-std::string FormatCamera(const Camera& camera) {
-  return fmt::format(
-      "width: {}\nheight: {}\nfx: {}\nfy: {}\ncx: {}\ncy: {}\ndistortion: [0.0, 0.0, 0.0, 0.0, 0.0]\nfps: "
-      "{}\n",
-      camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy, camera.fps);
-}
 
 std::string FormatPose(double timestamp, const Rigid3d& pose) {
   const Eigen::Quaterniond& q = pose.rotation;
@@ -274,7 +268,7 @@ SynthesisSummary WriteSyntheticSequence(const SceneDescription& scene, const fs:
   writer.Finish();
   summary.objects = static_cast<int>(seen.size());
   text.Save(folder.Path(), options.noisy_detections);
-  WriteFileAtomically(folder.Path() / "camera.yaml", FormatCamera(scene.camera));
+  WriteCamera(folder.Path() / "camera.yaml", scene.camera);
   WriteFileAtomically(folder.Path() / "objects_gt.json", FormatObjects(scene));
   folder.Commit();
   return summary;

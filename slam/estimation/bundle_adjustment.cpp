@@ -133,13 +133,20 @@ int ApplyBundle(const BundleProblem& problem, Map& map) {
   return outliers;
 }
 
-BundleAdjustmentReport LocalBundleAdjustment(Map& map, const Camera& camera, KeyframeId center,
+std::vector<KeyframeId> LocalWindow(const Map& map, KeyframeId center,
+                                    const BundleAdjustmentOptions& options) {
+  std::vector<KeyframeId> window = map.At(center).BestCovisible(options.max_keyframes - 1);
+  window.push_back(center);
+  return window;
+}
+
+BundleAdjustmentReport LocalBundleAdjustment(Map& map, const Camera& camera,
+                                             const std::vector<KeyframeId>& window,
                                              const BundleAdjustmentOptions& options,
                                              const std::function<bool()>& interrupt,
                                              const JointObjects& objects) {
-  std::vector<KeyframeId> free = map.At(center).BestCovisible(options.max_keyframes - 1);
-  free.push_back(center);
-  std::set<KeyframeId> inside(free.begin(), free.end());
+  const std::set<KeyframeId> inside(window.begin(), window.end());
+  std::vector<KeyframeId> free(inside.begin(), inside.end());
   std::map<KeyframeId, int> outside;  // keyframe -> observations of these points
   for (const KeyframeId id : free) {
     for (const PointId point : map.At(id).SeenPoints()) {
@@ -154,7 +161,6 @@ BundleAdjustmentReport LocalBundleAdjustment(Map& map, const Camera& camera, Key
   std::ranges::sort(ranked, std::greater<>());
   std::vector<KeyframeId> fixed = ToVector(ranked | std::views::take(options.max_fixed) | std::views::values);
   // The gauge (pose and scale) needs two fixed keyframes: the two oldest while the map is small.
-  std::ranges::sort(free);
   while (fixed.size() < 2 && free.size() > 1) {
     fixed.push_back(free.front());
     free.erase(free.begin());

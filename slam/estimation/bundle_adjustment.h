@@ -159,7 +159,7 @@ double FocalDeviation(const BundleProblem& solved, int iterations, const std::fu
 int ApplyBundle(const BundleProblem& problem, Map& map);
 
 struct BundleAdjustmentOptions : BundleSolverOptions {
-  int max_keyframes = 16;  // variable keyframes of a local bundle adjustment
+  int max_keyframes = 16;  // variable keyframes of a local bundle adjustment, on either side of a merge
   int max_fixed = 20;      // additional fixed keyframes
 
   void VisitFields(auto&& visit) {
@@ -182,12 +182,17 @@ struct JointObjects {
   JointObjectOptions options;
 };
 
-// Minimises the reprojection error over a keyframe, its most covisible neighbours and all points they see;
-// keyframes that see these points from outside stay fixed (the local bundle adjustment of ORB-SLAM, Mur-Artal
-// et al. 2015, section VI-D). Outliers are removed from the map. Calls `interrupt` after each iteration.
-// Shape errors of given objects are minimised jointly; the results are in the report, because the map has no
-// objects.
-BundleAdjustmentReport LocalBundleAdjustment(Map& map, const Camera& camera, KeyframeId center,
+// Returns a keyframe and its most covisible neighbours.
+std::vector<KeyframeId> LocalWindow(const Map& map, KeyframeId center,
+                                    const BundleAdjustmentOptions& options);
+
+// Minimises the reprojection error over a window of keyframes and all points they see; keyframes that see
+// these points from outside stay fixed (the local bundle adjustment of ORB-SLAM, Mur-Artal et al. 2015,
+// section VI-D; where maps were merged, the windows of both sides make one, as in ORB-SLAM3, Campos et al.
+// 2021, VI B). Outliers are removed from the map. Calls `interrupt` after each iteration. Shape errors of
+// given objects are minimised jointly; the results are in the report, because the map has no objects.
+BundleAdjustmentReport LocalBundleAdjustment(Map& map, const Camera& camera,
+                                             const std::vector<KeyframeId>& window,
                                              const BundleAdjustmentOptions& options,
                                              const std::function<bool()>& interrupt,
                                              const JointObjects& objects = {});

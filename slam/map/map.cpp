@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <ranges>
+#include <utility>
 
 #include "slam/features/matching.h"
 #include "slam/util/statistics.h"
@@ -29,6 +30,15 @@ Descriptor MedianDescriptor(const std::vector<const Descriptor*>& descriptors) {
     }
   }
   return *descriptors[best];
+}
+
+// Returns true if the spanning tree has the keyframe at or below `ancestor`. Ends in the circle that a map
+// from a file may have in place of a tree, too.
+bool IsBelow(const Map& map, KeyframeId id, KeyframeId ancestor) {
+  for (std::size_t i = 0; i < map.Keyframes().size() && id != ancestor && id != kNoKeyframe; ++i) {
+    id = map.At(id).parent;
+  }
+  return id == ancestor;
 }
 
 }  // namespace
@@ -136,13 +146,18 @@ void Map::Fuse(PointId dropped, PointId kept) {
 
 void Map::RemoveKeyframe(KeyframeId id) {
   const Keyframe& keyframe = At(id);
-  KeyframeId parent = keyframe.parent;
-  if (parent == kNoKeyframe || !HasKeyframe(parent)) {
+  if (keyframe.parent == kNoKeyframe) {
     const auto best = keyframe.BestCovisible(1);
-    parent = best.empty() ? (keyframes_.begin()->first == id ? std::next(keyframes_.begin())->first
-                                                             : keyframes_.begin()->first)
-                          : best.front();
+    const KeyframeId oldest = keyframes_.begin()->first;
+    const KeyframeId heir = !best.empty()  ? best.front()
+                            : oldest != id ? oldest
+                                           : std::next(keyframes_.begin())->first;
+    Reroot(heir);
+    if (keyframe.parent == kNoKeyframe) {  // the heir is in another tree
+      Reroot(id, heir);
+    }
   }
+  const KeyframeId parent = keyframe.parent;
   const Keyframe& anchor = At(parent);
   removed_.Add(
       id, {{parent, keyframe.T_camera_map * anchor.T_camera_map.Inverse(), anchor.scale}, keyframe.scale});
@@ -155,8 +170,15 @@ void Map::RemoveKeyframe(KeyframeId id) {
   keyframes_.erase(id);
   for (auto& [other_id, other] : keyframes_) {
     if (other.parent == id) {
-      other.parent = parent == other_id ? kNoKeyframe : parent;
+      other.parent = parent;
     }
+  }
+}
+
+void Map::Reroot(KeyframeId root, KeyframeId parent) {
+  for (KeyframeId id = root; id != kNoKeyframe;) {  // turns the edges on the way up
+    const KeyframeId next = std::exchange(At(id).parent, parent);
+    parent = std::exchange(id, next);
   }
 }
 
@@ -220,7 +242,7 @@ void Map::UpdateCovisibility(KeyframeId id) {
   if (keyframe.parent == kNoKeyframe) {
     int best = 0;
     for (const auto& [other, weight] : shared) {
-      if (other < id && weight > best) {
+      if (other < id && weight > best && !IsBelow(*this, other, id)) {
         best = weight;
         keyframe.parent = other;
       }

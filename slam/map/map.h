@@ -86,7 +86,7 @@ struct Keyframe {
   BagOfWordsPtr words;                     // null without place recognition
   std::vector<PointId> points;             // one per keypoint, kNoPoint if none
   std::map<KeyframeId, int> covisibility;  // shared map points per covisible keyframe
-  KeyframeId parent = kNoKeyframe;         // the most covisible older keyframe
+  KeyframeId parent = kNoKeyframe;         // the most covisible older keyframe, until Map::Reroot
 
   ScaledPose Pose() const { return {T_camera_map, scale}; }
   Eigen::Vector3d Center() const { return T_camera_map.Inverse().translation; }
@@ -123,6 +123,10 @@ class Map {
   void RemovePoint(PointId point);
   void Fuse(PointId dropped, PointId kept);
   void RemoveKeyframe(KeyframeId keyframe);  // its pose stays known, relative to its parent
+
+  // Makes a keyframe the root of its spanning tree, and hangs the tree below `parent`, if given: a keyframe
+  // of another tree.
+  void Reroot(KeyframeId root, KeyframeId parent = kNoKeyframe);
 
   // Recompute what follows from the observations.
   void UpdateAppearance(PointId point);      // descriptor, normal, distance range

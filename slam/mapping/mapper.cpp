@@ -49,7 +49,7 @@ void Mapper::MapKeyframe(const TrackingReport& report, bool begins) {
   if (begins) {
     outputs_.publish_snapshot(MakeSnapshot());  // two keyframes are better than none if the run ends here
   }
-  OptimizeLocally(newest);
+  OptimizeAround(newest);
   for (const KeyframeId culled :
        CullKeyframes(active_->Map(), newest, options_.mapping.culling, loop_edges_)) {
     places_.Remove(culled);
@@ -204,14 +204,18 @@ void Mapper::CountReturn(KeyframeId id) {
   returned_ = between >= kBetween;
 }
 
-void Mapper::OptimizeLocally(KeyframeId keyframe) {
+void Mapper::OptimizeAround(KeyframeId keyframe) {
+  OptimizeWindow(LocalWindow(active_->Map(), keyframe, options_.mapping.bundle_adjustment));
+}
+
+void Mapper::OptimizeWindow(const std::vector<KeyframeId>& window) {
   const StageTimes::Scope timer(times_, "mapping.bundle_adjustment");
   if (active_->Map().Keyframes().size() > 2) {
     const JointObjectOptions& joint = options_.mapping.joint_objects;
     const std::vector<ObjectTerm> terms =
         joint.Local() ? active_->ObjectTerms(joint) : std::vector<ObjectTerm>();
     const BundleAdjustmentReport report =
-        LocalBundleAdjustment(active_->Map(), camera_, keyframe, options_.mapping.bundle_adjustment,
+        LocalBundleAdjustment(active_->Map(), camera_, window, options_.mapping.bundle_adjustment,
                               outputs_.keyframe_waiting, {terms, joint});
     active_->CorrectObjects(report.objects, camera_);
   }
@@ -273,15 +277,20 @@ void Mapper::MergeSubmaps(const LoopCandidate& loop, Submap& known) {
   Submap& dropped = keep_known ? *active_ : known;
   const Sim3d S_kept_dropped = keep_known ? S_known_active : S_known_active.Inverse();
   const std::int64_t number = dropped.Number();
+  // Of both sides as they are now: afterwards, the neighbours of either would be mostly those of one map.
+  const BundleAdjustmentOptions& adjustment = options_.mapping.bundle_adjustment;
+  std::vector<KeyframeId> window = LocalWindow(active_->Map(), loop.current, adjustment);
+  std::ranges::copy(LocalWindow(known.Map(), loop.known, adjustment), std::back_inserter(window));
   dropped.Bend([&](Map& map) { map.Transform(S_kept_dropped); });
   kept.Absorb(std::move(dropped));
+  kept.Map().Reroot(keep_known ? loop.current : loop.known, keep_known ? loop.known : loop.current);
   MoveOrigins(number, S_kept_dropped, kept.Number());
   submaps_.erase(number);
   atlas_.submaps.erase(number);
   active_ = &kept;
   loop_edges_.insert(std::minmax(loop.current, loop.known));
   FuseLoop(active_->Map(), camera_, loop, options_.mapping.loops);
-  OptimizeLocally(loop.current);
+  OptimizeWindow(window);
 }
 
 // Adjusts a copy of the whole map while mapping goes on.

@@ -87,7 +87,8 @@ class Mapper {
   KeyframeId AddKeyframe(const TrackingReport& report);
   KeyframeId AddKeyframe(const TrackedFrame& frame, std::vector<FrameMatch> matches);
   void CountReturn(KeyframeId keyframe);
-  void OptimizeLocally(KeyframeId keyframe);
+  void OptimizeAround(KeyframeId keyframe);
+  void OptimizeWindow(const std::vector<KeyframeId>& window);
   void OptimizeGlobally(bool with_objects, bool with_frames = false);
   std::vector<const Map*> MapsActiveFirst() const;
   Submap& SubmapWith(KeyframeId keyframe);

@@ -118,7 +118,7 @@ bool Mapper::PlaceOnce(Submap& submap, const Completion& completion, bool by_two
     }
     const std::vector<FrameMatch> matches = MatchesOf(*frame, pose_tracker_.Levels());
     if (by_two_views || AddsToMap(submap.Map(), *frame, options_.mapping.completion.keyframe_share)) {
-      OptimizeLocally(AddKeyframe(*frame, matches));
+      OptimizeAround(AddKeyframe(*frame, matches));
       view = submap.MakeView();
     } else {
       submap.RecordFrame(index, frame->timestamp, frame->anchor, matches);

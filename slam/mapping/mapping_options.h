@@ -59,7 +59,12 @@ struct LoopOptions {
   Sim3Options similarity;      // estimated from these matches
   double search_radius = 8.0;  // px at level 0, radius of the search that verifies a loop
   int min_confirmed = 50;      // map points of the known side that the newest keyframe must match
-  int strong_covisibility = 100;  // shared map points from which two keyframes get a pose graph edge
+  // Least share of the other side's points in view that an image must match, relative to the share of them
+  // that the other side's own keyframe matches: what stands in two places leaves most of one place missing.
+  double min_relative_share = 0.4;
+  int confirming_neighbours = 2;  // of either keyframe that must match points of the other's side as well
+  int min_confirmed_by_neighbour = 30;  // map points that such a neighbour must match
+  int strong_covisibility = 100;        // shared map points from which two keyframes get a pose graph edge
   PoseGraphOptions pose_graph;
   int bundle_iterations = 10;  // of the background bundle adjustment after a loop closure; 0: none
 
@@ -71,6 +76,9 @@ struct LoopOptions {
     visit("similarity", similarity);
     visit("search_radius", search_radius, 1.0, 50.0);
     visit("min_confirmed", min_confirmed, 20, 1000);
+    visit("min_relative_share", min_relative_share, 0.0, 1.0);
+    visit("confirming_neighbours", confirming_neighbours, 0, 20);
+    visit("min_confirmed_by_neighbour", min_confirmed_by_neighbour, 10, 1000);
     visit("strong_covisibility", strong_covisibility, 15, 1000);
     visit("pose_graph", pose_graph);
     visit("bundle_iterations", bundle_iterations, 0, 1000);

@@ -2,25 +2,16 @@
 
 #include <memory>
 #include <optional>
-#include <utility>
 #include <vector>
 
 #include "slam/geometry/camera.h"
 #include "slam/map/map.h"
+#include "slam/mapping/loop_verification.h"
 #include "slam/mapping/mapping_options.h"
 #include "slam/recognition/place_index.h"
 #include "slam/recognition/vocabulary.h"
 
 namespace sqslam {
-
-// A keyframe that shows the same place as an older one, without a covisibility link between them yet.
-struct LoopCandidate {
-  KeyframeId current = kNoKeyframe;
-  KeyframeId known = kNoKeyframe;  // in the same map or in another one
-  Sim3d S_current_known;  // from the known camera frame to the current one, each in the units of its map
-  std::vector<PointId> known_points;               // seen by the known keyframe and its neighbours
-  std::vector<std::pair<PointId, int>> confirmed;  // those matched in the current keyframe, with the keypoint
-};
 
 // Recognises places among the keyframes of all submaps: bag of words for candidates, geometry for
 // verification (ORB-SLAM, Mur-Artal et al. 2015, VII A-B).
@@ -44,9 +35,6 @@ class PlaceRecognizer {
  private:
   std::vector<PlaceCandidate> FindCandidates(const std::vector<const Map*>& maps,
                                              const Keyframe& current) const;
-  std::optional<LoopCandidate> Verify(const Map& map, const Keyframe& current, const Map& known_map,
-                                      const Keyframe& known) const;
-  void Confirm(const Keyframe& current, const Map& known_map, double radius, LoopCandidate& loop) const;
 
   Camera camera_;
   LoopOptions options_;

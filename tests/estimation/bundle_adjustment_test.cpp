@@ -155,7 +155,8 @@ TEST(LocalBundleAdjustment, RestoresPosesAndPoints) {
   Disturb(world, 0.005);
   BundleAdjustmentOptions options;
   options.iterations = 20;
-  const BundleAdjustmentReport report = LocalBundleAdjustment(world.map, world.camera, 5, options, {});
+  const BundleAdjustmentReport report =
+      LocalBundleAdjustment(world.map, world.camera, LocalWindow(world.map, 5, options), options, {});
   EXPECT_FALSE(report.interrupted);
   for (const auto& [id, keyframe] : world.map.Keyframes()) {
     EXPECT_LT(
@@ -176,7 +177,7 @@ TEST(LocalBundleAdjustment, RemovesWrongObservations) {
   map.RemoveObservation(20, 4);
   map.AddObservation(10, 4, 20);
   map.AddObservation(20, 4, 10);
-  LocalBundleAdjustment(map, world.camera, 5, {}, {});
+  LocalBundleAdjustment(map, world.camera, LocalWindow(map, 5, {}), {}, {});
   EXPECT_EQ(map.At(4).points[10], kNoPoint);
   EXPECT_EQ(map.At(4).points[20], kNoPoint);
   EXPECT_TRUE(map.IsAlive(10));
@@ -186,7 +187,9 @@ TEST(LocalBundleAdjustment, RemovesWrongObservations) {
 TEST(LocalBundleAdjustment, StopsWhenInterrupted) {
   SyntheticMap world = MakeSyntheticMap({});
   Disturb(world, 0.01);
-  EXPECT_TRUE(LocalBundleAdjustment(world.map, world.camera, 5, {}, [] { return true; }).interrupted);
+  EXPECT_TRUE(LocalBundleAdjustment(world.map, world.camera, LocalWindow(world.map, 5, {}), {}, [] {
+                return true;
+              }).interrupted);
 }
 
 // Distances between points, which no choice of the map frame changes, against the truth in the unit of length

@@ -65,6 +65,67 @@ TEST(Map, ARemovedKeyframeMovesWithItsParent) {
   EXPECT_TRUE(map.PoseOf(4).T_camera_map.Matrix().isApprox(before.Matrix(), 1e-12));
 }
 
+// Keyframes without a parent; the number of keyframes where the way up from one of them leads in a circle.
+int CountRoots(const Map& map) {
+  int roots = 0;
+  for (const auto& [id, keyframe] : map.Keyframes()) {
+    roots += keyframe.parent == kNoKeyframe ? 1 : 0;
+    KeyframeId up = id;
+    for (std::size_t i = 0; i < map.Keyframes().size() && up != kNoKeyframe; ++i) {
+      up = map.At(up).parent;
+    }
+    if (up != kNoKeyframe) {
+      return static_cast<int>(map.Keyframes().size());
+    }
+  }
+  return roots;
+}
+
+void MakeChain(Map& map) {
+  for (const auto& [id, keyframe] : map.Keyframes()) {
+    map.At(id).parent = id - 1;  // kNoKeyframe of the first
+  }
+}
+
+TEST(SpanningTree, IsRootedAnewByTurningTheEdgesOnTheWayUp) {
+  static_assert(kNoKeyframe == -1);
+  SyntheticMap world = MakeSyntheticMap({});
+  Map& map = world.map;
+  MakeChain(map);
+  map.Reroot(3);
+  const std::vector<KeyframeId> parents{1, 2, 3, kNoKeyframe, 3, 4};
+  for (const auto& [id, keyframe] : map.Keyframes()) {
+    EXPECT_EQ(keyframe.parent, parents[static_cast<std::size_t>(id)]) << id;
+  }
+  map.At(5).parent = kNoKeyframe;  // a tree of its own
+  map.Reroot(1, 5);
+  EXPECT_EQ(map.At(1).parent, 5);
+  EXPECT_EQ(CountRoots(map), 1);
+}
+
+TEST(SpanningTree, StaysOneTreeWithoutItsRoot) {
+  SyntheticMap world = MakeSyntheticMap({});
+  Map& map = world.map;
+  MakeChain(map);
+  for (PointId point = 0; point < 100; ++point) {  // keyframe 0 sees most with a grandchild of its own
+    map.RemoveObservation(point, 1);
+  }
+  map.UpdateCovisibility(1);
+  map.At(0).covisibility.at(3) += 1;
+  map.RemoveKeyframe(0);
+  EXPECT_EQ(CountRoots(map), 1);
+  EXPECT_EQ(map.At(3).parent, kNoKeyframe);
+}
+
+TEST(SpanningTree, ARootGetsNoParentFromBelow) {
+  SyntheticMap world = MakeSyntheticMap({});
+  Map& map = world.map;
+  MakeChain(map);
+  map.Reroot(3);
+  map.UpdateCovisibility(3);  // all older keyframes hang below it
+  EXPECT_EQ(CountRoots(map), 1);
+}
+
 TEST(Map, TransformKeepsEveryProjection) {
   SyntheticMap world = MakeSyntheticMap({});
   const Rigid3d T_new_old{

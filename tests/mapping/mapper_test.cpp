@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "tests/mapping/mapper_fixture.h"
 #include "tests/support/synthetic_map.h"
 #include "tests/support/tracked_frame.h"
 
@@ -12,99 +13,16 @@ namespace {
 
 using testing::AsTracked;
 using testing::CenterDistance;
-using testing::CenterError;
 using testing::ExactRing;
+using testing::kFirstPoints;
 using testing::MakeRingMap;
 using testing::MakeSyntheticMap;
+using testing::MapperTest;
 using testing::NewFrame;
 using testing::PoseOnArc;
-using testing::RandomWords;
 using testing::RingMapOptions;
-using testing::SyntheticMap;
 
 constexpr double kOneMillimetre = 1e-3;
-constexpr std::size_t kFirstPoints = 200;  // that the first two keyframes have
-
-// The test stands in for the tracking thread: it reports where on the arc each frame was seen, and takes the
-// points of a keyframe from the map that was published last.
-class MapperTest : public ::testing::Test {
- protected:
-  explicit MapperTest(std::shared_ptr<const Vocabulary> words = nullptr) {
-    options_.deterministic = true;
-    options_.mapping.culling.redundant_share = 1.0;  // where all see all, no keyframe would stay
-    Restart(std::move(words));
-  }
-  void Restart(std::shared_ptr<const Vocabulary> words = nullptr) {
-    atlas_.reset();
-    snapshots_.clear();
-    mapper_ = std::make_unique<Mapper>(
-        world_.camera, options_, std::move(words),
-        Mapper::Outputs{[this](AtlasViewPtr atlas) { atlas_ = std::move(atlas); },
-                        [this](MapSnapshotPtr snapshot) { snapshots_.push_back(std::move(snapshot)); },
-                        {},
-                        [this](std::string state) { kept_.push_back(std::move(state)); }},
-        times_);
-  }
-
-  TrackingReport Report(std::int64_t index) const {
-    TrackingReport report;
-    report.frame_index = index;
-    report.timestamp = static_cast<double>(index) / 30.0;
-    return report;
-  }
-  TrackingReport Beginning(std::int64_t submap, Map map) const {
-    const Keyframe& newest = map.At(map.NewestKeyframe());
-    TrackingReport report = Report(newest.frame_index);
-    report.submap = submap;
-    report.pose = AnchoredPose{newest.id, {}, newest.scale};
-    report.initial_map = std::make_unique<Map>(std::move(map));
-    return report;
-  }
-  // A map of two keyframes, at the places 0 and 1 of the arc; some keypoints have no map point yet.
-  void Begin(std::int64_t submap = 0) {
-    SyntheticMap first = MakeSyntheticMap({.keyframes = 2});
-    for (std::size_t id = kFirstPoints; id < first.points.size(); ++id) {
-      first.map.RemovePoint(static_cast<PointId>(id));
-    }
-    mapper_->Process(Beginning(submap, std::move(first.map)));
-  }
-
-  const TrackingView& View(std::int64_t submap = 0) const { return *atlas_->submaps.at(submap); }
-  // A frame at a place of the arc as tracking would report it, a little off the truth.
-  TrackingReport Seen(std::int64_t index, double place, bool keyframe) const {
-    const ViewKeyframe& reference = View().keyframes.rbegin()->second;
-    TrackedFrame frame = NewFrame(world_.See(PoseOnArc(place), {.pixel_noise = 0.2}).features, index);
-    frame.points = reference.points;  // one keypoint a point, in the same order in all frames
-    TrackingReport report = Report(index);
-    report.pose = AnchoredPose{reference.id, PoseOnArc(place + 0.01) * reference.pose.T_camera_map.Inverse(),
-                               reference.pose.scale};
-    report.matches = MatchesOf(frame, ScaleLevels(OrbOptions{}));
-    for (const PointId point : frame.points) {
-      if (point != kNoPoint) {
-        report.seen.visible.push_back(point);
-        report.seen.found.push_back(point);
-      }
-    }
-    if (keyframe) {
-      report.keyframe = KeyframeCandidate{frame.features, frame.points};
-    }
-    return report;
-  }
-  // Two frames for each place of the arc up to `last`, every second one a keyframe.
-  void Walk(int last) {
-    for (int i = 3; i <= 2 * last; ++i) {
-      mapper_->Process(Seen(i, 0.5 * i, i % 2 == 0));
-    }
-  }
-
-  SyntheticMap world_ = MakeSyntheticMap({});
-  MapperOptions options_;
-  StageTimes times_;
-  AtlasViewPtr atlas_;
-  std::vector<MapSnapshotPtr> snapshots_;
-  std::vector<std::string> kept_;
-  std::unique_ptr<Mapper> mapper_;
-};
 
 TEST_F(MapperTest, DoesNothingBeforeAMapHasBegun) {
   mapper_->Process(Report(0));
@@ -360,49 +278,6 @@ TEST_F(MapperTest, TiesSubmapsAtTheEnd) {
   EXPECT_EQ(mapper_->Counters().merges, 0);
   ASSERT_EQ(mapper_->Finish().size(), 1U);
   EXPECT_EQ(mapper_->Counters().tied_at_end, 1);
-}
-
-class MapperWithWords : public MapperTest {
- protected:
-  MapperWithWords() : MapperTest(RandomWords()) {}
-};
-
-TEST_F(MapperWithWords, ClosesALoop) {
-  SyntheticMap ring = MakeRingMap({});
-  const double before = CenterError(ring);
-  mapper_->Process(Beginning(0, ring.map));
-  EXPECT_EQ(mapper_->Counters().loops, 1);
-  EXPECT_EQ(mapper_->Counters().merges, 0);
-  for (const auto& [id, keyframe] : View().keyframes) {
-    ring.map.At(id).T_camera_map = keyframe.pose.T_camera_map;
-  }
-  for (const auto& [id, removed] : View().removed.All()) {
-    ring.map.At(id).T_camera_map = View().PoseOf(id).T_camera_map;
-  }
-  EXPECT_LT(CenterError(ring), before / 5.0);
-}
-
-// The second submap sees what the first one knows, in a frame and unit of its own.
-TEST_F(MapperWithWords, MergesSubmapsThatMeet) {
-  mapper_->Process(Beginning(0, MakeRingMap(ExactRing()).map));
-  EXPECT_EQ(mapper_->Counters().loops, 1) << "where the ring itself closes";
-  RingMapOptions later = ExactRing();
-  later.first_id = 100;
-  later.keyframes = 8;
-  Map map = MakeRingMap(later).map;
-  const Sim3d S_1_0{2.5,
-                    Eigen::Quaterniond(Eigen::AngleAxisd(0.8, Eigen::Vector3d(1.0, 2.0, 3.0).normalized())),
-                    {3.0, -1.0, 7.0}};
-  map.Transform(S_1_0);
-  mapper_->Process(Beginning(1, std::move(map)));
-  EXPECT_EQ(mapper_->Counters().merges, 1);
-  EXPECT_EQ(atlas_->submaps.size(), 1U);
-  const AtlasView::Origin& origin = atlas_->origins.at(1);
-  EXPECT_EQ(origin.submap, 0);
-  // It lies where it should, in the unit of the first.
-  EXPECT_NEAR(origin.S_map_origin.scale * S_1_0.scale, 1.0, 0.01);
-  EXPECT_LT(CenterDistance(View().PoseOf(103).T_camera_map, testing::PoseOnRing(45.0)), 0.01);
-  ASSERT_EQ(mapper_->Finish().size(), 1U);
 }
 
 }  // namespace

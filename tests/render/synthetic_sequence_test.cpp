@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <fstream>
 #include <iterator>
 #include <opencv2/imgcodecs.hpp>
@@ -10,6 +11,7 @@
 #include "render/solids/tessellation.h"
 #include "render/synthetic/exact_boxes.h"
 #include "render/synthetic/scene_renderer.h"
+#include "slam/io/cameras.h"
 #include "slam/util/error.h"
 
 namespace sqslam {
@@ -51,7 +53,7 @@ Box2d ProjectedBox(const SceneBody& body, const Camera& camera, const Rigid3d& T
   Eigen::Array2d high = -low;
   for (const Eigen::Vector3f& vertex : Tessellate(body.superquadric.shape).vertices) {
     const Eigen::Vector3d p_world = body.superquadric.T_map_object * vertex.cast<double>();
-    const Eigen::Vector2d pixel = camera.Project(T_world_camera.Inverse() * p_world);
+    const Eigen::Vector2d pixel = camera.ProjectDistorted(T_world_camera.Inverse() * p_world);
     low = low.min(pixel.array());
     high = high.max(pixel.array());
   }
@@ -75,6 +77,45 @@ TEST(SyntheticSceneTest, BoxesOfVisibleBodiesMatchTheirProjections) {
       EXPECT_NEAR(exact.visible_fraction, 1.0, 0.02);
     }
   }
+}
+
+// An equidistant lens that sees 107 degrees from corner to corner.
+Camera EquidistantLens() {
+  Camera lens = {.width = 160, .height = 120, .fx = 107.0, .fy = 107.0, .cx = 81.0, .cy = 58.5};
+  lens.lens = LensModel::kFisheye;
+  return lens;
+}
+
+TEST(SyntheticSceneTest, AFisheyeLensBendsPictureAndBoxes) {
+  SceneDescription scene = SmallScene();
+  scene.bodies.resize(2);
+  scene.camera = EquidistantLens();
+  const SceneBody& ball = scene.bodies[1];
+  const Eigen::Vector3d center = ball.superquadric.T_map_object.translation;
+  Rigid3d pose = LookAt(center - Eigen::Vector3d(0.0, 1.2, 0.0), center);
+  pose.rotation =
+      pose.rotation * Eigen::AngleAxisd(-0.55, Eigen::Vector3d::UnitY());  // the ball at the border
+  SceneRenderer renderer(scene, 2, RenderBackend::kAuto);
+  EXPECT_EQ(renderer.RenderColor(pose).size(), cv::Size(160, 120));
+  const auto boxes = FindExactBoxes(scene, pose, renderer.RenderIds(pose), 2);
+  const auto exact = std::ranges::find(boxes, 2, &ExactBox::object_id);
+  ASSERT_NE(exact, boxes.end());
+  const Box2d expected = ProjectedBox(ball, scene.camera, pose);
+  const Box2d& box = exact->detection.box;
+  EXPECT_GT(box.x, 110.0);
+  EXPECT_NEAR(box.x, expected.x, 0.6);
+  EXPECT_NEAR(box.y, expected.y, 0.6);
+  EXPECT_NEAR(box.x + box.width, expected.x + expected.width, 0.6);
+  EXPECT_NEAR(box.y + box.height, expected.y + expected.height, 0.6);
+  EXPECT_NEAR(exact->visible_fraction, 1.0, 0.02);
+}
+
+TEST(SyntheticSceneTest, ALensThatIsTooWideToBeDrawnIsRefused) {
+  SceneDescription scene = SmallScene();
+  scene.camera = EquidistantLens();
+  scene.camera.fx = scene.camera.fy = 1000.0;
+  scene.camera.width = scene.camera.height = 4000;
+  EXPECT_THROW(SceneRenderer(scene, 2, RenderBackend::kAuto), InputError);
 }
 
 TEST(SyntheticSceneTest, VisibleFractionCountsWhatTheImageBorderCuts) {
@@ -153,6 +194,20 @@ TEST(ReadSceneTest, ReadsTheBundledDesk) {
   EXPECT_EQ(scene.camera.width, 640);
   EXPECT_GE(std::count_if(scene.bodies.begin(), scene.bodies.end(), [](const auto& b) { return b.id > 0; }),
             10);
+}
+
+TEST_F(SyntheticSequenceTest, WritesTheLensThatItsSceneNames) {
+  fs::create_directories(folder_);
+  std::ofstream(folder_ / "scene.yaml")
+      << "camera: {width: 160, height: 120, fx: 107, distortion_model: fisheye, "
+         "distortion: [0.1, 0, 0, 0]}\nmotion: {waypoints: [{position: [0, -2, "
+         "0], look_at: [0, 0, 0]}, {position: [0.1, -2, 0], look_at: [0, 0, 0]}]}\n";
+  WriteSyntheticSequence(ReadScene(folder_ / "scene.yaml"), folder_ / "a", {.frames = 1});
+  const Camera camera = ReadCamera(folder_ / "a/camera.yaml");
+  EXPECT_EQ(camera.lens, LensModel::kFisheye);
+  EXPECT_EQ(camera.distortion[0], 0.1);
+  std::ofstream(folder_ / "other.yaml") << "camera: {distortion_model: kalibr}\nmotion: {}\n";
+  EXPECT_THROW(ReadScene(folder_ / "other.yaml"), InputError);
 }
 
 TEST(ReadSceneTest, SaysWhichFileCannotBeRead) {

@@ -46,6 +46,26 @@ Sim3d DriftAt(const RingMapOptions& options, double angle) {
           {0.0, 0.0, 0.0}};
 }
 
+// Replaces what the wall shows from 202 to 218 degrees by what it shows from 22 to 38.
+void RepeatOnTheOppositeSide(SyntheticWorld& world, std::vector<double>& bearings) {
+  const std::vector<double> all = std::exchange(bearings, {});
+  const std::vector<Eigen::Vector3d> points = std::exchange(world.points, {});
+  const std::vector<Descriptor> descriptors = std::exchange(world.descriptors, {});
+  const auto add = [&](std::size_t i, double turn) {
+    bearings.push_back(all[i] + turn);
+    world.points.emplace_back(Eigen::AngleAxisd(turn * kRadians, Eigen::Vector3d::UnitY()) * points[i]);
+    world.descriptors.push_back(descriptors[i]);
+  };
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (all[i] < 202.0 || all[i] > 218.0) {
+      add(i, 0.0);
+    }
+    if (all[i] >= 22.0 && all[i] <= 38.0) {
+      add(i, 180.0);
+    }
+  }
+}
+
 void UpdateAll(Map& map) {
   for (const MapPoint& point : map.Points()) {
     map.UpdateAppearance(point.id);
@@ -160,6 +180,9 @@ SyntheticMap MakeRingMap(const RingMapOptions& options) {
     ring.points.emplace_back(radius * std::sin(bearing * kRadians), height,
                              radius * std::cos(bearing * kRadians));
     ring.descriptors.push_back(RandomBits(random));
+  }
+  if (options.repeated) {
+    RepeatOnTheOppositeSide(ring, bearings);
   }
   std::map<std::pair<std::size_t, int>, PointId> known;  // by point and how often the camera has come round
   for (int k = 0; k < options.keyframes; ++k) {

@@ -65,6 +65,7 @@ struct RingMapOptions {
   int keyframes = 28;            // 15 degrees apart, so that the last ones see again what the first saw
   double scale_drift = 3e-4;     // logarithm of the scale, per degree of the way
   double rotation_drift = 0.03;  // degrees per degree
+  bool repeated = false;         // 16 degrees of the wall look like those on the opposite side
   KeyframeId first_id = 0;       // of the keyframes; of the points, a thousand times that
   std::shared_ptr<IdSource> ids = nullptr;  // null: a source of its own
 };

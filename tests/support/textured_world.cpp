@@ -27,12 +27,7 @@ cv::Mat MakeTexture(int width, int height, std::uint64_t seed) {
 
 }  // namespace
 
-TexturedWorld::TexturedWorld() {
-  camera_.width = 320;
-  camera_.height = 240;
-  camera_.fx = camera_.fy = 260.0;
-  camera_.cx = 160.0;
-  camera_.cy = 120.0;
+TexturedWorld::TexturedWorld(const Camera& pinhole) : camera_(pinhole) {
   panels_ = {{{-6.0, -5.0, 4.0}, {12.0, 0.0, 0.0}, {0.0, 10.0, 0.0}, MakeTexture(1600, 1300, 11)},
              {{-1.9, -0.6, 2.4}, {1.2, 0.0, 0.3}, {0.0, 1.3, 0.0}, MakeTexture(400, 430, 12)},
              {{0.4, -0.9, 2.8}, {1.1, 0.0, -0.4}, {0.0, 1.2, 0.0}, MakeTexture(380, 420, 13)},
@@ -63,6 +58,23 @@ Frame TexturedWorld::Render(std::int64_t index, const Rigid3d& T_map_camera) con
   }
   cv::cvtColor(frame.bgr, frame.gray, cv::COLOR_BGR2GRAY);
   return frame;
+}
+
+ThroughLens::ThroughLens(const Camera& lens, const Camera& pinhole)
+    : from_(lens.height, lens.width, CV_32FC2) {
+  for (int row = 0; row < lens.height; ++row) {
+    for (int column = 0; column < lens.width; ++column) {
+      const Eigen::Vector2d pixel = pinhole.Project(lens.Unproject(lens.Undistort({column, row})));
+      from_.at<cv::Vec2f>(row, column) = {static_cast<float>(pixel.x()), static_cast<float>(pixel.y())};
+    }
+  }
+}
+
+Frame ThroughLens::operator()(const Frame& frame) const {
+  Frame seen = frame;
+  cv::remap(frame.gray, seen.gray, from_, cv::noArray(), cv::INTER_LINEAR);
+  cv::remap(frame.bgr, seen.bgr, from_, cv::noArray(), cv::INTER_LINEAR);
+  return seen;
 }
 
 std::vector<Rigid3d> HandHeldPath(int count) {

@@ -14,7 +14,8 @@ namespace sqslam::testing {
 // depths in front of a textured wall. Map frame as the first camera: x right, y down, z forward.
 class TexturedWorld {
  public:
-  TexturedWorld();
+  TexturedWorld() : TexturedWorld({320, 240, 260.0, 260.0, 160.0, 120.0}) {}
+  explicit TexturedWorld(const Camera& pinhole);
   const Camera& GetCamera() const { return camera_; }
   Frame Render(std::int64_t index, const Rigid3d& T_map_camera) const;
 
@@ -33,6 +34,17 @@ class TexturedWorld {
   };
   Camera camera_;
   std::vector<Panel> panels_;  // far to near
+};
+
+// Bends frames of a pinhole camera to what a lens at the same place shows; black where the camera shows
+// nothing.
+class ThroughLens {
+ public:
+  ThroughLens(const Camera& lens, const Camera& pinhole);
+  Frame operator()(const Frame& frame) const;
+
+ private:
+  cv::Mat from_;  // the camera's pixel of each pixel of the lens
 };
 
 // Sideways and forward motion with a little rotation, `count` poses, 1 cm to 2 cm apart at depths of 1 to 4.

@@ -14,6 +14,7 @@ namespace {
 using testing::AlignedError;
 using testing::HandHeldPath;
 using testing::TexturedWorld;
+using testing::ThroughLens;
 
 constexpr int kFrames = 60;
 
@@ -131,23 +132,6 @@ TEST_F(TrackerTest, BeginsAMapOnceAndTracksFromThenOn) {
   EXPECT_EQ(tracker_.Counters().losses, 0);
 }
 
-// The frame as a fisheye lens with the same K shows it.
-Frame AsSeenBy(const Camera& lens, const Frame& frame) {
-  cv::Mat x(lens.height, lens.width, CV_32F);
-  cv::Mat y(lens.height, lens.width, CV_32F);
-  for (int row = 0; row < lens.height; ++row) {
-    for (int column = 0; column < lens.width; ++column) {
-      const Eigen::Vector2d pixel = lens.Undistort({column, row});
-      x.at<float>(row, column) = static_cast<float>(pixel.x());
-      y.at<float>(row, column) = static_cast<float>(pixel.y());
-    }
-  }
-  Frame seen = frame;
-  cv::remap(frame.gray, seen.gray, x, y, cv::INTER_LINEAR);
-  cv::remap(frame.bgr, seen.bgr, x, y, cv::INTER_LINEAR);
-  return seen;
-}
-
 // The world's camera behind a fisheye lens of 70 degrees.
 Camera FisheyeLens() {
   return {320, 240, 260.0, 260.0, 160.0, 120.0, {0.25, -0.1, 0.0, 0.0}, 30.0, 0.0, LensModel::kFisheye};
@@ -159,11 +143,12 @@ class FisheyeTrackerTest : public TrackerTest {
 };
 
 TEST_F(FisheyeTrackerTest, TracksAsWithoutDistortion) {
+  const ThroughLens through_lens(FisheyeLens(), TexturedWorld().GetCamera());
   std::vector<Eigen::Vector3d> estimate;
   std::vector<Eigen::Vector3d> truth;
   const std::vector<Rigid3d> path = HandHeldPath(kFrames);
   for (std::size_t i = 0; i < path.size(); ++i) {
-    if (const TrackingReport report = Track(AsSeenBy(FisheyeLens(), Frames()[i])); report.pose) {
+    if (const TrackingReport report = Track(through_lens(Frames()[i])); report.pose) {
       estimate.push_back(PoseOf(report).Inverse().translation);
       truth.push_back(path[i].translation);
     }
