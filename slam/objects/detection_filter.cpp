@@ -98,7 +98,7 @@ void GatherPoints(const PointsByColumn& points, double depth_iqr, BoxCandidate& 
   if (kept_depths.size() >= 3) {
     candidate.centroid = sum / static_cast<double>(kept_depths.size());
   }
-  candidate.depth_quartiles = {LinearQuantile(kept_depths, 0.25), LinearQuantile(kept_depths, 0.75)};
+  candidate.near_depth = LinearQuantile(kept_depths, 0.25);
   candidate.median_depth = UpperMedian(std::move(kept_depths));
 }
 
@@ -146,7 +146,7 @@ void MarkHiddenEdges(std::vector<BoxCandidate>& candidates) {
       // Objects side by side reach over the same depths: then each may hide the far end of the other. Without
       // depths: of two objects on one support, the nearer one ends lower in the image.
       const bool depths_known = candidate.median_depth > 0.0 && other.median_depth > 0.0;
-      const bool reaches_nearer = depths_known ? other.depth_quartiles[0] < candidate.depth_quartiles[1]
+      const bool reaches_nearer = depths_known ? other.near_depth < candidate.median_depth
                                                : other_box.y + other_box.height > box.y + box.height;
       for (int edge = 0; reaches_nearer && edge < 4; ++edge) {
         // If it also covers the opposite edge, it is rather what this object stands on: a table under a cup.

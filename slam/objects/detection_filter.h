@@ -22,7 +22,7 @@ struct BoxCandidate {
   std::array<bool, 4> edge_cut{};           // left, top, right, bottom: at the image border
   std::array<bool, 4> edge_hidden{};        // behind another box
   double median_depth = 0.0;                // of the points, map units; 0 if there are none
-  std::array<double, 2> depth_quartiles{};  // the lower and the upper one
+  double near_depth = 0.0;                  // their lower quartile
 
   std::array<bool, 4> FreeEdges() const {  // neither cut nor hidden
     std::array<bool, 4> free{};

@@ -50,6 +50,8 @@ double OverlapOfOne(const Landmark& a, const Landmark& b, bool same_label, const
   return AreSeenTogether(a, b, 0) ? options.overlap : std::min(kReachIn, options.overlap);
 }
 
+constexpr double kAgrees = 0.5;  // mean IoU from which on one explains the boxes of another
+
 // Mean IoU of some boxes of the landmark with the projection of another.
 double AgreementWith(const Landmark& other, const Landmark& landmark, const Camera& camera) {
   constexpr int kMaxViews = 10;
@@ -65,7 +67,6 @@ std::pair<const Landmark&, const Landmark&> RarerFirst(const Landmark& a, const 
 // True if the boxes of the rarer one, which has another label, are those of the other. Overlap alone says
 // little: a chair pushed under a table lies within the table's superquadric.
 bool IsOneOfTwoLabels(const Landmark& a, const Landmark& b, const Camera& camera) {
-  constexpr double kAgrees = 0.5;
   const auto& [rarer, other] = RarerFirst(a, b);
   return AgreementWith(other, rarer, camera) >= kAgrees;
 }
@@ -149,10 +150,8 @@ int FramesSeenApart(const Landmark& a, const Landmark& b, bool parts_are_one, in
 
 bool ShareTheirPlace(const Landmark& a, const Landmark& b, const Camera& camera) {
   constexpr double kShared = 0.6;       // of the smaller volume
-  constexpr double kNeverApart = 0.3;   // the same, if no frame shows them apart
+  constexpr double kLeastShared = 0.3;  // the same, if no frame shows them apart or of two labels
   constexpr double kApart = 0.25;       // of the views of the rarer one, in which they may seem apart
-  constexpr double kOfTwoLabels = 0.5;  // of the smaller volume
-  constexpr double kAgree = 0.6;        // mean IoU of the boxes of either with the projection of the other
   if (!a.refined || !b.refined) {
     return false;
   }
@@ -162,9 +161,10 @@ bool ShareTheirPlace(const Landmark& a, const Landmark& b, const Camera& camera)
     return false;
   }
   const double shared = OverlapOfSmaller(a.superquadric, b.superquadric);
-  return a.labels.Best() == b.labels.Best() ? shared > (apart == 0 ? kNeverApart : kShared)
-                                            : shared > kOfTwoLabels && AgreementWith(a, b, camera) > kAgree &&
-                                                  AgreementWith(b, a, camera) > kAgree;
+  return a.labels.Best() == b.labels.Best()
+             ? shared > (apart == 0 ? kLeastShared : kShared)
+             : shared > kLeastShared && AgreementWith(a, b, camera) >= kAgrees &&
+                   AgreementWith(b, a, camera) >= kAgrees;
 }
 
 bool IsRatherOneWithAThird(const Landmark& a, const Landmark& b, const std::map<int, Landmark>& landmarks,

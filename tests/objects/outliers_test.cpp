@@ -253,7 +253,7 @@ TEST(SelectBoxes, OfTwoThatReachOverTheSameDepthsEachMayHideTheOther) {
     }
     return SelectBoxes(frame, DetectionFilterOptions(), 1.5);
   };
-  std::vector<BoxCandidate> boxes = with_depths(0.8, 1.15);
+  std::vector<BoxCandidate> boxes = with_depths(0.8, 1.26);
   ASSERT_EQ(boxes.size(), 2u);
   ASSERT_LT(boxes[0].median_depth, boxes[1].median_depth);
   EXPECT_EQ(boxes[0].edge_hidden, (std::array<bool, 4>{false, false, true, false}));
