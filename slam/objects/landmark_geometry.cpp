@@ -174,4 +174,13 @@ bool MayBeInView(const PosedSuperquadric& superquadric, const Rigid3d& T_map_cam
          !beyond(p.y(), (bottom - camera.cy) / camera.fy) && !beyond(-p.y(), (camera.cy - top) / camera.fy);
 }
 
+PosedSuperquadric StretchedTo(PosedSuperquadric superquadric, double height) {
+  Eigen::Vector3d& centre = superquadric.T_map_object.translation;
+  const double top = std::max(centre.z() + superquadric.shape.half_size.z(),
+                              height + 1e-3 * superquadric.shape.half_size.norm());
+  superquadric.shape.half_size.z() = 0.5 * (top - height);
+  centre.z() = 0.5 * (top + height);
+  return superquadric;
+}
+
 }  // namespace sqslam

@@ -50,4 +50,7 @@ double OverlapOfSmaller(const PosedSuperquadric& a, const PosedSuperquadric& b, 
 // front of the camera.
 bool MayBeInView(const PosedSuperquadric& superquadric, const Rigid3d& T_map_camera, const Camera& camera);
 
+// Returns the superquadric with the same top and its bottom at `height`.
+PosedSuperquadric StretchedTo(PosedSuperquadric superquadric, double height);
+
 }  // namespace sqslam

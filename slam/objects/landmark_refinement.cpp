@@ -121,10 +121,10 @@ RefinementInput InputOf(const Landmark& landmark, const std::vector<BoxView>& vi
   return input;
 }
 
-double LowestOf(const SupportHeights& supports) {
+std::vector<double> AllOf(const SupportHeights& supports) {
   std::vector<double> heights = supports.near;
   heights.insert(heights.end(), supports.far.begin(), supports.far.end());
-  return heights.empty() ? 0.0 : std::ranges::min(heights);
+  return heights;
 }
 
 // Hypothesis about what the object stands on.
@@ -140,7 +140,8 @@ std::vector<Assumption> Assumptions(const SupportHeights& supports, const Refine
   // has no metric size, this cost is the only evidence against that.
   const bool size_is_known = input.scale && input.prior.log_metres;
   const double past = input.ShowsBottom() || size_is_known ? 0.25 : 1.0;  // of the floating cost
-  const double floor = LowestOf(supports);
+  const std::vector<double> all = AllOf(supports);
+  const double floor = all.empty() ? 0.0 : std::ranges::min(all);
   const auto cost_of = [&](double height, double least) {
     if (input.prior.on_floor) {  // anywhere else is as unlikely as floating
       return height > floor ? options.floating_cost : 0.0;
@@ -304,8 +305,7 @@ std::optional<double> SupportOf(const Landmark& landmark, const SupportHeights& 
   if (!landmark.support || completed) {
     return std::nullopt;
   }
-  std::vector<double> heights = supports.near;
-  heights.insert(heights.end(), supports.far.begin(), supports.far.end());
+  const std::vector<double> heights = AllOf(supports);
   const auto distance = [&](double height) { return std::abs(height - *landmark.support); };
   const auto nearest = std::ranges::min_element(heights, {}, distance);
   const bool found =
@@ -390,15 +390,6 @@ StandingFit RefineStanding(std::span<const PosedSuperquadric> starts, Refinement
     FollowAll(AllCandidates(neighbours, {&assumption, 1}), options, input, best, assumption);
   }
   return best;
-}
-
-PosedSuperquadric StretchedTo(PosedSuperquadric start, double height) {
-  Eigen::Vector3d& centre = start.T_map_object.translation;
-  const double top =
-      std::max(centre.z() + start.shape.half_size.z(), height + 1e-3 * start.shape.half_size.norm());
-  start.shape.half_size.z() = 0.5 * (top - height);
-  centre.z() = 0.5 * (top + height);
-  return start;
 }
 
 }  // namespace sqslam

@@ -41,9 +41,6 @@ StandingFit RefineStanding(std::span<const PosedSuperquadric> starts, Refinement
                            const SupportHeights& supports, const RefinementOptions& options,
                            SearchEffort effort);
 
-// Returns the superquadric with the same top and its bottom at `height`.
-PosedSuperquadric StretchedTo(PosedSuperquadric superquadric, double height);
-
 // True if the lower box edges show where the object ends. If they are hidden in most views, the other views
 // probably missed the occluder.
 bool IsBottomSeen(const std::vector<BoxView>& views);

@@ -5,6 +5,7 @@
 
 #include "refinement_scene.h"
 #include "slam/objects/landmark_estimation.h"
+#include "slam/objects/landmark_geometry.h"
 #include "slam/objects/landmark_refinement.h"
 #include "solid_overlap.h"
 
