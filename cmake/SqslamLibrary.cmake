@@ -68,15 +68,32 @@ endfunction()
 # optimisation level.
 set(SQSLAM_TEST_OPTIONS $<$<CONFIG:Release>:-O1>)
 
-# sqslam_test(<name> SOURCES ... DEPENDS ...): one GoogleTest program; registers each of its tests with ctest.
+# UBSan's checks of the tests' own code, in which it is not to find anything, take two fifths of its compilation.
+option(SQSLAM_SANITIZE_TESTS "Have UBSan check the tests' own code too" ON)
+if(NOT SQSLAM_SANITIZE_TESTS)
+  list(APPEND SQSLAM_TEST_OPTIONS -fno-sanitize=undefined)
+endif()
+
+# sqslam_test(<name> SOURCES ... DEPENDS ... [COST number]): one GoogleTest program; registers each of its suites with
+# ctest (DiscoverSuites.cmake). Suites of a higher cost are started first, so that no long one is left for the end.
 function(sqslam_test name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS" ${ARGN})
+  cmake_parse_arguments(ARG "" "COST" "SOURCES;DEPENDS" ${ARGN})
   add_executable(${name}_test ${ARG_SOURCES})
   target_link_libraries(${name}_test PRIVATE ${ARG_DEPENDS} GTest::gtest GTest::gmock GTest::gtest_main)
   target_compile_definitions(${name}_test PRIVATE SQSLAM_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
   target_compile_options(${name}_test PRIVATE ${SQSLAM_TEST_OPTIONS})
   sqslam_group_sources(${name}_test)
   sqslam_reuse_precompiled(${name}_test sqslam_common_test_headers)
-  include(GoogleTest)
-  gtest_discover_tests(${name}_test DISCOVERY_MODE PRE_TEST PROPERTIES LABELS ${name})
+  if(NOT ARG_COST)
+    set(ARG_COST 0)
+  endif()
+  set(include ${CMAKE_CURRENT_BINARY_DIR}/${name}_test.cmake)
+  file(CONFIGURE OUTPUT ${include} @ONLY CONTENT [[
+set(program "@CMAKE_RUNTIME_OUTPUT_DIRECTORY@/@name@_test")
+set(name @name@)
+set(folder "@CMAKE_CURRENT_BINARY_DIR@")
+set(properties LABELS @name@ COST @ARG_COST@ WORKING_DIRECTORY "@CMAKE_CURRENT_BINARY_DIR@")
+include("@PROJECT_SOURCE_DIR@/cmake/DiscoverSuites.cmake")
+]])
+  set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES ${include})
 endfunction()

@@ -1,7 +1,6 @@
 #include "app/report/report.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -41,15 +40,13 @@ void AppendFiguresOfRun(Output out, const ReportData& data) {
     const double share = stats.frames > 0 ? 100.0 * stats.tracked / stats.frames : 0.0;
     AppendFigureOfRun(out, "Frames tracked", fmt::format("{:.1f}", share), "%",
                       fmt::format("{} of {}", stats.tracked, stats.frames));
-    std::vector<std::string> notes;
-    if (stats.uncertain > 0) {
-      notes.push_back(fmt::format("{} uncertain", stats.uncertain));
-    }
-    if (stats.detector_frames > 0) {
-      notes.push_back(fmt::format("detector saw {} of {} frames", stats.detector_frames, stats.frames));
-    }
+    const std::string uncertain = stats.uncertain > 0 ? fmt::format("{} uncertain", stats.uncertain) : "";
+    const std::string detector = stats.detector_frames > 0 ? fmt::format("detector saw {} of {} frames",
+                                                                         stats.detector_frames, stats.frames)
+                                                           : "";
+    const std::string_view comma = uncertain.empty() || detector.empty() ? "" : ", ";
     AppendFigureOfRun(out, "Objects", std::to_string(stats.objects - stats.uncertain), "",
-                      fmt::format("{}", fmt::join(notes, ", ")));
+                      fmt::format("{}{}{}", uncertain, comma, detector));
     AppendFigureOfRun(out, "Map points", std::to_string(stats.points), "",
                       fmt::format("{} keyframes", stats.keyframes));
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <array>
 #include <cmath>
 #include <opencv2/core.hpp>
 
@@ -54,11 +55,16 @@ class PaintedScene {
   StereoView View(const Eigen::Vector3d& place) const {
     StereoView view{cv::Mat(camera.height, camera.width, CV_8U), {Eigen::Quaterniond::Identity(), place}};
     for (int y = 0; y < camera.height; ++y) {
-      for (int x = 0; x < camera.width; ++x) {
-        view.gray.at<std::uint8_t>(y, x) = cv::saturate_cast<std::uint8_t>(Paint(Hit(place, x, y)));
-      }
+      PaintRow(place, y, view.gray);
     }
     return view;
+  }
+
+  // Paints row y of what is seen from `place`, for cameras that read their rows one after the other.
+  void PaintRow(const Eigen::Vector3d& place, int y, cv::Mat& gray) const {
+    for (int x = 0; x < camera.width; ++x) {
+      gray.at<std::uint8_t>(y, x) = cv::saturate_cast<std::uint8_t>(Paint(Hit(place, x, y)));
+    }
   }
 
  private:
@@ -71,15 +77,28 @@ class PaintedScene {
     const Eigen::Vector3d normal(-0.5, 0.2, 1.0);  // of the wall, z = 3 + 0.5 x - 0.2 y
     return place + (3.0 - normal.dot(place)) / normal.dot(ray) * ray;
   }
-  static double Paint(const Eigen::Vector3d& p) {
+  double Paint(const Eigen::Vector3d& p) const {
     double gray = 128.0;
-    cv::RNG random(9);
-    for (int wave = 0; wave < 12; ++wave) {
-      const Eigen::Vector3d direction(random.uniform(-60.0, 60.0), random.uniform(-60.0, 60.0), 0.0);
-      gray += 12.0 * std::sin(direction.dot(p) + random.uniform(0.0, 6.0) + (p.z() == 1.8 ? 1.0 : 0.0));
+    for (const Wave& wave : waves_) {
+      gray += 12.0 * std::sin(wave.direction.dot(p) + wave.phase + (p.z() == 1.8 ? 1.0 : 0.0));
     }
     return gray;
   }
+
+  struct Wave {
+    Eigen::Vector3d direction;
+    double phase = 0.0;
+  };
+  static std::array<Wave, 12> Waves() {
+    std::array<Wave, 12> waves;
+    cv::RNG random(9);
+    for (Wave& wave : waves) {
+      wave.direction = Eigen::Vector3d(random.uniform(-60.0, 60.0), random.uniform(-60.0, 60.0), 0.0);
+      wave.phase = random.uniform(0.0, 6.0);
+    }
+    return waves;
+  }
+  const std::array<Wave, 12> waves_ = Waves();
 };
 
 }  // namespace sqslam::testing

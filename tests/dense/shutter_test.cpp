@@ -19,7 +19,7 @@ class MovingCamera {
     cv::Mat image(scene.camera.height, scene.camera.width, CV_8U);
     for (int y = 0; y < image.rows; ++y) {
       const double delay = ((y + 0.5) / image.rows - 0.5) * kReadout;
-      scene.View(Place(frame * kInterval + delay)).gray.row(y).copyTo(image.row(y));
+      scene.PaintRow(Place(frame * kInterval + delay), y, image);
     }
     return image;
   }

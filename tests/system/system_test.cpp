@@ -157,10 +157,15 @@ TEST(System, WhatMovesTakesNoPart) {
               TrajectoryError(without, path) > 2.0 * TrajectoryError(with, path));
 }
 
+// One run for all tests that only look at what it gave.
+const SystemRun& ShortRun() {
+  static const SystemRun run = RunPath(HandHeldPath(80), TestOptions(true));
+  return run;
+}
+
 TEST(System, IsBitIdenticalInDeterministicMode) {
-  const std::vector<Rigid3d> path = HandHeldPath(80);
-  const SystemRun first = RunPath(path, TestOptions(true));
-  const SystemRun second = RunPath(path, TestOptions(true));
+  const SystemRun& first = ShortRun();
+  const SystemRun second = RunPath(HandHeldPath(80), TestOptions(true));
   ASSERT_NE(first.result.map.snapshot, nullptr) << first.result.no_map_reason;
   ASSERT_EQ(first.result.map.trajectory.size(), second.result.map.trajectory.size());
   for (std::size_t i = 0; i < first.result.map.trajectory.size(); ++i) {
@@ -174,7 +179,7 @@ TEST(System, IsBitIdenticalInDeterministicMode) {
 }
 
 TEST(System, PublishesSnapshotsThatGrowAndStay) {
-  const SystemRun run = RunPath(HandHeldPath(80), TestOptions(true));
+  const SystemRun& run = ShortRun();
   ASSERT_GE(run.snapshots.size(), 3U);
   for (std::size_t i = 0; i < run.snapshots.size(); ++i) {
     EXPECT_EQ(run.snapshots[i]->sequence_number, static_cast<std::int64_t>(i));
