@@ -19,7 +19,6 @@ scripts/install-packages.sh "${packages[@]}"
 
 case $preset in
   demo | programs) folder=build/release ;;
-  asan-slam) folder=build/asan ;;
   *) folder=build/$preset ;;
 esac
 launcher=()

@@ -3,7 +3,7 @@
 # usage: scripts/check.sh [CHECK]...
 #   format     every source is formatted by clang-format
 #   modules    modules include only lower layers, without cycles (scripts/check-modules.py)
-#   asan-slam  the unit tests of slam/ under AddressSanitizer and UBSan
+#   asan-slam  the unit tests of slam/ under AddressSanitizer and the cheaper checks of UBSan
 # By hand, since they take hours:
 #   tidy       clang-tidy over all sources
 #   asan       all tests under AddressSanitizer and UBSan
@@ -30,10 +30,10 @@ check_asan-slam() {
   # come first, so that no core waits for them at the end.
   local programs
   programs=$(printf 'bin/%s_test\n' system run evaluation objects mapping dense
-    ninja -C build/asan -t targets all | grep -o '^bin/[a-z_0-9]*_test\b')
+    ninja -C build/asan-slam -t targets all | grep -o '^bin/[a-z_0-9]*_test\b')
   programs=$(awk '!seen[$0]++' <<<"$programs")
   LSAN_OPTIONS="suppressions=$PWD/scripts/leak-sanitizer.supp:print_suppressions=0" \
-    xargs --max-procs "$(nproc)" -I{} env build/asan/{} --gtest_brief=1 <<<"$programs"
+    xargs --max-procs "$(nproc)" -I{} env build/asan-slam/{} --gtest_brief=1 <<<"$programs"
 }
 
 check_asan() {

@@ -60,7 +60,7 @@ double TrajectoryError(const SystemRun& run, const std::vector<Rigid3d>& path) {
 
 // Tracking and mapping meet as the machine allows. The parts of a result belong together all the same.
 TEST(System, MapsOnAThreadOfItsOwn) {
-  constexpr int kFrames = 120;
+  constexpr int kFrames = 80;
   const SystemRun run = RunPath(HandHeldPath(kFrames), TestOptions(false));
   ASSERT_NE(run.result.map.snapshot, nullptr)
       << run.result.no_map_reason;  // it begins on the caller's thread
@@ -89,7 +89,7 @@ TEST(System, MapsOnAThreadOfItsOwn) {
 // However slow mapping or tracking is, a recording gives the same map.
 TEST(System, InStepTheMapDoesNotDependOnTheMachine) {
   const TexturedWorld world;
-  const std::vector<Rigid3d> path = HandHeldPath(120);
+  const std::vector<Rigid3d> path = HandHeldPath(70);
   SystemOptions options = TestOptions(false);
   options.in_step = true;
   const auto trajectory = [&](std::chrono::milliseconds tracking, std::chrono::milliseconds mapping) {
