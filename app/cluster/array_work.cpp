@@ -41,10 +41,29 @@ void WriteAttempts(const fs::path& path, const Attempts& attempts) {
 }
 
 // Sleeps, but returns as soon as `stop` is true.
-void Sleep(double seconds, const std::function<bool()>& stop) {
-  const auto end = Clock::now() + std::chrono::duration<double>(seconds);
+void Sleep(Clock::duration time, const std::function<bool()>& stop) {
+  const auto end = Clock::now() + time;
   while (!stop() && Clock::now() < end) {
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+}
+
+// Waits until the queue is to be asked again, or until every task has its result. Looking for results is
+// cheaper than asking the cluster's one controller, and is done more often, so that the end of short runs
+// does not wait for the queue; but for at most a twentieth of the time, because a thousand names on NFS are
+// not cheap either.
+void WaitForResults(const ArrayWork& work, double seconds, const std::function<bool()>& stop) {
+  constexpr auto kLeastPause = std::chrono::milliseconds(100);
+  const auto end =
+      Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+  Clock::duration pause = kLeastPause;
+  while (!stop() && Clock::now() < end) {
+    Sleep(std::min(pause, end - Clock::now()), stop);
+    const auto begin = Clock::now();
+    if (begin < end && work.unfinished().empty()) {
+      return;
+    }
+    pause = std::max<Clock::duration>(kLeastPause, 20 * (Clock::now() - begin));
   }
 }
 
@@ -194,7 +213,7 @@ ArrayEnd FollowArray(const ArrayWork& work, const SlurmOptions& options, const A
         return ArrayEnd::kSubmitted;
       }
     }
-    Sleep(options.poll, stop);
+    WaitForResults(work, options.poll, stop);
   }
   spdlog::info("the tasks stay in the queue; scancel -n {} removes them", jobs.Name());
   return ArrayEnd::kStopped;

@@ -6,11 +6,10 @@
 #include <algorithm>
 #include <limits>
 #include <numeric>
-#include <opencv2/aruco.hpp>
-#include <opencv2/aruco/charuco.hpp>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "slam/calibration/charuco.h"
 #include "slam/util/options.h"
 #include "slam/util/statistics.h"
 #include "slam/util/throw_if.h"
@@ -26,14 +25,14 @@ const std::vector<std::string> kDictionaries = {
 // Returns null if there is none of that name.
 cv::Ptr<cv::aruco::Dictionary> DictionaryOf(const CalibrationBoard& board) {
   const auto number = std::ranges::find(kDictionaries, board.dictionary) - kDictionaries.begin();
-  return number < std::ssize(kDictionaries) ? cv::aruco::getPredefinedDictionary(static_cast<int>(number))
+  return number < std::ssize(kDictionaries) ? charuco::PredefinedDictionary(static_cast<int>(number))
                                             : cv::Ptr<cv::aruco::Dictionary>();
 }
 
 // OpenCV's view of a checked ChArUco board, mm.
 cv::Ptr<cv::aruco::CharucoBoard> MakeCharucoBoard(const CalibrationBoard& board) {
-  return cv::aruco::CharucoBoard::create(board.columns, board.rows, static_cast<float>(board.square_mm),
-                                         static_cast<float>(board.marker_mm), DictionaryOf(board));
+  return charuco::MakeBoard({board.columns, board.rows}, static_cast<float>(board.square_mm),
+                            static_cast<float>(board.marker_mm), DictionaryOf(board));
 }
 
 // Adds a marker: its black area, then the white bits on it.
@@ -41,7 +40,7 @@ void AddMarker(const cv::Ptr<cv::aruco::Dictionary>& dictionary, int id, const c
                std::vector<BoardArea>& areas) {
   const int cells = dictionary->markerSize + 2;
   cv::Mat bits;
-  dictionary->drawMarker(id, cells, bits, 1);
+  charuco::DrawMarker(*dictionary, id, cells, bits);
   areas.push_back({area, true});
   const double side = area.width / cells;
   // Both rows and columns, so that no seam shows between adjacent cells.
@@ -110,14 +109,14 @@ bool FindChessboard(const cv::Mat& gray, const CalibrationBoard& board, BoardVie
 }
 
 bool FindCharuco(const cv::Mat& gray, const CalibrationBoard& board, BoardView& view) {
-  const cv::Ptr<cv::aruco::CharucoBoard> charuco = MakeCharucoBoard(board);
+  const cv::Ptr<cv::aruco::CharucoBoard> printed = MakeCharucoBoard(board);
   std::vector<std::vector<cv::Point2f>> markers;
   std::vector<int> marker_ids;
-  cv::aruco::detectMarkers(gray, charuco->dictionary, markers, marker_ids);
+  cv::aruco::detectMarkers(gray, charuco::DictionaryOf(*printed), markers, marker_ids);
   if (marker_ids.empty()) {
     return false;
   }
-  cv::aruco::interpolateCornersCharuco(markers, marker_ids, gray, charuco, view.corners, view.ids);
+  cv::aruco::interpolateCornersCharuco(markers, marker_ids, gray, printed, view.corners, view.ids);
   if (view.corners.size() > 1) {
     constexpr double kShare = 0.8;  // of the way to the nearest marker
     Refine(gray, kShare * 0.5 * (1.0 - board.marker_mm / board.square_mm), view.corners);
@@ -217,7 +216,7 @@ std::string BoardText(const CalibrationBoard& board) {
 
 std::vector<cv::Point3f> BoardCorners(const CalibrationBoard& board) {
   if (board.kind == CalibrationBoard::Kind::kCharuco) {
-    return MakeCharucoBoard(board)->chessboardCorners;
+    return charuco::CornersOf(*MakeCharucoBoard(board));
   }
   std::vector<cv::Point3f> corners;
   for (int y = 1; y < board.rows; ++y) {
@@ -232,7 +231,7 @@ std::vector<cv::Point3f> BoardCorners(const CalibrationBoard& board) {
 std::vector<BoardArea> BoardAreas(const CalibrationBoard& board) {
   std::vector<BoardArea> areas;
   const double side = board.square_mm;
-  const bool charuco = board.kind == CalibrationBoard::Kind::kCharuco;
+  const bool with_markers = board.kind == CalibrationBoard::Kind::kCharuco;
   const cv::Ptr<cv::aruco::Dictionary> dictionary = DictionaryOf(board);
   const double margin = 0.5 * (side - board.marker_mm);
   // The layout of OpenCV 4: on ChArUco boards the lowest row begins black, and markers are numbered row by
@@ -240,10 +239,10 @@ std::vector<BoardArea> BoardAreas(const CalibrationBoard& board) {
   int marker = 0;
   for (int y = 0; y < board.rows; ++y) {
     for (int x = 0; x < board.columns; ++x) {
-      const bool black = charuco ? (board.rows - 1 - y) % 2 == x % 2 : (x + y) % 2 == 0;
+      const bool black = with_markers ? (board.rows - 1 - y) % 2 == x % 2 : (x + y) % 2 == 0;
       if (black) {
         areas.push_back({{x * side, y * side, side, side}, true});
-      } else if (charuco) {
+      } else if (with_markers) {
         AddMarker(dictionary, marker++,
                   {x * side + margin, y * side + margin, board.marker_mm, board.marker_mm}, areas);
       }

@@ -5,11 +5,11 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <nanoflann.hpp>
 #include <numeric>
 #include <random>
 #include <utility>
 
+#include "slam/fitting/nearest_points.h"
 #include "slam/fitting/surface_measures.h"
 #include "slam/geometry/eigen_system.h"
 #include "slam/util/statistics.h"
@@ -101,11 +101,11 @@ struct View {
 
 using Tree =
     nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, View>, View, 3, std::size_t>;
-using Matches = std::vector<std::pair<std::size_t, double>>;  // index and squared distance
+using Matches = std::vector<NearestPoint>;
 
 Matches Within(const Tree& tree, const Vector3d& point, double radius) {
   Matches matches;
-  tree.radiusSearch(point.data(), radius * radius, matches, nanoflann::SearchParams());  // nearest first
+  tree.radiusSearch(point.data(), radius * radius, matches, NearestParameters());  // nearest first
   return matches;
 }
 

@@ -161,6 +161,13 @@ TEST_F(StandIn, MakesTheTablesOfHomeAndALostTaskAgain) {
   EXPECT_EQ(Jobs(), 2u);
 }
 
+TEST_F(StandIn, TheEndOfTheLastRunIsSeenBeforeTheQueueIsAskedAgain) {
+  folder_.Write("e.yaml", std::string(kExperiment) + "slurm: {poll: 3600}\n");
+  const ProgramRun run = Run("--on slurm");
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("2 finished (0 of them before)"));
+}
+
 TEST_F(StandIn, IsTakenUpAgainWhereItWasLeft) {
   folder_.Write("hold", "");
   const ProgramRun left =

@@ -41,48 +41,104 @@ class Superquadric:
 
 class Object(Superquadric):
     """An object of a map. At run time no subclass of Superquadric, but taken wherever one is."""
-    id: int
-    label: str
-    name: str  # given by a person, or the label
-    score: float  # mean of the detector, [0, 1]
-    observations: int  # frames with a box of it
-    points: int  # map points of it
-    yaw: float
-    reliability: float  # about the 3D IoU to be expected, [0, 1]
-    uncertain: bool  # more likely wrong than right
+    @property
+    def id(self) -> int: ...
+    @property
+    def label(self) -> str: ...
+    @property
+    def name(self) -> str:
+        """The name given by a person, or the label."""
+    @property
+    def score(self) -> float:
+        """Mean score of the detector, [0, 1]."""
+    @property
+    def observations(self) -> int:
+        """Number of frames with a box of it."""
+    @property
+    def points(self) -> int:
+        """Number of its map points."""
+    @property
+    def yaw(self) -> float: ...
+    @property
+    def reliability(self) -> float:
+        """About the 3D IoU to be expected, [0, 1]."""
+    @property
+    def uncertain(self) -> bool:
+        """True if more likely wrong than right."""
 
 class Fit(Superquadric):
     """A superquadric of a cloud. At run time no subclass of Superquadric, but taken wherever one is."""
-    rms: float  # of the radial distances of the inliers
-    noise: float  # standard deviation of the inliers from the surface
-    inlier_share: float
-    inliers: NDArray[np.bool_]  # for each point of the cloud
+    @property
+    def rms(self) -> float:
+        """Root mean square of the radial distances of the inliers."""
+    @property
+    def noise(self) -> float:
+        """Standard deviation of the inliers from the surface."""
+    @property
+    def inlier_share(self) -> float: ...
+    @property
+    def inliers(self) -> NDArray[np.bool_]:
+        """(N,), for each point of the cloud."""
 
 class _Map:
-    poses: NDArray[np.float64]  # (N, 4, 4), T_map_camera of the keyframes
-    times: NDArray[np.float64]  # (N,), seconds
-    points: NDArray[np.float32]  # (M, 3), map frame
-    colors: NDArray[np.uint8]  # (M, 3), red green blue
-    point_objects: NDArray[np.int32]  # (M,), id of the object that the point belongs to, -1: none
-    objects: list[Object]
-    K: NDArray[np.float64]  # (3, 3), camera matrix
-    distortion: list[float]  # k1, k2, p1, p2, k3; of a fisheye k1, k2, k3, k4
-    fisheye: bool  # the lens model that the distortion belongs to
-    image_size: Tuple[int, int]  # width, height
-    metric: bool  # lengths are metres
+    @property
+    def poses(self) -> NDArray[np.float64]:
+        """(N, 4, 4), T_map_camera of the keyframes."""
+    @property
+    def times(self) -> NDArray[np.float64]:
+        """(N,), seconds."""
+    @property
+    def points(self) -> NDArray[np.float32]:
+        """(M, 3), map frame."""
+    @property
+    def colors(self) -> NDArray[np.uint8]:
+        """(M, 3), red green blue."""
+    @property
+    def point_objects(self) -> NDArray[np.int32]:
+        """(M,), id of the object that the point belongs to, -1: none."""
+    @property
+    def objects(self) -> list[Object]: ...
+    @property
+    def K(self) -> NDArray[np.float64]:
+        """(3, 3), camera matrix."""
+    @property
+    def distortion(self) -> list[float]:
+        """k1, k2, p1, p2, k3; of a fisheye k1, k2, k3, k4."""
+    @property
+    def fisheye(self) -> bool:
+        """True if the distortion is that of the fisheye model."""
+    @property
+    def image_size(self) -> Tuple[int, int]:
+        """(width, height)."""
+    @property
+    def metric(self) -> bool:
+        """True if lengths are metres."""
 
 class State(_Map):
     """The map at one moment of the run."""
-    frame: int
-    time: float  # seconds
-    image: str  # file of the frame's image; empty: there is none
-    pose: Optional[NDArray[np.float64]]  # (4, 4), T_map_camera of the frame; None while tracking was lost
+    @property
+    def frame(self) -> int: ...
+    @property
+    def time(self) -> float:
+        """Seconds."""
+    @property
+    def image(self) -> str:
+        """File of the frame's image; empty: there is none."""
+    @property
+    def pose(self) -> Optional[NDArray[np.float64]]:
+        """(4, 4), T_map_camera of the frame; None while tracking was lost."""
 
 class Result(_Map):
     """A finished run: itself the map at the end, and a sequence of its states. A notebook shows it as a page to turn."""
-    trajectory: Tuple[NDArray[np.float64], NDArray[np.float64]]  # times (N,), poses (N, 4, 4) of all tracked frames
-    sequence: str  # what was mapped
-    version: str  # of the program that mapped it
+    @property
+    def trajectory(self) -> Tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Times (N,), poses (N, 4, 4) of all tracked frames."""
+    @property
+    def sequence(self) -> str:
+        """The input that was mapped."""
+    @property
+    def version(self) -> str:
+        """The version of the program that mapped it."""
     def __len__(self) -> int: ...
     def __getitem__(self, index: int) -> State: ...
     def __iter__(self) -> Iterator[State]: ...

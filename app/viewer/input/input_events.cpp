@@ -9,6 +9,7 @@
 #include <sstream>
 #include <utility>
 
+#include "app/viewer/input/ui_keys.h"
 #include "slam/util/error.h"
 #include "slam/util/text_lines.h"
 
@@ -36,7 +37,7 @@ constexpr std::array<NamedKey, 31> kNamed = {{{key::kSpace, "Space", ImGuiKey_Sp
                                               {key::kPageDown, "PageDown", ImGuiKey_PageDown},
                                               {key::kHome, "Home", ImGuiKey_Home},
                                               {key::kEnd, "End", ImGuiKey_End},
-                                              {key::kKeypadEnter, "KeypadEnter", ImGuiKey_KeyPadEnter},
+                                              {key::kKeypadEnter, "KeypadEnter", kUiKeypadEnter},
                                               {key::kLeftShift, "Shift"},
                                               {key::kLeftControl, "Control"},
                                               {key::kLeftAlt, "Alt"},

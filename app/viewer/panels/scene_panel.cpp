@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "app/viewer/input/ui_keys.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/state/pictures.h"
 #include "app/viewer/state/scene_view.h"
@@ -179,7 +180,7 @@ class ScenePanel : public Panel {
       return;
     }
     const auto axis = [&](int plus, int minus) {
-      return (ImGui::IsKeyDown(plus) ? 1.0 : 0.0) - (ImGui::IsKeyDown(minus) ? 1.0 : 0.0);
+      return (IsKeyDown(plus) ? 1.0 : 0.0) - (IsKeyDown(minus) ? 1.0 : 0.0);
     };
     const Eigen::Vector3d way(axis('D', 'A'), axis('E', 'Q'), axis('W', 'S'));
     if (way.norm() > 0.0) {

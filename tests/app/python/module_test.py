@@ -171,10 +171,27 @@ class Packaging(unittest.TestCase):
             there = {member for member in dir(getattr(sqslam, name)) if not member.startswith("_")}
             self.assertEqual({member for member in members(name) if not member.startswith("_")}, there, name)
 
-    def test_the_documentation_runs(self):
+    def python_of_the_documentation(self):
         page = (SOURCES / "docs" / "library.md").read_text()
         code = "\n".join(re.findall(r"^```python\n(.*?)^```", page, re.DOTALL | re.MULTILINE))
         self.assertIn("sqslam.read", code)
+        return code
+
+    @unittest.skipUnless(shutil.which("mypy"), "no mypy: packages-test.txt")
+    def test_the_types_suit_the_documentation_and_forbid_what_fails(self):
+        def complaints(code):
+            with tempfile.TemporaryDirectory() as folder:
+                run = subprocess.run(
+                    ["mypy", "--strict", "--no-error-summary", f"--cache-dir={folder}", "--python-executable",
+                     sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=False,
+                    env=os.environ | {"MYPYPATH": str(pathlib.Path(sqslam.__file__).parents[1])})
+            return run.stdout + run.stderr
+
+        self.assertEqual(complaints(self.python_of_the_documentation()), "")
+        self.assertIn("read-only", complaints("import sqslam\nsqslam.read('out').points = sqslam.read('in').points"))
+
+    def test_the_documentation_runs(self):
+        code = self.python_of_the_documentation()
         with tempfile.TemporaryDirectory() as folder:
             os.makedirs(f"{folder}/out")
             os.symlink(RESULT, f"{folder}/out/desk")
