@@ -7,7 +7,7 @@
 
 namespace sqslam {
 
-// What a tile of a picture shows; each includes those before.
+// Contents of a tile of a picture; each may come with those before it.
 enum class TileContent : std::uint8_t {
   kBackground,
   kFlat,  // drawn without depth: grid and shadow

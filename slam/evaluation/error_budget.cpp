@@ -288,8 +288,7 @@ struct RecordedEvidence {
             .camera = map->camera,
             .upright = true,
             .supports = &supports,
-            .surroundings =
-                SurroundingsOf(landmarks.at(id), all, classes.Of(landmarks.at(id).labels.Best()).on_floor),
+            .surroundings = SurroundingsOf(landmarks.at(id), all, classes),
             .classes = &classes,
             .scale = ScaleWithout(id, sized),
             .thorough = true};

@@ -277,7 +277,8 @@ void Mapper::MergeSubmaps(const LoopCandidate& loop, Submap& known) {
   Submap& dropped = keep_known ? *active_ : known;
   const Sim3d S_kept_dropped = keep_known ? S_known_active : S_known_active.Inverse();
   const std::int64_t number = dropped.Number();
-  // Of both sides as they are now: afterwards, the neighbours of either would be mostly those of one map.
+  // Chosen before the maps are one: afterwards, the neighbours of either side would be mostly those of one
+  // map.
   const BundleAdjustmentOptions& adjustment = options_.mapping.bundle_adjustment;
   std::vector<KeyframeId> window = LocalWindow(active_->Map(), loop.current, adjustment);
   std::ranges::copy(LocalWindow(known.Map(), loop.known, adjustment), std::back_inserter(window));

@@ -281,8 +281,7 @@ std::vector<int> EstimateWithCloud(std::map<int, Landmark>& landmarks, std::span
         sized.push_back(*size);
       }
     }
-    context.surroundings =
-        SurroundingsOf(landmark, others, context.classes->Of(landmark.labels.Best()).on_floor);
+    context.surroundings = SurroundingsOf(landmark, others, *context.classes);
     context.scale = ScaleWithout(id, sized);
     if (EstimateWithSurface(landmark, SurfaceOf(landmark, cloud, context), context)) {
       changed.push_back(id);

@@ -108,7 +108,7 @@ struct ObjectMapper::Impl {
           T_map_camera = poses(frame).value_or(T_map_camera);
         });
       }
-      context.surroundings = SurroundingsOf(landmark, Shown(), classes.Of(landmark.labels.Best()).on_floor);
+      context.surroundings = SurroundingsOf(landmark, Shown(), classes);
       context.scale = ScaleWithout(id, SizedObjects());
       EstimateLandmark(landmark, context);
       if (options.representation == Representation::kQuadric) {

@@ -90,13 +90,15 @@ double LowestSeen(std::span<const std::pair<std::int64_t, Eigen::Vector3d>> poin
 
 }  // namespace
 
-Surroundings SurroundingsOf(const Landmark& landmark, std::span<const Landmark* const> shown, bool on_floor) {
+Surroundings SurroundingsOf(const Landmark& landmark, std::span<const Landmark* const> shown,
+                            const ClassPriors& classes) {
   constexpr double kMuchSmaller = 0.7;  // volumes
   constexpr double kNear = 0.5;
   Surroundings result;
   if (!landmark.estimated) {
     return result;
   }
+  const bool on_floor = classes.Of(landmark.labels.Best()).on_floor;
   const double volume = landmark.superquadric.shape.Volume();
   double nearest = kNear;
   std::vector<double> tops;

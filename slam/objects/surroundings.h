@@ -11,6 +11,7 @@
 #include "slam/geometry/camera.h"
 #include "slam/geometry/rigid3.h"
 #include "slam/geometry/superquadric.h"
+#include "slam/objects/class_priors.h"
 #include "slam/objects/landmark.h"
 
 namespace sqslam {
@@ -25,15 +26,15 @@ struct Surroundings {
 };
 
 // Collects the surroundings of a landmark from the shown landmarks, which may include itself. Empty if it has
-// no estimate yet. `on_floor`: it stands on the floor by its class.
+// no estimate yet.
 Surroundings SurroundingsOf(const Landmark& landmark, std::span<const Landmark* const> shown,
-                            bool on_floor = false);
+                            const ClassPriors& classes);
 
 // True if `other` may hide a part of `object`: it is much larger, so the error of its position matters less,
 // and the object does not stand on it: it stands on the floor by its class (`on_floor`), is beside it, or
-// reaches below its middle. `points`: the object's
-// inliers. They tell how far down it was seen, which its own estimate does not: a cushion on a couch that
-// was once fitted down to the floor would seem hidden by the couch and stay there.
+// reaches below its middle. `points`: the object's inliers. They tell how far down it was seen, which its own
+// estimate does not: a cushion on a couch that was once fitted down to the floor would seem hidden by the
+// couch and stay there.
 bool MayHide(const PosedSuperquadric& other, const PosedSuperquadric& object,
              std::span<const std::pair<std::int64_t, Eigen::Vector3d>> points, bool on_floor = false);
 

@@ -16,6 +16,14 @@ using testing::RandomWords;
 using testing::RingMapOptions;
 using testing::SyntheticMap;
 
+// Eight keyframes, from 100 on, that stand where the first eight of ExactRing() do.
+Map BeginningOfTheRingAgain() {
+  RingMapOptions later = ExactRing();
+  later.first_id = 100;
+  later.keyframes = 8;
+  return MakeRingMap(later).map;
+}
+
 TEST_F(MapperWithWords, ClosesALoop) {
   SyntheticMap ring = MakeRingMap({});
   const double before = CenterError(ring);
@@ -35,10 +43,7 @@ TEST_F(MapperWithWords, ClosesALoop) {
 TEST_F(MapperWithWords, MergesSubmapsThatMeet) {
   mapper_->Process(Beginning(0, MakeRingMap(ExactRing()).map));
   EXPECT_EQ(mapper_->Counters().loops, 1) << "where the ring itself closes";
-  RingMapOptions later = ExactRing();
-  later.first_id = 100;
-  later.keyframes = 8;
-  Map map = MakeRingMap(later).map;
+  Map map = BeginningOfTheRingAgain();
   const Sim3d S_1_0{2.5,
                     Eigen::Quaterniond(Eigen::AngleAxisd(0.8, Eigen::Vector3d(1.0, 2.0, 3.0).normalized())),
                     {3.0, -1.0, 7.0}};
@@ -57,10 +62,7 @@ TEST_F(MapperWithWords, MergesSubmapsThatMeet) {
 // Two maps have two spanning trees. The younger one hangs where the maps meet, rooted there.
 TEST_F(MapperWithWords, MergedMapsHaveOneSpanningTree) {
   mapper_->Process(Beginning(0, MakeRingMap(ExactRing()).map));
-  RingMapOptions later = ExactRing();
-  later.first_id = 100;
-  later.keyframes = 8;
-  mapper_->Process(Beginning(1, MakeRingMap(later).map));
+  mapper_->Process(Beginning(1, BeginningOfTheRingAgain()));
   ASSERT_EQ(mapper_->Counters().merges, 1);
   const Map map = std::move(*mapper_).MapOf(0);
   EXPECT_EQ(map.At(0).parent, kNoKeyframe);
@@ -83,10 +85,7 @@ TEST_F(MapperWithWords, AdjustsBothSidesWhereMapsMeet) {
     ring.map.At(id).T_camera_map.translation += id % 2 == 0 ? off : Eigen::Vector3d(-off);
   }
   mapper_->Process(Beginning(0, std::move(ring.map)));
-  RingMapOptions later = ExactRing();
-  later.first_id = 100;
-  later.keyframes = 8;
-  mapper_->Process(Beginning(1, MakeRingMap(later).map));
+  mapper_->Process(Beginning(1, BeginningOfTheRingAgain()));
   ASSERT_EQ(mapper_->Counters().merges, 1);
   const Map map = std::move(*mapper_).MapOf(0);
   int adjusted = 0;

@@ -94,6 +94,19 @@ TEST(RefineJointly, AVaseIsAsWideAsItsMiddleThoughItsEndsAreNarrow) {
   EXPECT_LT(overlap(), 0.85);
 }
 
+// A diamond explains the boxes of a vase nearly as well, and is wider.
+TEST(RefineJointly, RoundThingsStayRound) {
+  const SyntheticDesk desk(1);
+  PosedSuperquadric diamond = desk.Objects()[0].superquadric;
+  diamond.shape = {{0.06, 0.06, 0.12}, 0.15, 1.6};
+  diamond.T_map_object.translation.z() = 0.12;
+  RefinementInput input = InputOf(desk, diamond);
+  input.support_height = 0.0;
+  PosedSuperquadric start = diamond;
+  start.shape.e2 = 1.0;
+  EXPECT_NEAR(RefineJointly(start, input, RefinementOptions()).superquadric.shape.e2, 1.0, 0.05);
+}
+
 TEST(RefineJointly, AHandleWidensACupToOneSideOnly) {
   const SyntheticDesk desk(1);
   PosedSuperquadric body = desk.Objects()[5].superquadric;

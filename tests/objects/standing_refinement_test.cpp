@@ -137,48 +137,48 @@ TEST(RefineStanding, HowLittleTheBoxesShowDoesNotBoundTheHeightOverAHiddenEnd) {
   EXPECT_GT(SolidIoU(fit.superquadric, truth), 0.7);
 }
 
-TEST(RefineStanding, AnObjectThatStandsOnTheFloorByItsClassReachesPastATable) {
-  const SyntheticDesk desk(1);
-  PosedSuperquadric truth = desk.Objects()[5].superquadric;
-  truth.shape.half_size.z() *= 2.0;
-  truth.T_map_object.translation.z() = truth.shape.half_size.z();
-  RefinementInput input = HiddenBelow(desk, truth, 0.4);
-  const double table = truth.shape.half_size.z();
-  const PosedSuperquadric upper = StretchedTo(truth, 1.2 * truth.shape.half_size.z());
-  const auto support = [&](const SupportHeights& supports) {
+// A tall object whose lower half stands behind a table as high as that.
+struct BehindTable {
+  explicit BehindTable(const SyntheticDesk& desk) : truth(desk.Objects()[5].superquadric) {
+    truth.shape.half_size.z() *= 2.0;
+    table = truth.T_map_object.translation.z() = truth.shape.half_size.z();
+    input = HiddenBelow(desk, truth, 0.4);
+  }
+
+  std::optional<double> SupportAmong(const SupportHeights& supports) const {
+    const PosedSuperquadric upper = StretchedTo(truth, 1.2 * table);
     return RefineStanding({&upper, 1}, input, supports, RefinementOptions(), SearchEffort::kPromising)
         .support;
-  };
-  const SupportHeights floor_unseen_nearby{{table}, {0.0}};
-  EXPECT_EQ(support(floor_unseen_nearby), table);
-  input.prior.on_floor = true;
-  EXPECT_EQ(support(floor_unseen_nearby), 0.0);
-  EXPECT_EQ(support({{table, 0.0}, {}}), 0.0);
-  EXPECT_EQ(support({{table}, {}}), table) << "the lowest surface that is known";
+  }
+
+  PosedSuperquadric truth;
+  double table = 0.0;
+  RefinementInput input;
+};
+
+TEST(RefineStanding, AnObjectThatStandsOnTheFloorByItsClassReachesPastATable) {
+  BehindTable object{SyntheticDesk(1)};
+  const SupportHeights floor_unseen_nearby{{object.table}, {0.0}};
+  EXPECT_EQ(object.SupportAmong(floor_unseen_nearby), object.table);
+  object.input.prior.on_floor = true;
+  EXPECT_EQ(object.SupportAmong(floor_unseen_nearby), 0.0);
+  EXPECT_EQ(object.SupportAmong({{object.table, 0.0}, {}}), 0.0);
+  EXPECT_EQ(object.SupportAmong({{object.table}, {}}), object.table) << "the lowest surface that is known";
 }
 
 TEST(RefineStanding, AnObjectOfKnownSizeReachesPastASurfaceThatHidesItsLowerPart) {
-  const SyntheticDesk desk(1);
-  PosedSuperquadric truth = desk.Objects()[5].superquadric;
-  truth.shape.half_size.z() *= 2.0;
-  truth.T_map_object.translation.z() = truth.shape.half_size.z();
-  RefinementInput input = HiddenBelow(desk, truth, 0.4);
-  const double table = truth.shape.half_size.z();
-  const PosedSuperquadric upper = StretchedTo(truth, 1.2 * truth.shape.half_size.z());
-  const SupportHeights supports{{table, 0.0}, {}};
-  const auto support = [&] {
-    return RefineStanding({&upper, 1}, input, supports, RefinementOptions(), SearchEffort::kPromising)
-        .support;
-  };
-  EXPECT_EQ(support(), table);
-  input.prior.log_metres = LogSize(truth.shape);
-  input.prior.size_sigma = 0.1;
-  input.prior.log_height_ratio =
-      std::log(truth.shape.half_size.z() / std::sqrt(truth.shape.half_size.x() * truth.shape.half_size.y()));
-  input.prior.height_sigma = 0.2;
-  EXPECT_EQ(support(), table) << "the map has no scale";
-  input.scale = MetricScale{0.0, 0.05};
-  EXPECT_EQ(support(), 0.0);
+  BehindTable object{SyntheticDesk(1)};
+  const SupportHeights supports{{object.table, 0.0}, {}};
+  EXPECT_EQ(object.SupportAmong(supports), object.table);
+  const Superquadric& shape = object.truth.shape;
+  object.input.prior.log_metres = LogSize(shape);
+  object.input.prior.size_sigma = 0.1;
+  object.input.prior.log_height_ratio =
+      std::log(shape.half_size.z() / std::sqrt(shape.half_size.x() * shape.half_size.y()));
+  object.input.prior.height_sigma = 0.2;
+  EXPECT_EQ(object.SupportAmong(supports), object.table) << "the map has no scale";
+  object.input.scale = MetricScale{0.0, 0.05};
+  EXPECT_EQ(object.SupportAmong(supports), 0.0);
 }
 
 }  // namespace

@@ -22,16 +22,16 @@ TEST(Surroundings, TellWhatLiesInItAndWhatMayHideIt) {
   const Landmark chair = MappedBox(3, {0.1, 2.8, 0.75}, {0.2, 0.05, 0.15});
   const std::vector<const Landmark*> shown = {&table, &cup, &chair};
 
-  const Surroundings of_table = SurroundingsOf(table, shown);
+  const Surroundings of_table = SurroundingsOf(table, shown, ClassPriors());
   EXPECT_EQ(of_table.smaller.size(), 2u);
   EXPECT_TRUE(of_table.hiders.empty());
   EXPECT_EQ(of_table.hidden_support, std::nullopt);
 
-  const Surroundings of_cup = SurroundingsOf(cup, shown);
+  const Surroundings of_cup = SurroundingsOf(cup, shown, ClassPriors());
   EXPECT_TRUE(of_cup.smaller.empty());
   EXPECT_EQ(of_cup.hidden_support, std::nullopt);  // on the table, not behind it
 
-  const Surroundings of_chair = SurroundingsOf(chair, shown);
+  const Surroundings of_chair = SurroundingsOf(chair, shown, ClassPriors());
   ASSERT_EQ(of_chair.hiders.size(), 1u);
   EXPECT_EQ(of_chair.hiders[0].shape.half_size, table.superquadric.shape.half_size);
   EXPECT_EQ(of_chair.smaller.size(), 1u);
@@ -47,8 +47,17 @@ TEST(Surroundings, TellATopByWhatStandsOnIt) {
   Landmark beside = MappedBox(4, {2.0, 2.0, 0.8}, {0.1, 0.1, 0.1});
   beside.support = 0.69;
   const std::vector<const Landmark*> shown = {&table, &cup, &bin, &beside};
-  EXPECT_EQ(SurroundingsOf(table, shown).stood_on, 0.7);
-  EXPECT_EQ(SurroundingsOf(cup, shown).stood_on, std::nullopt);
+  EXPECT_EQ(SurroundingsOf(table, shown, ClassPriors()).stood_on, 0.7);
+  EXPECT_EQ(SurroundingsOf(cup, shown, ClassPriors()).stood_on, std::nullopt);
+}
+
+TEST(Surroundings, ATableMayHideTheChairWhoseBackHoversOverIt) {
+  const Landmark table = MappedBox(1, {0.0, 2.0, 0.35}, {0.8, 0.5, 0.35});
+  Landmark back = MappedBox(2, {0.1, 2.4, 0.85}, {0.2, 0.05, 0.12});
+  back.labels.Add("chair", 0.9);
+  const std::vector<const Landmark*> shown = {&table, &back};
+  EXPECT_TRUE(SurroundingsOf(back, shown, ClassPriors()).hiders.empty());
+  EXPECT_EQ(SurroundingsOf(back, shown, ClassPriors::Named("default")).hiders.size(), 1u);
 }
 
 TEST(Surroundings, OfFarHidersGiveNoSupportAndNothingIsKnownWithoutAnEstimate) {
@@ -56,10 +65,10 @@ TEST(Surroundings, OfFarHidersGiveNoSupportAndNothingIsKnownWithoutAnEstimate) {
   table.support = 0.0;
   const std::vector<const Landmark*> shown = {&table};
   Landmark chair = MappedBox(3, {0.1, 6.0, 0.75}, {0.2, 0.05, 0.15});
-  EXPECT_EQ(SurroundingsOf(chair, shown).hiders.size(), 1u);
-  EXPECT_EQ(SurroundingsOf(chair, shown).hidden_support, std::nullopt);
+  EXPECT_EQ(SurroundingsOf(chair, shown, ClassPriors()).hiders.size(), 1u);
+  EXPECT_EQ(SurroundingsOf(chair, shown, ClassPriors()).hidden_support, std::nullopt);
   chair.estimated = false;
-  EXPECT_TRUE(SurroundingsOf(chair, shown).hiders.empty());
+  EXPECT_TRUE(SurroundingsOf(chair, shown, ClassPriors()).hiders.empty());
 }
 
 }  // namespace
