@@ -220,6 +220,7 @@ DetectionWriter::DetectionWriter(fs::path path, std::string settings, const Eige
       ++boxes_;
     }
   }
+  frames_ = static_cast<int>(done_.size());
   WriteFileAtomically(part_, before);
   out_.open(part_, std::ios::binary | std::ios::app);
   if (!out_) {
@@ -240,7 +241,7 @@ void DetectionWriter::Add(double timestamp, const std::vector<Detection>& detect
   if (!out_) {
     throw InputError("{}: cannot be written ({})", part_.string(), std::strerror(errno));
   }
-  done_.insert(time);
+  ++frames_;
   boxes_ += static_cast<int>(detections.size());
 }
 

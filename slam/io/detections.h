@@ -59,8 +59,8 @@ class DetectionWriter {
 
   // Returns true if an earlier job has done the frame of this time.
   bool IsDone(double timestamp) const;
-  int Frames() const { return static_cast<int>(done_.size()); }  // done, by earlier jobs and this one
-  int Boxes() const { return boxes_; }                           // in them
+  int Frames() const { return frames_; }  // done, by earlier jobs and this one
+  int Boxes() const { return boxes_; }    // in them
 
   // Throws InputError on a full disk; what was added before stays.
   void Add(double timestamp, const std::vector<Detection>& detections);
@@ -73,7 +73,8 @@ class DetectionWriter {
   std::filesystem::path part_;
   std::string settings_;
   Eigen::Vector2d file_pixels_;
-  std::unordered_set<std::string> done_;  // times as written
+  std::unordered_set<std::string> done_;  // times, as written, of the frames that earlier jobs have done
+  int frames_ = 0;
   int boxes_ = 0;
   std::ofstream out_;
 };

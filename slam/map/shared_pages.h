@@ -2,16 +2,18 @@
 
 #include <array>
 #include <atomic>
+#include <bit>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <utility>
 #include <vector>
 
 namespace sqslam {
 
-// Values by index. A copy shares the pages that neither side has changed since, so that it costs a pointer a
-// page. A page that holds nothing but `fill` takes no memory. Copies may be used on different threads, each
-// on one at a time.
+// Values by index, most of them equal to `fill`, which takes next to no memory. A copy shares the pages that
+// neither side has changed since, so that it costs a pointer a page. Copies may be used on different threads,
+// each on one at a time.
 template <typename Value, Value fill>
 class SharedPages {
  public:
@@ -40,7 +42,7 @@ class SharedPages {
   std::size_t size() const { return size_; }
   Value operator[](std::size_t index) const {
     const std::shared_ptr<Page>& page = pages_[index / kPage];
-    return page ? page->values[index % kPage] : fill;
+    return page ? page->Get(index % kPage) : fill;
   }
 
   // Adds values equal to `fill` up to this size.
@@ -56,14 +58,11 @@ class SharedPages {
     std::shared_ptr<Page>& page = pages_[index / kPage];
     if (!page) {
       page = std::make_shared<Page>();
-      page->values.fill(fill);
     } else if (page->shared.load(std::memory_order_relaxed)) {
       page = std::make_shared<Page>(*page);
     }
-    Value& present = page->values[index % kPage];
-    page->used += (value == fill ? 0 : 1) - (present == fill ? 0 : 1);
-    present = value;
-    if (page->used == 0) {
+    page->Set(index % kPage, value);
+    if (page->values.empty()) {
       page.reset();
     }
   }
@@ -88,13 +87,39 @@ class SharedPages {
 
  private:
   static constexpr std::size_t kPage = 512;
+  static constexpr std::size_t kWord = 64;
   struct Page {
     Page() = default;
-    Page(const Page& other) : values(other.values), used(other.used) {}
+    Page(const Page& other) : used(other.used), before(other.before), values(other.values) {}
 
-    std::array<Value, kPage> values;
-    int used = 0;                      // values that are not `fill`
-    std::atomic<bool> shared = false;  // by another copy, now or earlier: no longer written
+    bool Has(std::size_t at) const { return (used[at / kWord] >> (at % kWord) & 1U) != 0; }
+    std::size_t Place(std::size_t at) const {  // in `values`
+      const std::uint64_t below = used[at / kWord] & ((std::uint64_t{1} << (at % kWord)) - 1);
+      return before[at / kWord] + static_cast<std::size_t>(std::popcount(below));
+    }
+    Value Get(std::size_t at) const { return Has(at) ? values[Place(at)] : fill; }
+    void Set(std::size_t at, Value value) {
+      const auto place = values.begin() + static_cast<std::ptrdiff_t>(Place(at));
+      const bool had = Has(at);
+      if (had && value != fill) {
+        *place = value;
+        return;
+      }
+      if (had) {
+        values.erase(place);
+      } else {
+        values.insert(place, value);
+      }
+      used[at / kWord] ^= std::uint64_t{1} << (at % kWord);
+      for (std::size_t word = at / kWord + 1; word < before.size(); ++word) {
+        before[word] = static_cast<std::uint16_t>(had ? before[word] - 1 : before[word] + 1);
+      }
+    }
+
+    std::array<std::uint64_t, kPage / kWord> used{};    // a bit for each value that is not `fill`
+    std::array<std::uint16_t, kPage / kWord> before{};  // number of such values before each word
+    std::vector<Value> values;                          // those, in order
+    std::atomic<bool> shared = false;                   // by another copy, now or earlier: no longer written
   };
 
   // Copying does not change the other side's values: it only keeps both from writing.

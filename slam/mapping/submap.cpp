@@ -32,18 +32,19 @@ Submap::Submap(ByteReader& reader, std::unique_ptr<sqslam::Map> map, const Camer
     : Submap(0, std::move(map), options) {
   reader(number_);
   ReadMap(reader, camera, *map_);
-  reader(young_points_, frames_, upright_);
+  reader(young_points_);
+  frames_.Load(reader);
+  reader(upright_);
   objects_.Load(reader);
   std::erase_if(young_points_, [this](PointId point) { return !map_->IsAlive(point); });
-  for (const auto& [index, record] : frames_) {
+  frames_.ForEach([&](std::int64_t index, const FrameRecord& record) {
     if (!map_->Knows(record.pose.reference) || !(record.pose.scale > 0.0)) {
       reader.Refuse(fmt::format("has no place for frame {}", index));
     }
-  }
-  if (frames_.empty() || frames_.begin()->first < 0 || map_->Keyframes().empty()) {
+  });
+  if (frames_.Size() == 0 || frames_.Oldest().first < 0 || map_->Keyframes().empty()) {
     reader.Refuse("has a part without frames");
   }
-  refined_below_ = NewestFrame() + 1;
 }
 
 void Submap::Save(ByteWriter& writer) const {
@@ -51,7 +52,9 @@ void Submap::Save(ByteWriter& writer) const {
   std::erase_if(young, [this](PointId point) { return !map_->IsAlive(point); });
   writer(number_);
   WriteMap(*map_, writer);
-  writer(young, frames_, upright_);
+  writer(young);
+  frames_.Save(writer);
+  writer(upright_);
   objects_.Save(writer);
 }
 
@@ -59,26 +62,22 @@ void Submap::Renumber(const IdShift& shift) {
   number_ += shift.submap;
   sqslam::Renumber(shift, *map_);
   RaiseKeys(young_points_, shift.point);
-  RaiseKeys(frames_, shift.frame);
-  for (auto& [index, record] : frames_) {
-    record.timestamp += shift.time;
-    record.pose.reference += shift.keyframe;
-  }
-  refined_below_ += shift.frame;
+  frames_.Renumber(shift.frame, shift.time, shift.keyframe);
   objects_.Renumber(shift.object, shift.point, shift.frame);
 }
 
 void Submap::RecordFrame(std::int64_t index, double timestamp, const AnchoredPose& pose,
                          std::vector<FrameMatch> matches) {
-  frames_[index] = {timestamp, pose, std::move(matches)};
+  frames_.Record(index, {{timestamp, pose}, std::move(matches)});
 }
 
 void Submap::RefineFrames(const Camera& camera, int min_inliers, int keep) {
-  if (NumFrames() <= keep) {
+  std::map<std::int64_t, OpenFrame>& open = frames_.Open();
+  if (static_cast<int>(open.size()) <= keep) {
     return;
   }
-  const auto end = std::prev(frames_.end(), keep);
-  for (auto it = keep > 0 ? frames_.lower_bound(refined_below_) : frames_.begin(); it != end; ++it) {
+  const auto end = std::prev(open.end(), keep);
+  for (auto it = open.begin(); it != end; ++it) {
     auto& [index, record] = *it;
     std::vector<FrameMatch> matches = std::exchange(record.matches, {});
     const KeyframeId reference = record.pose.reference;
@@ -91,7 +90,7 @@ void Submap::RefineFrames(const Camera& camera, int min_inliers, int keep) {
     record.pose = {reference, T_camera_map * anchor.T_camera_map.Inverse(), anchor.scale};
     between_.Add({index, std::move(matches)});
   }
-  refined_below_ = end == frames_.end() ? std::prev(end)->first + 1 : end->first;
+  frames_.SettleBelow(end == open.end() ? frames_.Newest().first + 1 : end->first);
 }
 
 std::vector<BundleFrame> Submap::FramesBetween(int most) const {
@@ -99,7 +98,7 @@ std::vector<BundleFrame> Submap::FramesBetween(int most) const {
   for (const auto& [index, frame] : between_.ByIndex()) {
     known[index] = &frame.matches;
   }
-  for (const auto& [index, record] : frames_) {
+  for (const auto& [index, record] : frames_.Open()) {
     const KeyframeId reference = record.pose.reference;
     if (!record.matches.empty() &&
         !(map_->HasKeyframe(reference) && map_->At(reference).frame_index == index)) {
@@ -112,7 +111,7 @@ std::vector<BundleFrame> Submap::FramesBetween(int most) const {
   std::vector<BundleFrame> picked;
   for (std::size_t i = 0; i < count; ++i) {
     const auto& [index, matches] = frames[i * frames.size() / count];
-    BundleFrame& frame = picked.emplace_back(BundleFrame{PoseOf(frames_.at(index)).Inverse(), {}});
+    BundleFrame& frame = picked.emplace_back(BundleFrame{FramePose(index)->Inverse(), {}});
     for (const FrameMatch& match : *matches) {
       frame.matches.push_back({match.point, match.pixel.cast<double>(), std::sqrt(match.variance)});
     }
@@ -125,8 +124,18 @@ Rigid3d Submap::PoseOf(const FrameRecord& record) const {
 }
 
 std::optional<Rigid3d> Submap::FramePose(std::int64_t index) const {
-  const auto it = frames_.find(index);
-  return it != frames_.end() ? std::optional(PoseOf(it->second)) : std::nullopt;
+  const std::optional<FrameRecord> record = frames_.Find(index);
+  return record ? std::optional(PoseOf(*record)) : std::nullopt;
+}
+
+std::pair<std::int64_t, double> Submap::OldestFrameTime() const {
+  const auto [index, record] = frames_.Oldest();
+  return {index, record.timestamp};
+}
+
+std::pair<std::int64_t, double> Submap::NewestFrameTime() const {
+  const auto [index, record] = frames_.Newest();
+  return {index, record.timestamp};
 }
 
 std::optional<Rigid3d> Submap::KeepUpright(const Camera& camera, bool last) {
@@ -187,16 +196,15 @@ void Submap::Transform(const Sim3d& S_new_old) {
 
 void Submap::Bend(const std::function<void(sqslam::Map&)>& change) {
   std::map<KeyframeId, ScaledPose> before;
-  for (const auto& [index, record] : frames_) {
+  frames_.ForEach([&](std::int64_t /*index*/, const FrameRecord& record) {
     if (!before.contains(record.pose.reference)) {  // far fewer than frames
       before[record.pose.reference] = map_->PoseOf(record.pose.reference);
     }
-  }
+  });
   change(*map_);
   objects_.MoveWith([&](std::int64_t frame) {
-    auto it = frames_.lower_bound(frame);  // a frame without a record moves like its neighbour
-    it = it == frames_.end() ? std::prev(it) : it;
-    const KeyframeId reference = it->second.pose.reference;
+    // A frame without a record moves like its neighbour.
+    const KeyframeId reference = frames_.FromOn(frame).second.pose.reference;
     const ScaledPose& old = before.at(reference);
     const ScaledPose now = map_->PoseOf(reference);
     return Sim3d::FromRigid(now.T_camera_map.Inverse()) *
@@ -207,7 +215,7 @@ void Submap::Bend(const std::function<void(sqslam::Map&)>& change) {
 void Submap::Absorb(Submap&& other) {
   map_->Absorb(std::move(*other.map_));
   young_points_.merge(other.young_points_);
-  frames_.merge(other.frames_);
+  frames_.Absorb(std::move(other.frames_));
   for (const auto& [index, frame] : other.between_.ByIndex()) {
     between_.Add(frame);
   }
@@ -257,9 +265,9 @@ void Submap::FillSnapshot(MapSnapshot& snapshot) const {
 
 Trajectory Submap::FrameTrajectory() const {
   Trajectory trajectory;
-  for (const auto& [index, record] : frames_) {
+  frames_.ForEach([&](std::int64_t /*index*/, const FrameRecord& record) {
     trajectory.push_back({record.timestamp, PoseOf(record)});
-  }
+  });
   return trajectory;
 }
 

@@ -12,6 +12,7 @@
 #include "slam/estimation/bundle_adjustment.h"
 #include "slam/io/trajectory.h"
 #include "slam/map/map.h"
+#include "slam/mapping/frame_records.h"
 #include "slam/mapping/mapping_options.h"
 #include "slam/mapping/thinned_frames.h"
 #include "slam/mapping/upright.h"
@@ -58,15 +59,11 @@ class Submap {
   // Returns at most `most` non-keyframes, evenly spread, with their matches: for the final bundle adjustment.
   std::vector<BundleFrame> FramesBetween(int most) const;
 
-  bool HasFrame(std::int64_t index) const { return frames_.contains(index); }
-  std::pair<std::int64_t, double> OldestFrameTime() const {
-    return {frames_.begin()->first, frames_.begin()->second.timestamp};
-  }
-  std::int64_t NewestFrame() const { return frames_.rbegin()->first; }
-  std::pair<std::int64_t, double> NewestFrameTime() const {
-    return {frames_.rbegin()->first, frames_.rbegin()->second.timestamp};
-  }
-  int NumFrames() const { return static_cast<int>(frames_.size()); }
+  bool HasFrame(std::int64_t index) const { return frames_.Contains(index); }
+  std::pair<std::int64_t, double> OldestFrameTime() const;
+  std::pair<std::int64_t, double> NewestFrameTime() const;
+  std::int64_t NewestFrame() const { return frames_.Newest().first; }
+  int NumFrames() const { return frames_.Size(); }
   std::optional<Rigid3d> FramePose(std::int64_t index) const;  // T_map_camera
 
   // Turns the map upright if a better estimate of gravity exists. Returns the change of the map frame.
@@ -98,13 +95,6 @@ class Submap {
   Trajectory KeyframeTrajectory() const;
 
  private:
-  struct FrameRecord {
-    double timestamp = 0.0;
-    AnchoredPose pose;
-    std::vector<FrameMatch> matches;
-
-    static void VisitState(auto& self, auto&& visit) { visit(self.timestamp, self.pose); }
-  };
   struct FrameMatches {
     std::int64_t index = 0;
     std::vector<FrameMatch> matches;
@@ -115,10 +105,9 @@ class Submap {
 
   std::int64_t number_;
   std::unique_ptr<sqslam::Map> map_;
-  std::set<PointId> young_points_;              // not yet proven, see CullPoints()
-  std::map<std::int64_t, FrameRecord> frames_;  // by frame index
-  std::int64_t refined_below_ = 0;              // frames below this index need not be refined again
-  ThinnedFrames<FrameMatches> between_;         // matches of refined frames
+  std::set<PointId> young_points_;       // not yet proven, see CullPoints()
+  FrameRecords frames_;                  // settled once they are refined
+  ThinnedFrames<FrameMatches> between_;  // matches of refined frames
   UprightEstimator upright_;
   ObjectMapper objects_;
 };

@@ -1,6 +1,7 @@
 #include "slam/recognition/place_index.h"
 
 #include <algorithm>
+#include <iterator>
 #include <map>
 
 #include "slam/util/largest.h"
@@ -17,8 +18,9 @@ void PlaceIndex::Add(PlaceId id, const BagOfWords& bow) {
 
 void PlaceIndex::Remove(PlaceId id) {
   if (places_.erase(id) > 0) {
-    for (auto& [word, postings] : postings_) {
-      std::erase_if(postings, [id](const Posting& posting) { return posting.id == id; });
+    for (auto it = postings_.begin(); it != postings_.end();) {
+      std::erase_if(it->second, [id](const Posting& posting) { return posting.id == id; });
+      it = it->second.empty() ? postings_.erase(it) : std::next(it);
     }
   }
 }

@@ -40,6 +40,7 @@ class PlaceIndex {
   void Remove(PlaceId id);  // does nothing if it is missing
   bool Contains(PlaceId id) const { return places_.contains(id); }
   std::size_t Size() const { return places_.size(); }
+  std::size_t NumWords() const { return postings_.size(); }  // of its keyframes
 
   // Returns places that may be that of the query, the likeliest first (DBoW2; ORB-SLAM, Mur-Artal et al.
   // 2015, III-D and VI-A): among keyframes that share at least `min_shared_words` of the most shared words,

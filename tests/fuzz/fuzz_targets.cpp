@@ -8,6 +8,7 @@
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <sstream>
 #include <stdexcept>
 #include <vector>
 
@@ -49,6 +50,15 @@ std::string FileOfProject(const char* name) {
   return ReadFile(fs::path(SQSLAM_SOURCE_DIR) / name, "a file of the project");
 }
 
+std::string FirstLines(const char* name, int count) {
+  std::istringstream file(FileOfProject(name));
+  std::string lines;
+  for (std::string line; count > 0 && std::getline(file, line); --count) {
+    lines += line + '\n';
+  }
+  return lines;
+}
+
 // The bytes that `write` puts into the file it is given.
 std::string Written(const std::string& name, const std::function<void(const fs::path& file)>& write) {
   const TemporaryFolder folder;
@@ -78,6 +88,29 @@ MapSnapshot SmallMap() {
   map.support_height = 0.1;
   map.covisibility = {{0, 1, 20}};
   return map;
+}
+
+std::string SmallScene() {
+  return R"(name: desk
+frames: 24
+camera: {width: 64, height: 48, fx: 52.5, fy: 52.5, cx: 31.9, cy: 23.9, fps: 30}
+motion:
+  tremor_position: 0.002
+  waypoints:
+    - {position: [-1.2, -0.3, 1.2], look_at: [-0.3, 0, 0.7]}
+    - {position: [-1.1, -0.5, 1.2], look_at: [-0.1, 0, 0.7]}
+ambient: [0.2, 0.2, 0.3]
+lights: [{center: [0.4, -0.5, 2.4], half_u: [0, 0.4, 0], half_v: [0.4, 0, 0], rgb: [4.4, 4.1, 3.6]}]
+objects:
+  - {id: 3, label: cup, half_size: [0.04, 0.04, 0.05], shape: [0.1, 1], center: [-0.2, -0.1, 0], base: 0.74, yaw: 30,
+     texture: {pattern: ceramic, seed: 3, title: "", colors: [[232, 226, 214], [80, 134, 92]]}}
+furniture:
+  - {half_size: [0.9, 0.4, 0.02], shape: [0.1, 0.1], center: [0, 0, 0.7], yaw: 0,
+     texture: {pattern: wood, seed: 31, title: "", colors: [[176, 128, 84], [112, 74, 44]]}}
+panels:
+  - {corner: [-0.8, -0.4, 0.74], u: [1.7, 0, 0], v: [0, 0.9, 0], shading_step: 0.1,
+     texture: {pattern: wood, seed: 101, title: "", colors: [[186, 140, 96], [120, 82, 52]]}}
+)";
 }
 
 std::string Photograph() {
@@ -173,7 +206,7 @@ constexpr std::array kTargets{
     FuzzTarget{"camera_path", "tour.yaml", [](const fs::path& file) { ReadCameraPath(file, 30.0); },
                [] { return FileOfProject("configs/camera_paths/tour.yaml"); }},
     FuzzTarget{"classes", "classes.yaml", [](const fs::path& file) { ClassPriors::Read(file); },
-               [] { return FileOfProject("configs/classes.yaml"); }},
+               [] { return FirstLines("configs/classes.yaml", 15); }},
     FuzzTarget{"config", "config.yaml",
                [](const fs::path& file) {
                  SystemOptions options;
@@ -218,8 +251,7 @@ constexpr std::array kTargets{
                      "0\nproperty list uchar int vertex_indices\nend_header\n0 1 2 3 4 5\n1 2 3 4 5 6\n");
                }},
     FuzzTarget{"recording", "map.sqmap", ReadRecording, DensifiedRecording},
-    FuzzTarget{"scene", "scene.yaml", [](const fs::path& file) { ReadScene(file); },
-               [] { return FileOfProject("assets/scenes/desk.yaml"); }},
+    FuzzTarget{"scene", "scene.yaml", [](const fs::path& file) { ReadScene(file); }, SmallScene},
     FuzzTarget{"sequence", "rgb.txt",
                [](const fs::path& file) {
                  OpenSequence(

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <numeric>
+#include <random>
 #include <utility>
 #include <vector>
 
@@ -60,6 +61,25 @@ TEST(SharedPages, WhatHoldsNothingTakesNoMemory) {
   }
   EXPECT_EQ(pages.NumPages(), 1);
   EXPECT_EQ(pages[kMany - 1], kMany - 1);
+}
+
+// Compares with a plain vector under changes here and there.
+TEST(SharedPages, KeepsEachValueAtItsPlaceHoweverFewThereAre) {
+  std::mt19937 random(1);
+  Pages pages;
+  pages.Grow(kMany);
+  std::vector<int> plain(kMany, -1);
+  Pages copy;
+  for (int step = 0; step < 20000; ++step) {
+    const std::size_t at = random() % kMany;
+    const int value = random() % 3 == 0 ? -1 : step;
+    pages.Set(at, value);
+    plain[at] = value;
+    if (step % 1000 == 0) {
+      copy = pages;
+    }
+  }
+  EXPECT_EQ(pages.All(), plain);
 }
 
 }  // namespace

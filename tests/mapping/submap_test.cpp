@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "slam/geometry/lie.h"
+#include "slam/snapshot/byte_archive.h"
 #include "slam/snapshot/snapshot_codec.h"
 #include "tests/support/synthetic_map.h"
 
@@ -72,6 +73,16 @@ TEST_F(SubmapFrames, FollowTheirKeyframesFromThenOn) {
   submap_->RefineFrames(camera_, kMinInliers);
   EXPECT_NEAR(Error(kOlder), 0.5, 1e-5);  // what it matched is forgotten
   EXPECT_LT(Error(kNewer), 1e-5);         // is found among the points, which have stayed
+}
+
+TEST_F(SubmapFrames, ThatFollowARestoredMapAreRefinedInTheirTurn) {
+  ByteWriter writer;
+  submap_->Save(writer);
+  ByteReader reader(writer.Bytes(), "a map");
+  Submap restored(reader, std::make_unique<Map>(submap_->Map().Levels()), camera_, MapperOptions{});
+  restored.RecordFrame(kNewer + 1, 11.0, {kReference, {}});
+  restored.RefineFrames(camera_, kMinInliers, 2);  // the new frame and one of the restored ones are left
+  EXPECT_EQ(restored.NumFrames(), submap_->NumFrames() + 1);
 }
 
 TEST_F(SubmapFrames, TakePartInTheLastAdjustmentThoughTheyWereRefined) {

@@ -115,6 +115,13 @@ TEST_F(PlaceIndexTest, RemovedPlacesAreGone) {
   EXPECT_THAT(Ids(index_.Query(query_)), ElementsAre(2, 3));
 }
 
+TEST_F(PlaceIndexTest, WordsOfRemovedPlacesTakeNoMemory) {
+  index_.Add(1, Bag({1, 2, 3}));
+  index_.Add(2, Bag({3, 4}));
+  index_.Remove(1);
+  EXPECT_EQ(index_.NumWords(), 2U);
+}
+
 TEST_F(PlaceIndexTest, AddingAgainReplaces) {
   index_.Add(1, bag_);
   index_.Add(1, Bag({20, 21}));
