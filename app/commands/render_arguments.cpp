@@ -65,8 +65,8 @@ void AddVideoOptions(Command& command, RenderArguments& a) {
       .Range(0.01, 36000.0);
   command.Option(
       "--shard I/N", a.shard,
-      "Only the I-th of N equal pieces of the video, as FILE.part-I-of-N.mp4; numbered pictures keep "
-      "their numbers");
+      "Only the I-th of N pieces of the video, whole segments of two seconds, as FILE.part-I-of-N.mp4; "
+      "numbered pictures keep their numbers");
   command
       .Option("--join FILE...", a.join,
               "Instead of MAP: join these pieces, or numbered pictures, to --output FILE.mp4")

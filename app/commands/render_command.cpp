@@ -226,9 +226,9 @@ Views are named as seen from the average camera position, which is the front; to
 front at the bottom. overlay.width, overlay.fill, overlay.hidden, overlay.labels and overlay.points configure
 --overlay.
 
-After Ctrl-C a video ends with the last frame drawn. --join does not re-encode pieces of a video. With --on slurm, tasks
-render the pieces to FILE.pieces, and the command joins them at the end; after Ctrl-C, run the same command to wait
-for them again.
+After Ctrl-C a video ends with the last frame drawn. --join does not re-encode pieces of a video: it makes the same
+file as a video that is drawn at once. With --on slurm, tasks render the pieces to FILE.pieces, and the command joins
+them at the end; after Ctrl-C, run the same command to wait for them again.
 
 Examples:
   sqslam render out/kitchen -o kitchen.png

@@ -63,7 +63,8 @@ std::vector<ViewCamera> ViewsAlong(const CameraPathFile& file, const MapSnapshot
                                    const PictureOptions& options, const FramePoses& frame_poses, int frames,
                                    double fps);
 
-// One of several equal parts of a video, to be drawn by as many programs in parallel.
+// One of several equal parts of a video, to be drawn by as many programs in parallel. Joined, they are the
+// same file as a video that was drawn at once.
 struct Shard {
   int index = 1;  // from 1
   int count = 1;
@@ -72,8 +73,9 @@ struct Shard {
 // Parses "2/8". Throws UsageError unless it is I/N with 1 <= I <= N.
 Shard ParseShard(const std::string& text);
 
-// Returns the frames of [first, end) in the shard: [first, second).
-std::pair<int, int> FramesOf(const Shard& shard, int first, int end);
+// Returns the frames of [first, end) in the shard: [first, second), cut at multiples of `segment` from
+// `first`.
+std::pair<int, int> FramesOf(const Shard& shard, int first, int end, int segment = 1);
 
 // Converts a/turn.mp4 to a/turn.part-2-of-8.mp4. Names of numbered pictures do not change.
 std::filesystem::path PartName(const std::filesystem::path& output, const Shard& shard);

@@ -186,7 +186,7 @@ std::vector<Opened> Checked(const std::vector<Part>& parts) {
     total += now.frames;
   }
   for (std::size_t i = 0; i < parts.size(); ++i) {
-    const auto [first, end] = FramesOf(parts[i].shard, 0, total);
+    const auto [first, end] = FramesOf(parts[i].shard, 0, total, SegmentFrames(opened[i].fps));
     if (end - first != opened[i].frames) {
       // If one part is truncated, all others seem too long: report the shortest.
       const auto [shortest, longest] = std::ranges::minmax_element(opened, {}, &Opened::frames);
@@ -280,9 +280,12 @@ Shard ParseShard(const std::string& text) {
   return {*index, *count};
 }
 
-std::pair<int, int> FramesOf(const Shard& shard, int first, int end) {
-  const auto total = static_cast<std::int64_t>(end - first);
-  const auto cut = [&](int index) { return first + static_cast<int>(total * index / shard.count); };
+std::pair<int, int> FramesOf(const Shard& shard, int first, int end, int segment) {
+  const std::int64_t total = end - first;
+  const std::int64_t segments = (total + segment - 1) / segment;
+  const auto cut = [&](int index) {
+    return first + static_cast<int>(std::min(total, segments * index / shard.count * segment));
+  };
   return {cut(shard.index - 1), cut(shard.index)};
 }
 
