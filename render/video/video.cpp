@@ -198,7 +198,7 @@ std::pair<int, int> RangeOf(const VideoOptions& options, int total, const std::f
                       options.first, options.end < 0 ? std::string() : std::to_string(options.end), total);
   const int segment = IsFrameTemplate(output.string()) ? 1 : SegmentFrames(options.fps);
   const int frames = last - options.first;
-  const auto [first, end] = FramesOf(options.shard, options.first, last, segment);
+  const auto [first, end] = ItemsOf(options.shard, options.first, last, segment);
   ThrowIf<UsageError>(
       first >= end,
       "--shard {}/{}: nothing to write, expected at most {} pieces for {} frames, cut every {} frames",

@@ -274,31 +274,13 @@ TEST_F(VideoTest, NumberedPicturesBecomeAVideoUnlessOneIsMissing) {
   const std::string name = (folder_ / "f" / "{frame:03}.png").string();
   for (int i = 1; i <= 2; ++i) {  // two shards share the numbers
     options_.shard = {i, 2};
-    EXPECT_EQ(WriteOrbit(HandMadeMap(), options_, PartName(name, options_.shard)), 6);
+    EXPECT_EQ(WriteOrbit(HandMadeMap(), options_, name), 6);
   }
   EXPECT_EQ(JoinVideo({name}, folder_ / "joined.mp4", 12.0), 12);
   EXPECT_EQ(FramesIn(folder_ / "joined.mp4"), 12);
   fs::remove(folder_ / "f" / "004.png");
   EXPECT_THROW(JoinVideo({name}, folder_ / "again.mp4", 12.0), InputError);
   EXPECT_FALSE(fs::exists(folder_ / "again.mp4"));
-}
-
-TEST(ShardNumbersTest, CoverAllFramesOnce) {
-  for (const int total : {1, 7, 100}) {
-    int next = 5;
-    for (int i = 1; i <= 9; ++i) {
-      const auto [first, end] = FramesOf({i, 9}, 5, 5 + total);
-      EXPECT_EQ(first, next);
-      next = end;
-    }
-    EXPECT_EQ(next, 5 + total);
-  }
-  EXPECT_EQ(FramesOf({1, 2}, 5, 40, 10), std::pair(5, 25));  // 35 frames are four segments
-  EXPECT_EQ(FramesOf({2, 2}, 5, 40, 10), std::pair(25, 40));
-  EXPECT_EQ(ParseShard("2/8").count, 8);
-  for (const char* text : {"", "2", "0/8", "9/8", "1/0", "a/b", "1/2x", "-1/2"}) {
-    EXPECT_THROW(ParseShard(text), UsageError) << text;
-  }
 }
 
 TEST_F(VideoTest, OutputThatCannotBeWrittenIsSaid) {
