@@ -22,6 +22,7 @@ class Pieces {
       : output_(fs::absolute(output).lexically_normal()), count_(count) {}
 
   fs::path Folder() const { return output_.string() + ".pieces"; }
+  fs::path Settings() const { return Folder() / "settings.json"; }
   fs::path Piece(int index) const { return PartName(Folder() / output_.filename(), {index, count_}); }
   fs::path Beside(int index, const char* extension) const { return Piece(index).string() + extension; }
   fs::path Failure(const std::string& name) const { return Beside(ParseShard(name).index, ".failed"); }
@@ -53,7 +54,7 @@ class Pieces {
 
 // Claims the folder for these settings; pieces of other settings become incomplete.
 void ClaimFolder(const Pieces& pieces, const std::string& title, const std::string& settings) {
-  const fs::path file = pieces.Folder() / "settings.json";
+  const fs::path file = pieces.Settings();
   if (fs::exists(file) && ReadFile(file, "settings of pieces") == settings) {
     return;
   }
@@ -88,6 +89,9 @@ int MakePiece(const PieceWork& work, const Pieces& pieces, const std::string& ta
     const auto lock = FileLock::Try(pieces.Beside(shard.index, ".lock"));
     if (!lock || RequeuedTooOften(options)) {
       throw InputError(lock ? "taken off its node too often" : "another program is making this piece");
+    }
+    if (!fs::exists(pieces.Settings())) {  // a task that nobody has submitted
+      WriteFileAtomically(pieces.Settings(), work.settings());
     }
     AtomicPath draft(pieces.Folder() / std::to_string(shard.index));
     fs::create_directory(draft.Path());
