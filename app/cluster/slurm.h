@@ -7,7 +7,7 @@
 
 namespace sqslam::app {
 
-// Options of Slurm jobs: the group `slurm` of an experiment, or the file of `sqslam render --slurm`.
+// Options of Slurm jobs: the group `slurm` of an experiment, or the file of --slurm.
 struct SlurmOptions {
   std::string partition;            // empty: the cluster's default; likewise for time and memory
   std::string time;                 // as sbatch takes it

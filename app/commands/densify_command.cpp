@@ -1,8 +1,11 @@
 #include <fmt/format.h>
 
+#include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
+#include "app/cluster/piece_work.h"
 #include "app/commands/commands.h"
 #include "app/export/map_export.h"
 #include "app/terminal/terminal.h"
@@ -12,6 +15,7 @@
 #include "slam/util/options.h"
 
 namespace sqslam::app {
+namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kDensifyNotes = R"(
@@ -19,12 +23,14 @@ Writes dense.ply (a point cloud) and dense.glb (a coloured mesh with holes where
 folder, and depth maps of the keyframes to its map.sqmap. Needs the images that were mapped. With --set
 objects.dense_evidence=auto, objects that the cloud shows better than their boxes are estimated again, in
 objects.json and in the recording. Run the same command to resume after an interruption; other options start over.
+With --on slurm, tasks estimate depth maps to RESULT/dense.sqmap.pieces, and the command makes the same cloud of them.
 
 Examples:
   sqslam densify out/kitchen
   sqslam densify out/kitchen --images /media/disk/kitchen    if the images have moved
   sqslam densify out/kitchen --set dense.scale=1             full-size images: finer, four times as slow
   sqslam densify out/kitchen --set dense.fusion.min_views=3  fewer, more reliable points
+  sqslam densify out/kitchen --on slurm --shards 8           depth maps by the tasks of a cluster
 )";
 
 struct DensifyArguments {
@@ -34,39 +40,88 @@ struct DensifyArguments {
   std::vector<std::string> set;
   int threads = 0;
   bool no_mesh = false;
+  ClusterArguments cluster;
   bool quiet = false;
 };
 
-int RunDensify(const DensifyArguments& a) {
+SystemOptions OptionsOf(const DensifyArguments& a) {
   SystemOptions options;
   if (!a.config.empty()) {
     LoadOptions(a.config, options);
   }
   SetOptions(a.set, options);
-  const InterruptGuard interrupt;
-  Progress line(a.quiet, "keyframe");
-  const DensifyProgress progress = [&](int done, int total, const std::string& state) {
+  return options;
+}
+
+// Shows progress and stops at Ctrl-C.
+struct KeyframeReport {
+  explicit KeyframeReport(bool quiet) : line(quiet, "keyframe") {}
+
+  bool operator()(int done, int total, const std::string& state) {
     line.Update(done, total, state);
     return !interrupt.Interrupted();
-  };
-  const DensifySummary summary = Densify({a.result, a.images, options.dense, a.threads}, progress);
-  const bool meshed = !summary.interrupted && !a.no_mesh && WriteSurface(a.result, a.threads, progress);
-  line.Finish();
-  if (interrupt.Interrupted()) {
+  }
+
+  const InterruptGuard interrupt;
+  Progress line;
+};
+
+// Densifies the result, with the depth maps of `request.pieces`.
+int DensifyHere(const DensifyArguments& a, const DensifyRequest& request,
+                const ObjectOptions& object_options) {
+  KeyframeReport report(a.quiet);
+  const DensifyProgress progress = std::ref(report);
+  const DensifySummary summary = Densify(request, progress);
+  const bool meshed = !summary.interrupted && !a.no_mesh && WriteSurface(a.result, request.threads, progress);
+  report.line.Finish();
+  if (report.interrupt.Interrupted()) {
     fmt::print(stderr, "sqslam: stopped after {} depth maps; run the same command to resume\n",
                summary.estimated + summary.resumed);
     return 130;
   }
-  const DenseObjects objects = RefineObjectsWithCloud(a.result, options.objects);
+  const DenseObjects objects = RefineObjectsWithCloud(a.result, object_options);
   if (!a.quiet && objects.map) {
     fmt::print("{}\n", objects.Text());
   }
   if (!a.quiet) {
-    const std::filesystem::path result = a.result;
+    const fs::path result = a.result;
     fmt::print("{}\nwritten: {}{}\n", summary.Text(), (result / "dense.ply").string(),
                meshed ? ", " + (result / "dense.glb").string() : "");
   }
   return 0;
+}
+
+// The pieces are depth maps of some of the keyframes; with them, the result is densified as on one computer.
+int DensifyOnSlurm(const DensifyArguments& a, const DensifyRequest& request,
+                   const ObjectOptions& object_options) {
+  const auto with_threads = [&](int cpus) {
+    DensifyRequest own = request;
+    own.threads = own.threads > 0 ? own.threads : cpus;
+    return own;
+  };
+  const auto make = [&](const Shard& shard, const fs::path& piece, int cpus) {
+    KeyframeReport report(a.quiet);
+    return EstimatePiece(with_threads(cpus), shard, piece, std::ref(report)) ? 0 : 130;
+  };
+  const auto join = [&](const std::vector<std::string>& pieces, int cpus) {
+    DensifyRequest all = with_threads(cpus);
+    all.pieces = {pieces.begin(), pieces.end()};
+    return DensifyHere(a, all, object_options);
+  };
+  const auto settings = [&] {
+    return fmt::format("{} pieces of {}", *a.cluster.shards, DepthFingerprint(request));
+  };
+  const fs::path result = fs::absolute(a.result).lexically_normal();
+  const std::string title = result.has_filename() ? result.filename() : result.parent_path().filename();
+  return DoOnSlurm({title, result / "dense.sqmap", settings, make, join}, a.cluster, a.quiet);
+}
+
+int RunDensify(const DensifyArguments& a) {
+  a.cluster.Check();
+  const SystemOptions options = OptionsOf(a);
+  const DensifyRequest request{a.result, a.images, options.dense, a.threads};
+  return a.cluster.OnSlurm() ? DensifyOnSlurm(a, request, options.objects)
+                             : DensifyHere(a, request, options.objects);
 }
 
 }  // namespace
@@ -83,6 +138,7 @@ void AddDensifyCommand(Command& program) {
                  "Override one option, such as dense.stereo.planes=128; may be repeated");
   command.Option("--threads N", a.threads, "Keyframes processed in parallel; 0: one per core").Range(0, 256);
   command.Flag("--no-mesh", a.no_mesh, "Do not write dense.glb");
+  a.cluster.AddTo(command);
   command.QuietFlag(a.quiet, "No progress and no summary");
 }
 

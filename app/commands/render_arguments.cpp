@@ -65,32 +65,18 @@ void AddVideoOptions(Command& command, RenderArguments& a) {
       .Range(0.01, 36000.0);
   command.Option(
       "--shard I/N", a.shard,
-      "Only the I-th of N equal pieces of the video, as FILE.part-I-of-N.mp4; numbered pictures keep "
-      "their numbers");
+      "Only the I-th of N pieces of the video, whole segments of two seconds, as FILE.part-I-of-N.mp4; "
+      "numbered pictures keep their numbers");
   command
       .Option("--join FILE...", a.join,
               "Instead of MAP: join these pieces, or numbered pictures, to --output FILE.mp4")
       .Several();
 }
 
-void AddClusterOptions(Command& command, RenderArguments& a) {
-  command.Group("Cluster");
-  command.Option("--on WHERE", a.where, "Render on this computer, or in pieces on a cluster")
-      .OneOf({"here", "slurm"});
-  command.Option("--shards N", a.shards, "With --on slurm: number of pieces, one task each").Range(2, 1000);
-  command.Option("--slurm FILE", a.slurm,
-                 "Partition, time, memory, ... (YAML), with the keys of `slurm` in sqslam experiment");
-  command.Flag("--submit-only", a.submit_only,
-               "With --on slurm: submit all jobs and exit; a last job joins the pieces");
-  command.Option("--task I/N", a.task, "With --on slurm: render only this piece; for tasks of a cluster");
-}
-
 void CheckClusterArguments(const RenderArguments& a) {
-  ThrowIf<UsageError>(a.where == "here" && (a.shards || !a.slurm.empty() || a.submit_only || !a.task.empty()),
-                      "--shards, --slurm, --submit-only and --task: expected --on slurm");
-  ThrowIf<UsageError>(
-      a.where == "slurm" && (!a.shards || !a.shard.empty() || fs::path(a.output).extension() != ".mp4"),
-      "--on slurm: expected --shards N, --output FILE.mp4 and no --shard");
+  a.cluster.Check();
+  ThrowIf<UsageError>(a.cluster.OnSlurm() && (!a.shard.empty() || fs::path(a.output).extension() != ".mp4"),
+                      "--on slurm: expected --output FILE.mp4 and no --shard");
 }
 
 }  // namespace
@@ -139,7 +125,7 @@ void CheckRenderArguments(const RenderArguments& a) {
   CheckClusterArguments(a);
   ParseFrameRange(a.frames);  // throws on invalid ranges before anything is read
   if (!a.join.empty()) {
-    ThrowIf<UsageError>(a.where != "here" || fs::path(a.output).extension() != ".mp4" || !a.map.empty() ||
+    ThrowIf<UsageError>(a.cluster.OnSlurm() || fs::path(a.output).extension() != ".mp4" || !a.map.empty() ||
                             !a.objects.edits.empty(),
                         "--join: expected pieces and --output FILE.mp4, and no MAP, --edits or --on");
     return;
@@ -243,7 +229,7 @@ void AddRenderOptions(Command& command, RenderArguments& a) {
   command.Flag("--no-background", a.picture.transparent, "Transparent background");
   AddCameraOptions(command, a);
   AddVideoOptions(command, a);
-  AddClusterOptions(command, a);
+  a.cluster.AddTo(command);
   command.Group("General");
   AddBackendOption(command, a.picture.backend);
   command.QuietFlag(a.quiet, "No progress");

@@ -3,11 +3,11 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "app/cluster/piece_work.h"
 #include "app/command_line/command.h"
 #include "app/result/map_input.h"
 #include "render/synthetic/synthetic_sequence.h"
@@ -58,11 +58,7 @@ struct RenderArguments {
   double seconds = 10.0;
   std::string shard;
   std::vector<std::string> join;
-  std::string where = "here";  // or slurm
-  std::optional<int> shards;
-  std::string slurm;  // file
-  bool submit_only = false;
-  std::string task;
+  ClusterArguments cluster;
   std::string reference;
   double threshold = 0.04;
   bool quiet = false;
@@ -77,9 +73,5 @@ bool MakesFrames(const RenderArguments& arguments);  // true for a video or numb
 // Throw UsageError that names the option.
 PictureOptions MakePictureOptions(const RenderArguments& arguments);
 VideoOptions MakeVideoOptions(const RenderArguments& arguments, const PictureOptions& picture, double fps);
-
-// Draws a video in pieces on a Slurm cluster, one task each, and joins them; as a task (--task) draws only
-// its piece. Incomplete pieces are drawn again. `render` draws on this computer. Returns the exit code.
-int RenderOnSlurm(const RenderArguments& arguments, const std::function<int(const RenderArguments&)>& render);
 
 }  // namespace sqslam::app

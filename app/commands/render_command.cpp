@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "app/cluster/array_work.h"
 #include "app/commands/commands.h"
 #include "app/commands/render_arguments.h"
 #include "app/result/map_input.h"
@@ -17,6 +18,7 @@
 #include "render/video/video_alignment.h"
 #include "slam/io/image_files.h"
 #include "slam/snapshot/recording.h"
+#include "slam/util/json_file.h"
 #include "slam/util/throw_if.h"
 
 namespace sqslam::app {
@@ -173,7 +175,7 @@ int RenderFrames(const RenderArguments& a, const PictureOptions& picture, const 
     }
     return frames->PoseOf(frame);
   };
-  const fs::path output = PartName(a.output, options.shard);
+  const fs::path output = IsFrameTemplate(a.output) ? fs::path(a.output) : PartName(a.output, options.shard);
   FrameReport report(a.quiet);
   const auto progress = [&report](int done, int total) { return report(done, total); };
   const int written = a.growth ? WriteGrowthVideo(reader, options, output, progress)
@@ -203,9 +205,37 @@ int RenderHere(const RenderArguments& a) {
   return MakesFrames(a) ? RenderFrames(a, options, reader) : RenderStill(a, options, reader);
 }
 
+// Returns all that the content of a video's pieces depends on.
+std::string SettingsOfPieces(const RenderArguments& a) {
+  std::vector<std::string> words = ArgumentsWithoutTask();
+  std::erase_if(words, [](const std::string& word) {
+    return word == "--submit-only" || word == "--quiet" || word == "-q";
+  });
+  const fs::path map = MapFile(a.map);
+  return JsonText(nlohmann::ordered_json{{"arguments", words},
+                                         {"map_bytes", fs::file_size(map)},
+                                         {"map_time", fs::last_write_time(map).time_since_epoch().count()}});
+}
+
+int RenderOnSlurm(const RenderArguments& a) {
+  const auto make = [&](const Shard& shard, const fs::path& piece, int) {
+    RenderArguments part = a;
+    part.shard = fmt::format("{}/{}", shard.index, shard.count);
+    part.output = piece.parent_path() / fs::path(a.output).filename();  // RenderFrames adds the shard
+    return RenderHere(part);
+  };
+  const auto join = [&](const std::vector<std::string>& pieces, int) {
+    RenderArguments all = a;
+    all.join = pieces;
+    return Join(all);
+  };
+  const auto settings = [&] { return SettingsOfPieces(a); };
+  return DoOnSlurm({fs::path(a.output).stem().string(), a.output, settings, make, join}, a.cluster, a.quiet);
+}
+
 int Render(const RenderArguments& a) {
   CheckRenderArguments(a);
-  return a.where == "here" ? RenderHere(a) : RenderOnSlurm(a, RenderHere);
+  return a.cluster.OnSlurm() ? RenderOnSlurm(a) : RenderHere(a);
 }
 
 constexpr const char* kRenderNotes = R"(
@@ -226,9 +256,9 @@ Views are named as seen from the average camera position, which is the front; to
 front at the bottom. overlay.width, overlay.fill, overlay.hidden, overlay.labels and overlay.points configure
 --overlay.
 
-After Ctrl-C a video ends with the last frame drawn. --join does not re-encode pieces of a video. With --on slurm, tasks
-render the pieces to FILE.pieces, and the command joins them at the end; after Ctrl-C, run the same command to wait
-for them again.
+After Ctrl-C a video ends with the last frame drawn. --join does not re-encode pieces of a video: it makes the same
+file as a video that is drawn at once. With --on slurm, tasks render the pieces to FILE.pieces, and the command joins
+them at the end; after Ctrl-C, run the same command to wait for them again.
 
 Examples:
   sqslam render out/kitchen -o kitchen.png

@@ -189,16 +189,20 @@ void GrowthPage::DrawTimeline(cv::Mat& page, const MapSnapshot& map) const {
   text_.Draw(page, counts, {area.br().x, y}, size, ink, TextPainter::Align::kRight);
 }
 
-// Returns the frames to write: [first, second).
-std::pair<int, int> RangeOf(const VideoOptions& options, int total) {
+// Returns the frames to write: [first, second). Pieces of a video are whole segments, numbered pictures need
+// no such cuts.
+std::pair<int, int> RangeOf(const VideoOptions& options, int total, const std::filesystem::path& output) {
   const int last = options.end < 0 ? total : std::min(options.end, total);
   ThrowIf<UsageError>(options.first < 0 || options.first >= last,
                       "frames {}:{}: nothing to write, expected a part of the {} frames there are",
                       options.first, options.end < 0 ? std::string() : std::to_string(options.end), total);
-  const auto [first, end] = FramesOf(options.shard, options.first, last);
-  ThrowIf<UsageError>(first >= end,
-                      "--shard {}/{}: nothing to write, expected at most {} pieces for {} frames",
-                      options.shard.index, options.shard.count, last - options.first, last - options.first);
+  const int segment = IsFrameTemplate(output.string()) ? 1 : SegmentFrames(options.fps);
+  const int frames = last - options.first;
+  const auto [first, end] = ItemsOf(options.shard, options.first, last, segment);
+  ThrowIf<UsageError>(
+      first >= end,
+      "--shard {}/{}: nothing to write, expected at most {} pieces for {} frames, cut every {} frames",
+      options.shard.index, options.shard.count, (frames + segment - 1) / segment, frames, segment);
   return {first, end};
 }
 
@@ -329,7 +333,7 @@ int WriteOrbit(const MapSnapshot& map, const VideoOptions& options, const std::f
   // A path from a file ends at its last key, unless it is a loop.
   const int last = options.path_file && !options.path_file->loop ? 1 : 0;
   const int total = last + std::max(1, static_cast<int>(std::lround(seconds * options.fps)));
-  const std::pair<int, int> range = RangeOf(options, total);
+  const std::pair<int, int> range = RangeOf(options, total, output);
   FrameWriter writer(output, {options.picture.width, options.picture.height}, options.fps);
   PictureRenderer renderer(PicturesFor(output, options.picture));
   renderer.SetMap(map);
@@ -353,7 +357,7 @@ int WriteGrowthVideo(const RecordingReader& recording, const VideoOptions& optio
   const MapSnapshotPtr last = recording.Last();
   const std::vector<int> snapshots = SnapshotOfFrame(recording, options);
   const int total = static_cast<int>(snapshots.size());
-  const std::pair<int, int> range = RangeOf(options, total);
+  const std::pair<int, int> range = RangeOf(options, total, output);
   const cv::Size size(options.picture.width, options.picture.height);
   FrameWriter writer(output, size, options.fps);
   const GrowthLayout layout = LayOut(size, options.show_image, last->camera);

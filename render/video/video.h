@@ -10,6 +10,7 @@
 
 #include "render/picture/picture.h"
 #include "slam/snapshot/recording.h"
+#include "slam/util/shard.h"
 
 namespace sqslam {
 
@@ -63,21 +64,6 @@ std::vector<ViewCamera> ViewsAlong(const CameraPathFile& file, const MapSnapshot
                                    const PictureOptions& options, const FramePoses& frame_poses, int frames,
                                    double fps);
 
-// One of several equal parts of a video, to be drawn by as many programs in parallel.
-struct Shard {
-  int index = 1;  // from 1
-  int count = 1;
-};
-
-// Parses "2/8". Throws UsageError unless it is I/N with 1 <= I <= N.
-Shard ParseShard(const std::string& text);
-
-// Returns the frames of [first, end) in the shard: [first, second).
-std::pair<int, int> FramesOf(const Shard& shard, int first, int end);
-
-// Converts a/turn.mp4 to a/turn.part-2-of-8.mp4. Names of numbered pictures do not change.
-std::filesystem::path PartName(const std::filesystem::path& output, const Shard& shard);
-
 // Returns true if the name has a {frame} field, which FrameName fills in.
 bool IsFrameTemplate(const std::string& name);
 std::string FrameName(const std::string& name, int number);
@@ -93,9 +79,11 @@ struct VideoOptions {
   double fps = 30.0;
   // Length of a video of one map, unless path_file has one; for growth, an upper limit on the run's length.
   double seconds = 10.0;
-  int first = 0;           // frames to write: [first, end)
-  int end = -1;            // -1: through the last frame
-  Shard shard;             // part of these frames to write; the caller names the file (PartName)
+  int first = 0;  // frames to write: [first, end)
+  int end = -1;   // -1: through the last frame
+  // Part of these frames to write; the caller names the file (PartName). Joined, the parts are the same file
+  // as a video that was drawn at once.
+  Shard shard;
   bool show_image = true;  // growth: the input image with its boxes beside the map
 };
 

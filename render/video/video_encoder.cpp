@@ -14,6 +14,7 @@
 extern "C" {
 #include <libavcodec/avcodec.h>
 #include <libavformat/avformat.h>
+#include <libavutil/cpu.h>
 #include <libavutil/opt.h>
 #include <libswscale/swscale.h>
 }
@@ -51,6 +52,7 @@ class Mp4File {
     AVStream* stream = avformat_new_stream(format_.get(), nullptr);
     Check(stream == nullptr ? AVERROR(ENOMEM) : avcodec_parameters_copy(stream->codecpar, coding));
     stream->codecpar->codec_tag = 0;
+    stream->codecpar->bit_rate = 0;  // pieces of a video know only their own
     stream->time_base = time_base;
     stream->avg_frame_rate = av_inv_q(time_base);
     AVDictionary* options = nullptr;
@@ -89,16 +91,9 @@ class Mp4File {
 }  // namespace
 
 struct VideoEncoder::Impl {
-  Impl(const fs::path& path, const fs::path& wanted_name, cv::Size size, double fps)
-      : name(wanted_name.string()), file(path, wanted_name) {
-    for (const char* encoder : {"libx264", "mpeg4"}) {
-      if (const AVCodec* found = avcodec_find_encoder_by_name(encoder);
-          found != nullptr && Open(found, size, fps)) {
-        break;
-      }
-      codec.reset();
-    }
-    ThrowIf<InputError>(!codec, "{}: this FFmpeg encodes neither H.264 nor MPEG-4", name);
+  Impl(const fs::path& path, const fs::path& wanted_name, cv::Size wanted_size, double wanted_fps)
+      : name(wanted_name.string()), size(wanted_size), fps(wanted_fps), file(path, wanted_name) {
+    Open();
     AVCodecParameters* coding = avcodec_parameters_alloc();
     avcodec_parameters_from_context(coding, codec.get());
     stream = file.AddStream(coding, codec->time_base);
@@ -116,14 +111,25 @@ struct VideoEncoder::Impl {
     sws_setColorspaceDetails(scaler.get(), bt601, 1, bt601, 0, 0, 1 << 16, 1 << 16);
   }
 
-  bool Open(const AVCodec* found, cv::Size size, double fps) {
+  // Begins a segment with an encoder of its own.
+  void Open() {
+    for (const char* encoder : {"libx264", "mpeg4"}) {
+      if (const AVCodec* found = avcodec_find_encoder_by_name(encoder); found != nullptr && TryOpen(found)) {
+        return;
+      }
+    }
+    throw InputError("{}: this FFmpeg encodes neither H.264 nor MPEG-4", name);
+  }
+
+  bool TryOpen(const AVCodec* found) {
     codec.reset(avcodec_alloc_context3(found));
     codec->width = size.width;
     codec->height = size.height;
     codec->pix_fmt = AV_PIX_FMT_YUV420P;
     codec->framerate = av_d2q(fps, 100000);
     codec->time_base = av_inv_q(codec->framerate);
-    codec->gop_size = std::max(1, static_cast<int>(std::lround(2.0 * fps)));  // a keyframe every two seconds
+    codec->gop_size = SegmentFrames(fps);  // the first frame of a segment suffices
+    codec->thread_count = 4;  // x264's stream depends on it, but must not depend on the machine's cores
     codec->color_range = AVCOL_RANGE_MPEG;
     codec->colorspace = AVCOL_SPC_SMPTE170M;  // the default of programs that read no tags (OpenCV)
     codec->color_primaries = AVCOL_PRI_BT709;
@@ -133,6 +139,10 @@ struct VideoEncoder::Impl {
     codec->flags |= file.WantsGlobalHeader() ? AV_CODEC_FLAG_GLOBAL_HEADER : 0;
     av_opt_set(codec->priv_data, "preset", "veryfast", 0);
     av_opt_set(codec->priv_data, "crf", "20", 0);
+    if ((av_get_cpu_flags() & AV_CPU_FLAG_AVX512) != 0) {
+      // With AVX-512, "macroblock tree" of x264 0.164 reads memory that nobody has written.
+      av_opt_set(codec->priv_data, "x264-params", "asm=avx2", 0);
+    }
     return avcodec_open2(codec.get(), found, nullptr) == 0;
   }
 
@@ -159,6 +169,8 @@ struct VideoEncoder::Impl {
   }
 
   std::string name;
+  cv::Size size;
+  double fps;
   Mp4File file;
   Owned<AVCodecContext> codec;
   AVStream* stream = nullptr;  // owned by `file`
@@ -168,14 +180,20 @@ struct VideoEncoder::Impl {
   std::int64_t next_time = 0;
 };
 
+int SegmentFrames(double fps) { return std::max(1, static_cast<int>(std::lround(2.0 * fps))); }
+
 VideoEncoder::VideoEncoder(const fs::path& path, cv::Size size, double fps, const fs::path& name)
     : impl_(std::make_unique<Impl>(path, name.empty() ? path : name, size, fps)) {}
 VideoEncoder::~VideoEncoder() = default;
 
 void VideoEncoder::Add(const cv::Mat& bgr) {
   Impl& s = *impl_;
-  if (bgr.type() != CV_8UC3 || bgr.cols != s.codec->width || bgr.rows != s.codec->height) {
+  if (bgr.type() != CV_8UC3 || bgr.size() != s.size) {
     throw std::invalid_argument("a frame of another size or type than the video's");
+  }
+  if (s.next_time > 0 && s.next_time % SegmentFrames(s.fps) == 0) {
+    s.Encode(nullptr);
+    s.Open();
   }
   s.Check(av_frame_make_writable(s.frame.get()));
   const std::uint8_t* const rows[] = {bgr.data};

@@ -12,6 +12,10 @@
 
 namespace sqslam {
 
+// Returns the number of frames in two seconds, a segment of a video. Each segment has an encoder of its own:
+// pieces of whole segments join to the same file as a video that is drawn at once.
+int SegmentFrames(double fps);
+
 // Writes one MP4 file: H.264 (MPEG-4 if FFmpeg has no x264), 4:2:0, with colour tags. Calls FFmpeg's
 // libraries directly, because OpenCV's writer does not report a full disk, gives white a greenish tint, does
 // not tag the colour matrix, and cannot copy streams. Not thread-safe.

@@ -102,8 +102,6 @@ void FrameWriter::Close() {
 
 namespace {
 
-constexpr int kMaxShards = 100000;
-
 struct Part {
   fs::path path;
   std::string video;  // name without the part
@@ -186,7 +184,7 @@ std::vector<Opened> Checked(const std::vector<Part>& parts) {
     total += now.frames;
   }
   for (std::size_t i = 0; i < parts.size(); ++i) {
-    const auto [first, end] = FramesOf(parts[i].shard, 0, total);
+    const auto [first, end] = ItemsOf(parts[i].shard, 0, total, SegmentFrames(opened[i].fps));
     if (end - first != opened[i].frames) {
       // If one part is truncated, all others seem too long: report the shortest.
       const auto [shortest, longest] = std::ranges::minmax_element(opened, {}, &Opened::frames);
@@ -270,29 +268,6 @@ int JoinPictures(const std::vector<std::string>& pieces, const fs::path& output,
 }
 
 }  // namespace
-
-Shard ParseShard(const std::string& text) {
-  const std::size_t slash = std::min(text.find('/'), text.size());
-  const auto index = ParseNumber<int>(text.substr(0, slash));
-  const auto count = ParseNumber<int>(text.substr(std::min(slash + 1, text.size())));
-  ThrowIf<UsageError>(!index || !count || *count > kMaxShards || *index < 1 || *index > *count,
-                      "--shard {}: expected I/N with I from 1 to N, such as 2/8", text);
-  return {*index, *count};
-}
-
-std::pair<int, int> FramesOf(const Shard& shard, int first, int end) {
-  const auto total = static_cast<std::int64_t>(end - first);
-  const auto cut = [&](int index) { return first + static_cast<int>(total * index / shard.count); };
-  return {cut(shard.index - 1), cut(shard.index)};
-}
-
-fs::path PartName(const fs::path& output, const Shard& shard) {
-  if (shard.count == 1 || IsFrameTemplate(output.string())) {
-    return output;
-  }
-  return output.parent_path() / fmt::format("{}.part-{}-of-{}{}", output.stem().string(), shard.index,
-                                            shard.count, output.extension().string());
-}
 
 int JoinVideo(const std::vector<std::string>& pieces, const fs::path& output, double fps,
               const VideoProgress& progress) {

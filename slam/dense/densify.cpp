@@ -12,13 +12,21 @@
 #include "slam/dense/live_depth.h"
 #include "slam/dense/surface_fusion.h"
 #include "slam/snapshot/depth_recording.h"
+#include "slam/snapshot/recording.h"
 #include "slam/util/error.h"
+#include "slam/util/fingerprint.h"
 #include "slam/util/options.h"
 
 namespace sqslam {
+namespace fs = std::filesystem;
 namespace {
 
-[[noreturn]] void RefuseMotion(const DensifyRequest& request, const DenseInput& input) {
+// Throws NoMapError if no keyframe can have depth.
+void CheckMotion(const DensifyRequest& request, const DenseInput& input,
+                 const std::vector<KeyframePlan>& plans) {
+  if (std::ranges::any_of(plans, [](const auto& plan) { return plan.range.has_value(); })) {
+    return;
+  }
   if (input.keyframes.size() < 3) {
     throw NoMapError("{}: {} keyframes, expected at least three of the same place", request.result.string(),
                      input.keyframes.size());
@@ -27,6 +35,19 @@ namespace {
       "{}: no depth: none of the {} keyframes has two other frames that show the same place from at least {} "
       "degrees aside, expected a camera that moves sideways",
       request.result.string(), input.keyframes.size(), request.options.views.min_angle);
+}
+
+struct PlannedInput {
+  DenseInput input;
+  std::vector<KeyframePlan> plans;
+};
+
+PlannedInput PlanAll(const DensifyRequest& request) {
+  CheckOptions(request.options);
+  PlannedInput all{ReadDenseInput(request.result, request.images, request.options), {}};
+  all.plans = PlanKeyframes(all.input, request.options);
+  CheckMotion(request, all.input, all.plans);
+  return all;
 }
 
 // Returns true if the live estimate's views had nearly the mean distance that the planned ones have.
@@ -47,23 +68,24 @@ bool StandAsWide(const LiveEstimate& estimate, double scale, const DenseInput& i
   return then >= kAsWide * now;
 }
 
-// Adopts a depth map that the run itself estimated with these options. Returns false if it is not valid in
-// the finished map.
-bool TakeLive(const std::string& text, const std::string& settings, const DenseInput& input, std::size_t k,
-              const KeyframePlan& plan, DepthRecording& recording) {
+// Returns the scale of a depth map that the run itself estimated with these options, to be adopted; nothing
+// if it is not valid in the finished map.
+std::optional<double> LiveScale(const std::string& text, const std::string& settings, const DenseInput& input,
+                                std::size_t k, const KeyframePlan& plan) {
   const std::optional<LiveEstimate> estimate = LiveEstimate::FromText(text);
   const auto scale = estimate && estimate->settings == settings
                          ? ScaleIfValid(*estimate, input, k, *plan.range)
                          : std::nullopt;
-  if (!scale || !StandAsWide(*estimate, *scale, input, k, plan)) {
-    return false;
-  }
+  return scale && StandAsWide(*estimate, *scale, input, k, plan) ? scale : std::nullopt;
+}
+
+void TakeLive(double scale, const DenseInput& input, std::size_t k, const KeyframePlan& plan,
+              DepthRecording& recording) {
   DepthMap map = recording.Estimate(input.ids[k]);
   map.T_map_camera = input.keyframes[k].T_map_camera;
-  map.depth *= *scale / recording.Metres();  // metres back to live units, which rows have
+  map.depth *= scale / recording.Metres();  // metres back to live units, which rows have
   input.moving.Apply(map);
   recording.PutEstimate(map, plan.settings);
-  return true;
 }
 
 // Returns the keyframes whose depth must be estimated. Drops the depth of those that have none any more or no
@@ -82,7 +104,8 @@ std::vector<std::size_t> OpenJobs(const DenseInput& input, const std::vector<Key
       ++summary.without;
     } else if (text == plans[k].settings) {
       ++summary.resumed;
-    } else if (TakeLive(text, settings, input, k, plans[k], recording)) {
+    } else if (const auto scale = LiveScale(text, settings, input, k, plans[k])) {
+      TakeLive(*scale, input, k, plans[k], recording);
       ++summary.live;
     } else if (request.estimate) {
       jobs.push_back(k);
@@ -110,15 +133,11 @@ std::string DensifySummary::Text() const {
 
 DensifySummary Densify(const DensifyRequest& request, const DensifyProgress& progress) {
   const DenseOptions& options = request.options;
-  CheckOptions(options);
-  const DenseInput input = ReadDenseInput(request.result, request.images, options);
-  const std::vector<KeyframePlan> plans = PlanKeyframes(input, options);
+  const auto [input, plans] = PlanAll(request);
   DensifySummary summary;
   summary.keyframes = static_cast<int>(plans.size());
-  if (std::ranges::none_of(plans, [](const auto& plan) { return plan.range.has_value(); })) {
-    RefuseMotion(request, input);
-  }
   DepthRecording recording(request.result / "map.sqmap", DepthRecording::Access::kWrite);
+  std::ranges::for_each(request.pieces, [&](const auto& piece) { recording.TakeEstimates(piece); });
   recording.PutText(kSurfaceOptions, DumpOptions(options.surface));
   const std::vector<std::size_t> jobs = OpenJobs(input, plans, request, recording, summary);
   int done = 0;
@@ -154,6 +173,44 @@ DensifySummary Densify(const DensifyRequest& request, const DensifyProgress& pro
   summary.filled = static_cast<double>(fused->filled) / pixels;
   WriteDenseCloud(request.result / "dense.ply", fused->cloud);
   return summary;
+}
+
+bool EstimatePiece(const DensifyRequest& request, const Shard& shard, const fs::path& piece,
+                   const DensifyProgress& progress) {
+  const auto [input, plans] = PlanAll(request);
+  const fs::path map = request.result / "map.sqmap";
+  const std::string settings = EstimationSettings(request.options);
+  std::vector<std::size_t> jobs;
+  {
+    const DepthRecording recording(map);
+    const auto [first, end] = ItemsOf(shard, 0, static_cast<int>(plans.size()));
+    for (auto k = static_cast<std::size_t>(first); k < static_cast<std::size_t>(end); ++k) {
+      const std::string text = recording.Settings(input.ids[k]);
+      if (plans[k].range && text != plans[k].settings && !LiveScale(text, settings, input, k, plans[k])) {
+        jobs.push_back(k);
+      }
+    }
+  }
+  RecordingWriter(piece, RecordingReader(map).Info()).Close();
+  DepthRecording recording(piece, DepthRecording::Access::kWrite);
+  int done = 0;
+  const auto put = [&](std::size_t k, const std::optional<DepthMap>& depth) {
+    if (depth) {
+      recording.PutEstimate(*depth, plans[k].settings);
+    }
+    return progress(++done, static_cast<int>(jobs.size()), "depth maps");
+  };
+  const bool whole = EstimateDepthMaps(input, plans, jobs, request.options.stereo, request.threads, put);
+  recording.Close();
+  return whole;
+}
+
+std::string DepthFingerprint(const DensifyRequest& request) {
+  std::string text;
+  for (const KeyframePlan& plan : PlanAll(request).plans) {
+    text += plan.settings + "\n";
+  }
+  return Fingerprint(text);
 }
 
 }  // namespace sqslam

@@ -3,9 +3,11 @@
 #include <cstddef>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "slam/dense/dense_options.h"
 #include "slam/dense/depth_fusion.h"
+#include "slam/util/shard.h"
 
 namespace sqslam {
 
@@ -15,6 +17,7 @@ struct DensifyRequest {
   DenseOptions options;
   int threads = 0;       // 0: all hardware threads
   bool estimate = true;  // false: makes the cloud from existing depth maps, of a run that was stopped
+  std::vector<std::filesystem::path> pieces = {};  // of EstimatePiece(): their depth maps are taken over
 };
 
 struct DensifySummary {
@@ -39,5 +42,14 @@ struct DensifySummary {
 // Throws InputError (no result, no images, disk full), UsageError (options), NoMapError if no depth results:
 // a camera that did not move sideways, too few keyframes.
 DensifySummary Densify(const DensifyRequest& request, const DensifyProgress& progress);
+
+// Estimates the depth maps of one shard of the keyframes, those that the result lacks, and writes them to a
+// new recording `piece`; the result is only read. Returns false if `progress` stopped it. Throws as
+// Densify().
+bool EstimatePiece(const DensifyRequest& request, const Shard& shard, const std::filesystem::path& piece,
+                   const DensifyProgress& progress);
+
+// Returns a fingerprint of all that the estimated depth maps depend on but the images. Throws as Densify().
+std::string DepthFingerprint(const DensifyRequest& request);
 
 }  // namespace sqslam

@@ -239,6 +239,17 @@ std::string DepthRecording::Settings(std::int64_t keyframe) const {
   return select.Next() ? select.Bytes(0) : "";
 }
 
+void DepthRecording::TakeEstimates(const fs::path& recording) {
+  DepthRecording{recording};  // throws if it is none
+  impl_->Prepare("ATTACH DATABASE ? AS other", recording.string()).Run();
+  impl_
+      ->Prepare(
+          "INSERT OR REPLACE INTO main.depth_maps (keyframe, frame_index, settings, camera, image, estimate)"
+          " SELECT keyframe, frame_index, settings, camera, image, estimate FROM other.depth_maps")
+      .Run();
+  impl_->Prepare("DETACH DATABASE other").Run();
+}
+
 void DepthRecording::PutEstimate(const DepthMap& map, const std::string& settings) {
   const std::string header = HeaderOf(map, impl_->metres);
   const std::string image = EncodeImage(map.bgr);

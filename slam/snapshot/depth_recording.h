@@ -43,6 +43,9 @@ class DepthRecording {
   // Settings of the keyframe's depth estimate; empty if it has none.
   std::string Settings(std::int64_t keyframe) const;
 
+  // Takes over the estimates of another recording of the same map and scale, bit by bit.
+  void TakeEstimates(const std::filesystem::path& recording);
+
   void PutEstimate(const DepthMap& map, const std::string& settings);  // drops an older kept map
   void PutKept(const DepthMap& map);                                   // of a keyframe with an estimate
   void Remove(std::int64_t keyframe);

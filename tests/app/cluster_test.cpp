@@ -11,6 +11,7 @@
 #include "slam/snapshot/recording.h"
 #include "tests/app/run_program.h"
 #include "tests/app/tiny_experiment.h"
+#include "tests/dense/true_result.h"
 #include "tests/render/hand_made_map.h"
 
 namespace sqslam::testing {
@@ -227,11 +228,11 @@ TEST_F(StandIn, DrawsAVideoInPiecesAndThoseAgainThatAreCut) {
     writer.Add(HandMadeMap());
     writer.Close();
   }
-  // Eight frames: pieces of two, where the encoder keeps their order, and of three, where it does not.
+  // Nine frames: pieces of four, where the encoder changes their order, and of one, where it does not.
   const auto render = [&](const std::string& output, const std::string& options) {
     return RunProgram("render " + map.string() +
                           " --resolution 320,240 --rendering-backend osmesa --quiet "
-                          "--seconds 0.27 --output " +
+                          "--fps 2 --seconds 4.5 --output " +
                           (folder_.Path() / output).string() + " " + options,
                       Before());
   };
@@ -245,15 +246,64 @@ TEST_F(StandIn, DrawsAVideoInPiecesAndThoseAgainThatAreCut) {
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_EQ(Jobs(), 2u);
   EXPECT_FALSE(fs::exists(pieces));
-  for (const char* shard : {"1/3", "2/3", "3/3"}) {
-    EXPECT_EQ(render("hand.mp4", std::string("--shard ") + shard).exit_code, 0);
-  }
-  EXPECT_EQ(RunProgram("render --join " + folder_.Path().string() + "/hand.part-*.mp4 --quiet --output " +
-                       (folder_.Path() / "hand.mp4").string())
-                .exit_code,
-            0);
-  EXPECT_EQ(Slurp(folder_.Path() / "film.mp4"), Slurp(folder_.Path() / "hand.mp4"));
+  EXPECT_EQ(render("whole.mp4", "").exit_code, 0);
+  EXPECT_EQ(Slurp(folder_.Path() / "film.mp4"), Slurp(folder_.Path() / "whole.mp4"));
   EXPECT_EQ(render("film.png", on_slurm).exit_code, 2);
+}
+
+// A result to be densified, and another that was on one computer.
+struct DensifiedResults {
+  static constexpr const char* kFast =
+      " -q --set dense.stereo.planes=32 --set dense.views.min_overlap=0.3 --set dense.surface.min_island=50 ";
+
+  DensifiedResults() { EXPECT_EQ(RunProgram("densify " + whole.Path().string() + kFast).exit_code, 0); }
+
+  std::string Command(const std::string& options) const {
+    return "densify " + shared.Path().string() + kFast + "--on slurm --shards 3 " + options;
+  }
+  void ExpectSame() const {
+    for (const char* file : {"dense.ply", "dense.glb"}) {
+      EXPECT_TRUE(Slurp(shared.Path() / file) == Slurp(whole.Path() / file)) << file;
+      EXPECT_GT(fs::file_size(shared.Path() / file), 10000U);
+    }
+    EXPECT_FALSE(fs::exists(Pieces()));
+  }
+  fs::path Pieces() const { return shared.Path() / "dense.sqmap.pieces"; }
+
+  TrueResult whole{Pan(13, 0.06)}, shared{Pan(13, 0.06)};
+};
+
+TEST_F(StandIn, DensifiesInPiecesAndMakesThoseAgainThatAreCut) {
+  const DensifiedResults results;
+  folder_.Write("slurm.yaml", "poll: 0.2\n");
+  folder_.Write("lost", "1,1\n");
+  const std::string file = "--slurm " + (folder_.Path() / "slurm.yaml").string();
+  EXPECT_EQ(RunProgram(results.Command(file + " --task 1/3"), Before()).exit_code, 0);
+  fs::resize_file(results.Pieces() / "dense.part-1-of-3.sqmap", 100);  // a disk that was full
+  const ProgramRun run = RunProgram(results.Command(file), Before());
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(Jobs(), 2u);
+  results.ExpectSame();
+}
+
+TEST(DensifyInPieces, ByHandNeedsNoSlurmAndWritesThePieceAlone) {
+  const DensifiedResults results;
+  const fs::path map = results.shared.Path() / "map.sqmap";
+  const std::string before = Slurp(map);
+  const auto run = [&](const std::string& options) {
+    return RunProgram(results.Command(options), "export PATH=/nonexistent").exit_code;
+  };
+  for (const char* task : {"--task 3/3", "--task 1/3", "--task 2/3"}) {
+    EXPECT_EQ(run(task), 0) << task;
+  }
+  EXPECT_TRUE(Slurp(map) == before);
+  const auto made = fs::last_write_time(results.Pieces() / "dense.part-2-of-3.sqmap");
+  EXPECT_EQ(run("--task 2/3"), 0);
+  EXPECT_EQ(fs::last_write_time(results.Pieces() / "dense.part-2-of-3.sqmap"), made);
+  EXPECT_EQ(run("--task end"), 0);
+  results.ExpectSame();
+  EXPECT_EQ(run("--task 4/4"), 2);
+  EXPECT_EQ(RunProgram("densify " + results.shared.Path().string() + " --shards 3").exit_code, 2);
 }
 
 TEST_F(StandIn, ATaskThatIsTakenOffItsNodeAgainAndAgainIsGivenUp) {
@@ -314,6 +364,13 @@ TEST_F(RealSlurm, MakesTheTablesOfHomeThoughItsFollowerIsKilledAndATaskCancelled
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.out, HasSubstr("handed to Slurm"));
   ExpectTheTablesOfHome();
+}
+
+TEST_F(RealSlurm, DensifiesInPieces) {
+  const DensifiedResults results;
+  const ProgramRun run = RunProgram(results.Command(""), Before());
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  results.ExpectSame();
 }
 
 }  // namespace
