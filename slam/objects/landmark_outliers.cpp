@@ -169,6 +169,7 @@ SupportHeights PossibleSupports(const NamedPoints& points, const EstimationConte
       NthSmallest(heights, static_cast<std::size_t>(kBelow * static_cast<double>(heights.size())));
   const double highest = low + 3.0 * surfaces.Tolerance();
   SupportHeights supports;
+  supports.floor = surfaces.Floor();
   supports.near = surfaces.Under(
       centre, 2.0 * kReach * UpperMedian(std::move(radii)) + 8.0 * surfaces.Tolerance(), highest);
   for (const SupportSurface& surface : surfaces.All()) {

@@ -127,6 +127,15 @@ std::vector<double> AllOf(const SupportHeights& supports) {
   return heights;
 }
 
+// Returns the height below which an object that stands on none of the surfaces does not reach; furniture may
+// reach down to a floor that was not found.
+std::optional<double> LowestOf(const SupportHeights& supports, const ClassPrior& prior) {
+  if (prior.on_floor) {
+    return supports.floor;
+  }
+  return supports.near.empty() ? std::nullopt : std::optional(std::ranges::max(supports.near));
+}
+
 // Hypothesis about what the object stands on.
 struct Assumption {
   std::optional<double> support;  // on a surface of this height
@@ -140,11 +149,10 @@ std::vector<Assumption> Assumptions(const SupportHeights& supports, const Refine
   // has no metric size, this cost is the only evidence against that.
   const bool size_is_known = input.scale && input.prior.log_metres;
   const double past = input.ShowsBottom() || size_is_known ? 0.25 : 1.0;  // of the floating cost
-  const std::vector<double> all = AllOf(supports);
-  const double floor = all.empty() ? 0.0 : std::ranges::min(all);
+  const auto is_floor = [&](double height) { return supports.floor && height <= *supports.floor; };
   const auto cost_of = [&](double height, double least) {
     if (input.prior.on_floor) {  // anywhere else is as unlikely as floating
-      return height > floor ? options.floating_cost : 0.0;
+      return is_floor(height) ? 0.0 : options.floating_cost;
     }
     const auto above = std::ranges::count_if(supports.near, [&](double other) { return other > height; });
     return past * options.floating_cost * std::max(least, static_cast<double>(above));
@@ -152,17 +160,14 @@ std::vector<Assumption> Assumptions(const SupportHeights& supports, const Refine
   std::vector<Assumption> assumptions = ToVector(supports.near, [&](const double height) {
     return Assumption{height, {}, cost_of(height, 0.0)};
   });
-  Assumption floating{{}, {}, options.floating_cost};
-  if (!supports.near.empty()) {
-    floating.lowest = *std::ranges::max_element(supports.near);
-  }
-  assumptions.push_back(floating);
+  const bool on_hidden_floor = input.prior.on_floor && !supports.floor;
+  assumptions.push_back({{}, LowestOf(supports, input.prior), on_hidden_floor ? 0.0 : options.floating_cost});
   // A quick search leaves out surfaces elsewhere but the floor of those that stand there by their class, and
   // an object that stands above a low one may well stand on one that begins beside it.
   const double lowest = supports.near.empty() ? std::numeric_limits<double>::infinity()
                                               : *std::ranges::min_element(supports.near);
   for (const double height : supports.far) {
-    if (effort == SearchEffort::kThorough || height > lowest || (input.prior.on_floor && height <= floor)) {
+    if (effort == SearchEffort::kThorough || height > lowest || (input.prior.on_floor && is_floor(height))) {
       assumptions.push_back({height, {}, cost_of(height, 2.0)});
     }
   }
@@ -331,16 +336,17 @@ std::optional<StandingFit> RefineLandmark(const Landmark& landmark, const std::v
     return std::nullopt;
   }
   RefinementInput input = InputOf(landmark, views, context);
-  const SupportHeights supports =
-      context.given.support ? SupportHeights{{*context.given.support}, {}} : PossibleSupports(cloud, context);
+  const SupportHeights supports = context.given.support
+                                      ? SupportHeights{{*context.given.support}, {}, context.given.support}
+                                      : PossibleSupports(cloud, context);
   if (thorough || !landmark.refined) {
     const auto starts = RefinementStarts(landmark, Positions(cloud), input, options);
     return RefineStanding(starts, std::move(input), supports, options.refinement,
                           context.thorough ? SearchEffort::kThorough : SearchEffort::kPromising);
   }
   input.support_height = SupportOf(landmark, supports);
-  if (!input.support_height && !supports.near.empty()) {
-    input.lowest = *std::ranges::max_element(supports.near);
+  if (!input.support_height) {
+    input.lowest = LowestOf(supports, input.prior);
   }
   const std::optional<double> support = input.support_height;
   const RefinementResult result = RefineJointly(landmark.visible, input, options.refinement);

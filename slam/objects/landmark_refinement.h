@@ -24,6 +24,7 @@ struct SupportHeights {
   std::vector<double> near;  // that have points around it
   std::vector<double> far;   // others below it without points nearby, where they may extend unseen; a quick
                              // search tries those above the lowest near one
+  std::optional<double> floor;  // empty if it was not found: no surface is known to be the floor
 };
 
 enum class SearchEffort {

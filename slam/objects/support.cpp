@@ -100,12 +100,14 @@ CloudMiddle MiddleOf(std::span<const Eigen::Vector3d> points) {
 SupportSurfaces SupportSurfaces::Everywhere(double height) {
   SupportSurfaces result;
   result.surfaces_.push_back({height, {}});
+  result.floor_ = height;
   return result;
 }
 
 SupportSurfaces SupportSurfaces::Find(std::span<const Eigen::Vector3d> points,
                                       const GravityOptions& options) {
   constexpr double kMinShare = 0.01;
+  constexpr double kBelowFloor = 0.03;  // share of the points: noise
   constexpr std::size_t kMostSurfaces = 6;
   SupportSurfaces result;
   if (static_cast<int>(points.size()) < options.min_points) {
@@ -126,6 +128,13 @@ SupportSurfaces SupportSurfaces::Find(std::span<const Eigen::Vector3d> points,
   }
   std::ranges::sort(result.surfaces_,
                     [](const SupportSurface& a, const SupportSurface& b) { return a.height > b.height; });
+  if (!result.surfaces_.empty()) {
+    const double lowest = result.surfaces_.back().height;
+    const auto below = std::ranges::lower_bound(heights, lowest - layer) - heights.begin();
+    if (static_cast<double>(below) <= kBelowFloor * static_cast<double>(heights.size())) {
+      result.floor_ = lowest;
+    }
+  }
   for (const Eigen::Vector3d& p : points) {
     for (SupportSurface& surface : result.surfaces_) {
       if (std::abs(p.z() - surface.height) < layer) {
@@ -160,6 +169,7 @@ SupportSurfaces SupportSurfaces::Around(const Eigen::Vector2d& place,
   constexpr double kOnTop = 1.1;
   SupportSurfaces result;
   result.tolerance_ = tolerance_;
+  result.floor_ = floor_;
   for (const SupportSurface& surface : surfaces_) {
     SupportSurface left = surface;
     for (const PosedSuperquadric& other : others) {
@@ -181,8 +191,12 @@ SupportSurfaces SupportSurfaces::Around(const Eigen::Vector2d& place,
 void SupportSurfaces::Transform(const Sim3d& S_new_old) {
   const Eigen::Matrix2d R = S_new_old.rotation.toRotationMatrix().topLeftCorner<2, 2>();
   tolerance_ *= S_new_old.scale;
+  const auto moved = [&](double height) { return S_new_old.scale * height + S_new_old.translation.z(); };
+  if (floor_) {
+    floor_ = moved(*floor_);
+  }
   for (SupportSurface& surface : surfaces_) {
-    surface.height = S_new_old.scale * surface.height + S_new_old.translation.z();
+    surface.height = moved(surface.height);
     for (Eigen::Vector2d& p : surface.points) {
       p = S_new_old.scale * (R * p) + S_new_old.translation.head<2>();
     }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -45,12 +46,16 @@ class SupportSurfaces {
   // Thickness of a surface's layer of points, map units.
   double Tolerance() const { return tolerance_; }
   const std::vector<SupportSurface>& All() const { return surfaces_; }  // from high to low
+  // Returns the height of the lowest surface if hardly a point lies below it; empty where furniture hides the
+  // floor.
+  std::optional<double> Floor() const { return floor_; }
 
   void Transform(const Sim3d& S_new_old);  // must keep z up
 
  private:
   std::vector<SupportSurface> surfaces_;
   double tolerance_ = 0.0;
+  std::optional<double> floor_;
 };
 
 }  // namespace sqslam

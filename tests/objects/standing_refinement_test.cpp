@@ -158,12 +158,29 @@ struct BehindTable {
 
 TEST(RefineStanding, AnObjectThatStandsOnTheFloorByItsClassReachesPastATable) {
   BehindTable object{SyntheticDesk(1)};
-  const SupportHeights floor_unseen_nearby{{object.table}, {0.0}};
+  const SupportHeights floor_unseen_nearby{{object.table}, {0.0}, 0.0};
   EXPECT_EQ(object.SupportAmong(floor_unseen_nearby), object.table);
   object.input.prior.on_floor = true;
   EXPECT_EQ(object.SupportAmong(floor_unseen_nearby), 0.0);
-  EXPECT_EQ(object.SupportAmong({{object.table, 0.0}, {}}), 0.0);
-  EXPECT_EQ(object.SupportAmong({{object.table}, {}}), object.table) << "the lowest surface that is known";
+  EXPECT_EQ(object.SupportAmong({{object.table, 0.0}, {}, 0.0}), 0.0);
+}
+
+// Furniture hides the floor: the only surface that was found is the top of a table.
+TEST(RefineStanding, ATableIsNoFloor) {
+  BehindTable object{SyntheticDesk(1)};
+  const Superquadric& shape = object.truth.shape;
+  object.input.prior.on_floor = true;
+  object.input.prior.log_height_ratio =
+      std::log(shape.half_size.z() / std::sqrt(shape.half_size.x() * shape.half_size.y()));
+  object.input.prior.height_sigma = 0.2;
+  const PosedSuperquadric upper = StretchedTo(object.truth, 1.2 * object.table);
+  const auto fit = [&](const SupportHeights& supports) {
+    return RefineStanding({&upper, 1}, object.input, supports, RefinementOptions(), SearchEffort::kThorough);
+  };
+  EXPECT_EQ(fit({{object.table}, {}, object.table}).support, object.table);
+  const StandingFit free = fit({{object.table}, {}, {}});
+  EXPECT_EQ(free.support, std::nullopt);
+  EXPECT_GT(SolidIoU(free.superquadric, object.truth), 0.7);
 }
 
 TEST(RefineStanding, AnObjectOfKnownSizeReachesPastASurfaceThatHidesItsLowerPart) {

@@ -40,6 +40,25 @@ TEST(SupportSurfaces, AreTheDeskAndTheFloorAndNotTheWall) {
   EXPECT_NEAR(surfaces.All()[1].height, 0.0, 0.01);
 }
 
+TEST(SupportSurfaces, TheLowestIsTheFloorUnlessPointsLieBelowIt) {
+  std::vector<Eigen::Vector3d> points = Room();
+  const SupportSurfaces room = SupportSurfaces::Find(points, GravityOptions());
+  ASSERT_TRUE(room.Floor());
+  EXPECT_NEAR(*room.Floor(), 0.0, 0.01);
+  SupportSurfaces moved = room;
+  moved.Transform({2.0, Eigen::Quaterniond::Identity(), {0.0, 0.0, 1.0}});
+  EXPECT_NEAR(*moved.Floor(), 1.0, 0.02);
+  for (int i = 0; i < 20; ++i) {
+    points.emplace_back(0.1 * i, 0.0, -0.5 - 0.05 * i);  // a few mirrored ones
+  }
+  ASSERT_TRUE(SupportSurfaces::Find(points, GravityOptions()).Floor());
+  points = Room();
+  std::erase_if(points, [](const Eigen::Vector3d& p) { return p.z() < 0.05; });
+  const SupportSurfaces hidden = SupportSurfaces::Find(points, GravityOptions());
+  ASSERT_EQ(hidden.All().size(), 1u);
+  EXPECT_EQ(hidden.Floor(), std::nullopt) << "the wall reaches below the desk";
+}
+
 TEST(SupportSurfaces, AreFoundUnderWhatStandsThere) {
   const SupportSurfaces surfaces = SupportSurfaces::Find(Room(), GravityOptions());
   EXPECT_THAT(surfaces.Under({0.3, 0.2}, 0.3, 0.8),
