@@ -127,13 +127,15 @@ std::vector<double> AllOf(const SupportHeights& supports) {
   return heights;
 }
 
+bool StandsOnHiddenFloor(const SupportHeights& supports, const ClassPrior& prior) {
+  return prior.on_floor && !supports.floor;
+}
+
 // Returns the height below which an object that stands on none of the surfaces does not reach; furniture may
 // reach down to a floor that was not found.
 std::optional<double> LowestOf(const SupportHeights& supports, const ClassPrior& prior) {
-  if (prior.on_floor) {
-    return supports.floor;
-  }
-  return supports.near.empty() ? std::nullopt : std::optional(std::ranges::max(supports.near));
+  const bool unbounded = supports.near.empty() || StandsOnHiddenFloor(supports, prior);
+  return unbounded ? std::nullopt : std::optional(std::ranges::max(supports.near));
 }
 
 // Hypothesis about what the object stands on.
@@ -160,8 +162,9 @@ std::vector<Assumption> Assumptions(const SupportHeights& supports, const Refine
   std::vector<Assumption> assumptions = ToVector(supports.near, [&](const double height) {
     return Assumption{height, {}, cost_of(height, 0.0)};
   });
-  const bool on_hidden_floor = input.prior.on_floor && !supports.floor;
-  assumptions.push_back({{}, LowestOf(supports, input.prior), on_hidden_floor ? 0.0 : options.floating_cost});
+  assumptions.push_back({{},
+                         LowestOf(supports, input.prior),
+                         StandsOnHiddenFloor(supports, input.prior) ? 0.0 : options.floating_cost});
   // A quick search leaves out surfaces elsewhere but the floor of those that stand there by their class, and
   // an object that stands above a low one may well stand on one that begins beside it.
   const double lowest = supports.near.empty() ? std::numeric_limits<double>::infinity()
