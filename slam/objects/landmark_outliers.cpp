@@ -8,6 +8,7 @@
 
 #include "slam/objects/isolation_forest.h"
 #include "slam/objects/landmark_geometry.h"
+#include "slam/objects/support_hypotheses.h"
 #include "slam/util/largest.h"
 #include "slam/util/statistics.h"
 #include "slam/util/to_vector.h"
@@ -148,37 +149,6 @@ std::vector<BoxVotes> BoxVotes::Of(const std::vector<Eigen::Vector3d>& points,
 
 std::vector<Eigen::Vector3d> Positions(const NamedPoints& points) {
   return ToVector(points | std::views::values);
-}
-
-SupportHeights PossibleSupports(const NamedPoints& points, const EstimationContext& context) {
-  constexpr double kBelow = 0.35;  // share of points that may lie below a surface: noise
-  constexpr double kReach = 1.5;
-  if (points.empty()) {
-    return {};
-  }
-  std::vector<double> heights;
-  Eigen::Vector2d centre = Eigen::Vector2d::Zero();
-  for (const auto& [id, p] : points) {
-    heights.push_back(p.z());
-    centre += p.head<2>() / static_cast<double>(points.size());
-  }
-  const SupportSurfaces surfaces = context.supports->Around(centre, context.surroundings.others);
-  std::vector<double> radii = ToVector(
-      points | std::views::values, [&](const Eigen::Vector3d& p) { return (p.head<2>() - centre).norm(); });
-  const double low =
-      NthSmallest(heights, static_cast<std::size_t>(kBelow * static_cast<double>(heights.size())));
-  const double highest = low + 3.0 * surfaces.Tolerance();
-  SupportHeights supports;
-  supports.floor = surfaces.Floor();
-  supports.near = surfaces.Under(
-      centre, 2.0 * kReach * UpperMedian(std::move(radii)) + 8.0 * surfaces.Tolerance(), highest);
-  for (const SupportSurface& surface : surfaces.All()) {
-    if (surface.height <= highest &&
-        std::ranges::find(supports.near, surface.height) == supports.near.end()) {
-      supports.far.push_back(surface.height);
-    }
-  }
-  return supports;
 }
 
 void ForgetGonePoints(Landmark& landmark, const PointLookup& lookup) {

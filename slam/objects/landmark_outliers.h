@@ -7,7 +7,6 @@
 
 #include "slam/objects/landmark.h"
 #include "slam/objects/landmark_estimation.h"
-#include "slam/objects/landmark_refinement.h"
 
 namespace sqslam {
 
@@ -39,8 +38,5 @@ NamedPoints RemoveOutliers(Landmark& landmark, const std::vector<BoxView>& views
 // estimated anew only when its boxes have grown by a share, points that come and go would pile up in a long
 // run.
 void ForgetGonePoints(Landmark& landmark, const PointLookup& lookup);
-
-// Returns the heights of the surfaces that an object with these points may stand on, from high to low.
-SupportHeights PossibleSupports(const NamedPoints& points, const EstimationContext& context);
 
 }  // namespace sqslam

@@ -121,62 +121,6 @@ RefinementInput InputOf(const Landmark& landmark, const std::vector<BoxView>& vi
   return input;
 }
 
-std::vector<double> AllOf(const SupportHeights& supports) {
-  std::vector<double> heights = supports.near;
-  heights.insert(heights.end(), supports.far.begin(), supports.far.end());
-  return heights;
-}
-
-bool StandsOnHiddenFloor(const SupportHeights& supports, const ClassPrior& prior) {
-  return prior.on_floor && !supports.floor;
-}
-
-// Returns the height below which an object that stands on none of the surfaces does not reach; furniture may
-// reach down to a floor that was not found.
-std::optional<double> LowestOf(const SupportHeights& supports, const ClassPrior& prior) {
-  const bool unbounded = supports.near.empty() || StandsOnHiddenFloor(supports, prior);
-  return unbounded ? std::nullopt : std::optional(std::ranges::max(supports.near));
-}
-
-// Hypothesis about what the object stands on.
-struct Assumption {
-  std::optional<double> support;  // on a surface of this height
-  std::optional<double> lowest;   // or on none, but nowhere below this height
-  double cost = 0.0;              // half the chi square that it must save
-};
-
-std::vector<Assumption> Assumptions(const SupportHeights& supports, const RefinementInput& input,
-                                    const RefinementOptions& options, SearchEffort effort) {
-  // An object on a lower surface reaches through those above it. If no box shows its lower end and its class
-  // has no metric size, this cost is the only evidence against that.
-  const bool size_is_known = input.scale && input.prior.log_metres;
-  const double past = input.ShowsBottom() || size_is_known ? 0.25 : 1.0;  // of the floating cost
-  const auto is_floor = [&](double height) { return supports.floor && height <= *supports.floor; };
-  const auto cost_of = [&](double height, double least) {
-    if (input.prior.on_floor) {  // anywhere else is as unlikely as floating
-      return is_floor(height) ? 0.0 : options.floating_cost;
-    }
-    const auto above = std::ranges::count_if(supports.near, [&](double other) { return other > height; });
-    return past * options.floating_cost * std::max(least, static_cast<double>(above));
-  };
-  std::vector<Assumption> assumptions = ToVector(supports.near, [&](const double height) {
-    return Assumption{height, {}, cost_of(height, 0.0)};
-  });
-  assumptions.push_back({{},
-                         LowestOf(supports, input.prior),
-                         StandsOnHiddenFloor(supports, input.prior) ? 0.0 : options.floating_cost});
-  // A quick search leaves out surfaces elsewhere but the floor of those that stand there by their class, and
-  // an object that stands above a low one may well stand on one that begins beside it.
-  const double lowest = supports.near.empty() ? std::numeric_limits<double>::infinity()
-                                              : *std::ranges::min_element(supports.near);
-  for (const double height : supports.far) {
-    if (effort == SearchEffort::kThorough || height > lowest || (input.prior.on_floor && is_floor(height))) {
-      assumptions.push_back({height, {}, cost_of(height, 2.0)});
-    }
-  }
-  return assumptions;
-}
-
 struct Candidate {
   PosedSuperquadric start;
   Assumption assumption;
@@ -305,22 +249,6 @@ void FollowAll(const std::vector<Candidate>& candidates, const RefinementOptions
   }
 }
 
-// Returns the present height of the surface that the landmark's visible part was found to stand on. The
-// surface may have moved with the map, or have been found no more.
-std::optional<double> SupportOf(const Landmark& landmark, const SupportHeights& supports) {
-  constexpr double kSame = 0.25;  // of the object's height
-  const bool completed = landmark.superquadric.shape.half_size.z() != landmark.visible.shape.half_size.z();
-  if (!landmark.support || completed) {
-    return std::nullopt;
-  }
-  const std::vector<double> heights = AllOf(supports);
-  const auto distance = [&](double height) { return std::abs(height - *landmark.support); };
-  const auto nearest = std::ranges::min_element(heights, {}, distance);
-  const bool found =
-      nearest != heights.end() && distance(*nearest) < kSame * 2.0 * landmark.visible.shape.half_size.z();
-  return found ? *nearest : *landmark.support;
-}
-
 }  // namespace
 
 bool IsBottomSeen(const std::vector<BoxView>& views) {
@@ -383,7 +311,8 @@ StandingFit RefineStanding(std::span<const PosedSuperquadric> starts, Refinement
                            SearchEffort effort) {
   constexpr int kMostRounds = 4;
   constexpr double kEnough = 0.5;  // half a chi square
-  std::vector<Candidate> candidates = AllCandidates(starts, Assumptions(supports, input, options, effort));
+  std::vector<Candidate> candidates =
+      AllCandidates(starts, Assumptions(supports, input, options, effort == SearchEffort::kThorough));
   if (effort == SearchEffort::kPromising) {
     KeepPromising(input, options, candidates);
   }

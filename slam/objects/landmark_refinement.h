@@ -7,6 +7,7 @@
 #include "slam/objects/joint_refinement.h"
 #include "slam/objects/landmark.h"
 #include "slam/objects/landmark_estimation.h"
+#include "slam/objects/support_hypotheses.h"
 
 namespace sqslam {
 
@@ -17,14 +18,6 @@ struct StandingFit {
   std::optional<double> support;  // height of the surface that it stands on; empty: on none of them
   double cost = 0.0;              // robust, half the sum of squares
   Eigen::Matrix<double, 9, 9> covariance = Eigen::Matrix<double, 9, 9>::Zero();  // see ObjectFit
-};
-
-// Heights of the surfaces that an object may stand on.
-struct SupportHeights {
-  std::vector<double> near;  // that have points around it
-  std::vector<double> far;   // others below it without points nearby, where they may extend unseen; a quick
-                             // search tries those above the lowest near one
-  std::optional<double> floor;  // empty if it was not found: no surface is known to be the floor
 };
 
 enum class SearchEffort {

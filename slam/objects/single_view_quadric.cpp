@@ -6,6 +6,7 @@
 
 #include "slam/objects/landmark_geometry.h"
 #include "slam/objects/landmark_outliers.h"
+#include "slam/objects/support_hypotheses.h"
 
 namespace sqslam {
 namespace {

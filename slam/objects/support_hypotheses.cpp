@@ -1,0 +1,109 @@
+#include "slam/objects/support_hypotheses.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <ranges>
+
+#include "slam/objects/support.h"
+#include "slam/util/statistics.h"
+#include "slam/util/to_vector.h"
+
+namespace sqslam {
+namespace {
+
+std::vector<double> AllOf(const SupportHeights& supports) {
+  std::vector<double> heights = supports.near;
+  heights.insert(heights.end(), supports.far.begin(), supports.far.end());
+  return heights;
+}
+
+bool StandsOnHiddenFloor(const SupportHeights& supports, const ClassPrior& prior) {
+  return prior.on_floor && !supports.floor;
+}
+
+}  // namespace
+
+SupportHeights PossibleSupports(const NamedPoints& points, const EstimationContext& context) {
+  constexpr double kBelow = 0.35;  // share of points that may lie below a surface: noise
+  constexpr double kReach = 1.5;
+  if (points.empty()) {
+    return {};
+  }
+  std::vector<double> heights;
+  Eigen::Vector2d centre = Eigen::Vector2d::Zero();
+  for (const auto& [id, p] : points) {
+    heights.push_back(p.z());
+    centre += p.head<2>() / static_cast<double>(points.size());
+  }
+  const SupportSurfaces surfaces = context.supports->Around(centre, context.surroundings.others);
+  std::vector<double> radii = ToVector(
+      points | std::views::values, [&](const Eigen::Vector3d& p) { return (p.head<2>() - centre).norm(); });
+  const double low =
+      NthSmallest(heights, static_cast<std::size_t>(kBelow * static_cast<double>(heights.size())));
+  const double highest = low + 3.0 * surfaces.Tolerance();
+  SupportHeights supports;
+  supports.floor = surfaces.Floor();
+  supports.near = surfaces.Under(
+      centre, 2.0 * kReach * UpperMedian(std::move(radii)) + 8.0 * surfaces.Tolerance(), highest);
+  for (const SupportSurface& surface : surfaces.All()) {
+    if (surface.height <= highest &&
+        std::ranges::find(supports.near, surface.height) == supports.near.end()) {
+      supports.far.push_back(surface.height);
+    }
+  }
+  return supports;
+}
+
+std::optional<double> SupportOf(const Landmark& landmark, const SupportHeights& supports) {
+  constexpr double kSame = 0.25;  // of the object's height
+  const bool completed = landmark.superquadric.shape.half_size.z() != landmark.visible.shape.half_size.z();
+  if (!landmark.support || completed) {
+    return std::nullopt;
+  }
+  const std::vector<double> heights = AllOf(supports);
+  const auto distance = [&](double height) { return std::abs(height - *landmark.support); };
+  const auto nearest = std::ranges::min_element(heights, {}, distance);
+  const bool found =
+      nearest != heights.end() && distance(*nearest) < kSame * 2.0 * landmark.visible.shape.half_size.z();
+  return found ? *nearest : *landmark.support;
+}
+
+std::optional<double> LowestOf(const SupportHeights& supports, const ClassPrior& prior) {
+  const bool unbounded = supports.near.empty() || StandsOnHiddenFloor(supports, prior);
+  return unbounded ? std::nullopt : std::optional(std::ranges::max(supports.near));
+}
+
+std::vector<Assumption> Assumptions(const SupportHeights& supports, const RefinementInput& input,
+                                    const RefinementOptions& options, bool all_far) {
+  // An object on a lower surface reaches through those above it. If no box shows its lower end and its class
+  // has no metric size, this cost is the only evidence against that.
+  const bool size_is_known = input.scale && input.prior.log_metres;
+  const double past = input.ShowsBottom() || size_is_known ? 0.25 : 1.0;  // of the floating cost
+  const auto is_floor = [&](double height) { return supports.floor && height <= *supports.floor; };
+  const auto cost_of = [&](double height, double least) {
+    if (input.prior.on_floor) {  // anywhere else is as unlikely as floating
+      return is_floor(height) ? 0.0 : options.floating_cost;
+    }
+    const auto above = std::ranges::count_if(supports.near, [&](double other) { return other > height; });
+    return past * options.floating_cost * std::max(least, static_cast<double>(above));
+  };
+  std::vector<Assumption> assumptions = ToVector(supports.near, [&](const double height) {
+    return Assumption{height, {}, cost_of(height, 0.0)};
+  });
+  assumptions.push_back({{},
+                         LowestOf(supports, input.prior),
+                         StandsOnHiddenFloor(supports, input.prior) ? 0.0 : options.floating_cost});
+  // A quick search leaves out surfaces elsewhere but the floor of those that stand there by their class, and
+  // an object that stands above a low one may well stand on one that begins beside it.
+  const double lowest =
+      supports.near.empty() ? std::numeric_limits<double>::infinity() : std::ranges::min(supports.near);
+  for (const double height : supports.far) {
+    if (all_far || height > lowest || (input.prior.on_floor && is_floor(height))) {
+      assumptions.push_back({height, {}, cost_of(height, 2.0)});
+    }
+  }
+  return assumptions;
+}
+
+}  // namespace sqslam

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "slam/objects/joint_refinement.h"
+#include "slam/objects/landmark.h"
+#include "slam/objects/landmark_estimation.h"
+#include "slam/objects/landmark_outliers.h"
+
+namespace sqslam {
+
+// Heights of the surfaces that an object may stand on.
+struct SupportHeights {
+  std::vector<double> near;     // that have points around it
+  std::vector<double> far;      // others below it without points nearby, where they may extend unseen
+  std::optional<double> floor;  // empty if it was not found: no surface is known to be the floor
+};
+
+// Returns the surfaces that an object with these points may stand on, from high to low.
+SupportHeights PossibleSupports(const NamedPoints& points, const EstimationContext& context);
+
+// Returns the present height of the surface that the landmark's visible part was found to stand on. The
+// surface may have moved with the map, or have been found no more.
+std::optional<double> SupportOf(const Landmark& landmark, const SupportHeights& supports);
+
+// Returns the height below which an object that stands on none of the surfaces does not reach; furniture may
+// reach down to a floor that was not found.
+std::optional<double> LowestOf(const SupportHeights& supports, const ClassPrior& prior);
+
+// Hypothesis about what the object stands on.
+struct Assumption {
+  std::optional<double> support;  // on a surface of this height
+  std::optional<double> lowest;   // or on none, but nowhere below this height
+  double cost = 0.0;              // half the chi square that it must save
+};
+
+// Returns the hypotheses for an object. `all_far`: with all far surfaces, not only those above the lowest
+// near one and the floor of furniture.
+std::vector<Assumption> Assumptions(const SupportHeights& supports, const RefinementInput& input,
+                                    const RefinementOptions& options, bool all_far);
+
+}  // namespace sqslam
