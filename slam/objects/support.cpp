@@ -107,7 +107,8 @@ SupportSurfaces SupportSurfaces::Everywhere(double height) {
 SupportSurfaces SupportSurfaces::Find(std::span<const Eigen::Vector3d> points,
                                       const GravityOptions& options) {
   constexpr double kMinShare = 0.01;
-  constexpr double kBelowFloor = 0.03;  // share of the points: noise
+  constexpr double kBelowFloor = 0.02;  // share of the points: noise
+  constexpr double kWellBelow = 8.0;    // layers
   constexpr std::size_t kMostSurfaces = 6;
   SupportSurfaces result;
   if (static_cast<int>(points.size()) < options.min_points) {
@@ -130,7 +131,7 @@ SupportSurfaces SupportSurfaces::Find(std::span<const Eigen::Vector3d> points,
                     [](const SupportSurface& a, const SupportSurface& b) { return a.height > b.height; });
   if (!result.surfaces_.empty()) {
     const double lowest = result.surfaces_.back().height;
-    const auto below = std::ranges::lower_bound(heights, lowest - layer) - heights.begin();
+    const auto below = std::ranges::lower_bound(heights, lowest - kWellBelow * layer) - heights.begin();
     if (static_cast<double>(below) <= kBelowFloor * static_cast<double>(heights.size())) {
       result.floor_ = lowest;
     }

@@ -46,8 +46,8 @@ class SupportSurfaces {
   // Thickness of a surface's layer of points, map units.
   double Tolerance() const { return tolerance_; }
   const std::vector<SupportSurface>& All() const { return surfaces_; }  // from high to low
-  // Returns the height of the lowest surface if hardly a point lies below it; empty where furniture hides the
-  // floor.
+  // Returns the height of the lowest surface if hardly a point lies well below it; empty where furniture
+  // hides the floor.
   std::optional<double> Floor() const { return floor_; }
 
   void Transform(const Sim3d& S_new_old);  // must keep z up

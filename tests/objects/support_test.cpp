@@ -48,8 +48,11 @@ TEST(SupportSurfaces, TheLowestIsTheFloorUnlessPointsLieBelowIt) {
   SupportSurfaces moved = room;
   moved.Transform({2.0, Eigen::Quaterniond::Identity(), {0.0, 0.0, 1.0}});
   EXPECT_NEAR(*moved.Floor(), 1.0, 0.02);
-  for (int i = 0; i < 20; ++i) {
-    points.emplace_back(0.1 * i, 0.0, -0.5 - 0.05 * i);  // a few mirrored ones
+  for (int i = 0; i < 100; ++i) {
+    points.emplace_back(0.02 * i, 0.0, -0.1);  // badly measured
+  }
+  for (int i = 0; i < 10; ++i) {
+    points.emplace_back(0.1 * i, 0.0, -0.5 - 0.05 * i);  // mirrored
   }
   ASSERT_TRUE(SupportSurfaces::Find(points, GravityOptions()).Floor());
   points = Room();
