@@ -163,6 +163,7 @@ void JudgeReliability(Landmark& landmark, const std::vector<BoxView>& used,
   const Superquadric& shape = landmark.superquadric.shape;
   ReliabilityEvidence evidence;
   evidence.observations = landmark.observations;
+  evidence.holds_larger = context.surroundings.holds_larger;
   evidence.held_out_agreement = BoxAgreement(landmark.visible, held_out, context.camera);
   if (context.options->method == ObjectMethod::kRefined) {
     evidence.log_size_sigma = landmark.refined ? LogSizeSigma(shape, landmark.covariance) : kUnknownSigma;

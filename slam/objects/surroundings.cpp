@@ -5,6 +5,7 @@
 #include <limits>
 #include <ranges>
 
+#include "slam/objects/landmark_geometry.h"
 #include "slam/util/statistics.h"
 #include "slam/util/to_vector.h"
 
@@ -76,6 +77,17 @@ bool StandsOn(const Landmark& other, const PosedSuperquadric& object) {
          object.shape.RadialScale(p) < 1.0;
 }
 
+// True if at least half of a better known object of a larger class lies in the landmark.
+bool Holds(const Landmark& landmark, const Landmark& other, const ClassPriors& classes) {
+  constexpr double kHeld = 0.5;
+  const std::optional<double>& size = classes.Of(landmark.labels.Best()).log_metres;
+  const std::optional<double>& other_size = classes.Of(other.labels.Best()).log_metres;
+  return size && other_size && *other_size > *size && other.observations > landmark.observations &&
+         other.reliability > landmark.reliability &&
+         other.superquadric.shape.Volume() < landmark.superquadric.shape.Volume() &&
+         OverlapOfSmaller(other.superquadric, landmark.superquadric) > kHeld;
+}
+
 // Height down to which an object was seen for certain; minus infinity with few points.
 double LowestSeen(std::span<const std::pair<std::int64_t, Eigen::Vector3d>> points) {
   constexpr std::size_t kFew = 10;
@@ -107,6 +119,7 @@ Surroundings SurroundingsOf(const Landmark& landmark, std::span<const Landmark* 
       continue;
     }
     result.others.push_back(other->superquadric);
+    result.holds_larger = result.holds_larger || Holds(landmark, *other, classes);
     if (other->superquadric.shape.Volume() < kMuchSmaller * volume) {
       result.smaller.push_back(other->superquadric);
       if (StandsOn(*other, landmark.superquadric)) {

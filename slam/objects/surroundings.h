@@ -23,6 +23,7 @@ struct Surroundings {
   std::vector<PosedSuperquadric> hiders;   // larger ones that may hide it: MayHide()
   std::optional<double> hidden_support;    // support of the nearest of these, which it may share
   std::optional<double> stood_on;          // height of its top, on which smaller ones stand
+  bool holds_larger = false;               // it encloses a better known object of a larger class
 };
 
 // Collects the surroundings of a landmark from the shown landmarks, which may include itself. Empty if it has
