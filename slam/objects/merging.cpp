@@ -164,7 +164,7 @@ bool ShareTheirPlace(const Landmark& a, const Landmark& b, const Camera& camera)
                                         // explains the other's boxes
   constexpr double kFlatShared = 0.1;   // the same, of two labels that are rarely boxed in one frame
   constexpr double kApart = 0.25;       // of the views of the rarer one, in which they may seem apart
-  if (!a.refined || !b.refined) {
+  if (!a.refined || !b.refined || AreMostlySeenTogether(a, b)) {
     return false;
   }
   const int limit = static_cast<int>(kApart * static_cast<double>(std::min(a.views.size(), b.views.size())));

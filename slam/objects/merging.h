@@ -17,8 +17,9 @@ namespace sqslam {
 bool AreSameObject(const Landmark& a, const Landmark& b, const ObjectOptions& all, const Camera& camera);
 
 // True if two landmarks fill the same space, once both are refined from all their boxes. Two things cannot,
-// so this outweighs frames in which their boxes were apart: one of them may hold boxes of a third. Of two
-// labels, each must also explain the other's boxes: a detector calls a chair a bench from one side.
+// so this outweighs frames in which their boxes were apart: one of them may hold boxes of a third. But two
+// that nearly all frames show are two: stacked books. Of two labels, each must also explain the other's
+// boxes: a detector calls a chair a bench from one side.
 bool ShareTheirPlace(const Landmark& a, const Landmark& b, const Camera& camera);
 
 // True if of two labels the rarer landmark is rather one with a third of its own label: the boxes of a part

@@ -237,6 +237,18 @@ TEST(Merging, TwoOfAKindCannotShareTheirPlace) {
   EXPECT_FALSE(ShareTheirPlace(a, b, Camera()));
 }
 
+TEST(Merging, StackedBooksAreTwoThoughTheirEstimatesOverlap) {
+  const Camera camera = testing::TestCamera();
+  const Landmark lower = SeenOnFloor("book", {0.3, 0.2, 0.06}, 0, 40);
+  const auto upper = [&](int first) {
+    Landmark book = SeenOnFloor("book", {0.28, 0.2, 0.08}, first, 40);
+    book.superquadric.T_map_object.translation.z() += 0.02;
+    return book;
+  };
+  EXPECT_FALSE(ShareTheirPlace(lower, upper(5), camera));
+  EXPECT_TRUE(ShareTheirPlace(lower, upper(30), camera)) << "a quarter of the frames shows both";
+}
+
 // A chair seen from two sides, one estimate half its depth behind the other: their boxes agree.
 TEST(Merging, TwoOfAKindThatExplainEachOthersBoxesAreOne) {
   const Camera camera = testing::TestCamera();
