@@ -1,6 +1,6 @@
 #!/bin/bash
 # Installs the packages that a preset needs, configures it and builds it.
-# usage: scripts/build.sh [PRESET]
+# usage: scripts/build.sh [PRESET [ARGUMENT...]]; arguments go to cmake --build, such as --target sqslam
 #   programs   sqslam and sqslam-viewer (default)
 #   demo       sqslam alone
 #   release    the programs and all tests
@@ -30,4 +30,4 @@ export CCACHE_SLOPPINESS=pch_defines,time_macros  # ccache asks for it where hea
 cmake --preset "$preset" "${launcher[@]}" --log-level=WARNING
 # Some sources need a gigabyte to compile: run only as many compilers as fit in memory.
 jobs=$(awk -v cores="$(nproc)" '/MemAvailable/ {n = int($2 / 1200000); print (n < 1 ? 1 : (n < cores ? n : cores))}' /proc/meminfo)
-cmake --build --preset "$preset" --parallel "$jobs"
+cmake --build --preset "$preset" --parallel "$jobs" "${@:2}"

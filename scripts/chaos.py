@@ -87,7 +87,11 @@ class Lab:
 
     def finish(self, command):
         process = self.start(command, stdout=subprocess.PIPE)
-        _, errors = process.communicate(timeout=PATIENCE)
+        try:
+            _, errors = process.communicate(timeout=PATIENCE)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            raise Failure(f"hangs, or the machine is busy: {process.args}")
         check(process.returncode == 0, f"failed: {process.args}: {errors.decode(errors='replace').strip()}")
 
     def disturb(self, process, name, how):

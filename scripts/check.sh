@@ -7,6 +7,7 @@
 # By hand, since they take hours:
 #   tidy       clang-tidy over all sources
 #   asan       all tests under AddressSanitizer and UBSan
+#   asan-runs  whole programs on short inputs, likewise (scripts/sanitized-runs.sh)
 #   tsan       all tests under ThreadSanitizer, on one core (scripts/thread-sanitizer.supp says why)
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -39,6 +40,11 @@ check_asan-slam() {
 check_asan() {
   scripts/build.sh asan
   ctest --preset asan --parallel "$(nproc)"
+}
+
+check_asan-runs() {
+  scripts/build.sh asan --target sqslam sqslam-viewer
+  scripts/sanitized-runs.sh build/asan
 }
 
 check_tsan() {

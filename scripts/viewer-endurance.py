@@ -26,7 +26,7 @@ SAMPLE_INTERVAL = 10.0  # s
 ROWS = 20  # of the table
 MOST_GROWTH = 0.1  # of the memory, from the second quarter of the time to the last
 DRIVER = Path("/usr/lib/x86_64-linux-gnu/dri/swrast_dri.so")
-LEAKS_OF_DRIVERS = "leak:swrast_dri.so\nleak:libGLX\nleak:libLLVM\nleak:libX11\nleak:libfontconfig\n"
+LEAKS = ROOT / "scripts/leak-sanitizer-viewer.supp"
 
 
 def click(x, y):
@@ -102,10 +102,9 @@ def play(viewer, recording, minutes, work):
     """Samples (seconds, MiB), exit code and what was written to stderr."""
     lines = [line for seed in range(3) for line in one_round(recording, seed)]
     (work / "script.txt").write_text("\n".join(lines + [f"repeat {int(minutes * 60)}", "close"]) + "\n")
-    (work / "leaks.supp").write_text(LEAKS_OF_DRIVERS)
     environment = dict(os.environ, MESA_DEBUG="1", XDG_CONFIG_HOME=str(work), XDG_CACHE_HOME=str(work),
                        XDG_STATE_HOME=str(work), XDG_DATA_HOME=str(work),
-                       LSAN_OPTIONS=f"suppressions={work}/leaks.supp:print_suppressions=0")
+                       LSAN_OPTIONS=f"suppressions={LEAKS}:print_suppressions=0")
     inner = kept_driver(viewer) + [str(viewer), str(recording), "--resolution", f"{WIDTH},{HEIGHT}", "--play-events", "script.txt"]
     samples = []
     with open(work / "stderr.txt", "w", encoding="utf-8") as errors:

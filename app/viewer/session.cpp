@@ -12,6 +12,8 @@ namespace sqslam::viewer {
 namespace fs = std::filesystem;
 namespace {
 
+constexpr std::size_t kMostMoments = 10000;  // of a live run
+
 std::set<std::string> ClassesOf(const MapSnapshot& map) {
   std::set<std::string> classes;
   for (const SnapshotObject& object : map.objects) {
@@ -110,6 +112,7 @@ void Session::TakeRunNews() {
   state_.document.run = news.status;
   Timeline& timeline = state_.document.timeline;
   timeline.moments.insert(timeline.moments.end(), news.moments.begin(), news.moments.end());
+  timeline.Thin(kMostMoments);
   if (news.map) {
     timeline.series = run_->Series();
     state_.document.last = news.map;

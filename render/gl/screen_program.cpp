@@ -50,8 +50,12 @@ vtkShaderProgram* ScreenProgram::Ready(vtkOpenGLRenderWindow* window, const std:
     vtkShaderProgram::Substitute(source_, "//VTK::FSQ::Decl", declarations);
     vtkShaderProgram::Substitute(source_, "//VTK::FSQ::Impl", code);
   }
-  program_ = window->GetShaderCache()->ReadyShaderProgram(
+  vtkShaderProgram* program = window->GetShaderCache()->ReadyShaderProgram(
       vtkOpenGLRenderUtilities::GetFullScreenQuadVertexShader().c_str(), source_.c_str(), "");
+  if (program != program_) {
+    array_->ShaderProgramChanged();  // it takes the attributes of one program only
+    program_ = program;
+  }
   return program_;
 }
 

@@ -16,6 +16,17 @@ constexpr int kRecordingInterval = 3;  // frames
 // tracked that far, and tracking must not take so long that even more frames wait the next time.
 constexpr std::size_t kMostTracked = 90;
 
+// Frees images of the first `due` frames: the network sees the last of them only, and boxes are not followed
+// through more than kMostTracked. So few images wait, however long the network takes.
+void FreeImages(std::deque<Frame>& frames, std::size_t due, bool follow) {
+  for (std::size_t i = 0; i + 1 < due; ++i) {
+    frames[i].bgr.release();
+    if (!follow || due > kMostTracked) {
+      frames[i].gray.release();
+    }
+  }
+}
+
 }  // namespace
 
 BackgroundDetector::BackgroundDetector(std::shared_ptr<ObjectDetector> detector,
@@ -116,6 +127,9 @@ std::vector<FrameBoxes> BackgroundDetector::Add(const Frame& frame) {
     boxes = TakeReady();
   }
   waiting_.push_back(frame);
+  if (pace_ == DetectionPace::kNewest) {
+    FreeImages(waiting_, Due(), follow_);
+  }
   changed_.notify_all();
   return boxes;
 }

@@ -22,7 +22,8 @@ inline PaceClock SteadyPaceClock(std::function<bool()> stop) {
 }
 
 // Plays a recording like a live camera: a frame is available from its time on, and a late reader gets the
-// newest one; older ones are dropped. The first frame's time is when it is first requested.
+// newest one; older ones are dropped. Who cannot even read the frames in time gets one of them now and then.
+// The first frame's time is when it is first requested.
 class Pace {
  public:
   explicit Pace(PaceClock clock) : clock_(std::move(clock)) {}
@@ -34,10 +35,15 @@ class Pace {
     if (!offset_) {
       offset_ = clock_.now() - timestamp;
     }
-    if (next_timestamp && clock_.now() >= *next_timestamp + *offset_) {
-      ++dropped_;
-      return false;
+    const double now = clock_.now();
+    if (next_timestamp && now >= *next_timestamp + *offset_) {
+      dropping_since_ = dropping_since_.value_or(now);
+      if (now - *dropping_since_ < kLongestDropping) {
+        ++dropped_;
+        return false;
+      }
     }
+    dropping_since_.reset();
     for (double early = timestamp + *offset_ - clock_.now(); early > 0.0 && !(clock_.stop && clock_.stop());
          early = timestamp + *offset_ - clock_.now()) {
       clock_.sleep(std::min(early, kMaxSleep));
@@ -47,8 +53,11 @@ class Pace {
   int Dropped() const { return dropped_; }
 
  private:
+  static constexpr double kLongestDropping = 0.5;  // seconds
+
   PaceClock clock_;
-  std::optional<double> offset_;  // clock minus timestamps
+  std::optional<double> offset_;          // clock minus timestamps
+  std::optional<double> dropping_since_;  // the first frame after the last that was not dropped
   int dropped_ = 0;
 };
 

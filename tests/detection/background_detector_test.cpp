@@ -7,8 +7,10 @@
 #include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <future>
 #include <opencv2/imgproc.hpp>
 #include <thread>
+#include <utility>
 
 #include "slam/util/error.h"
 #include "tests/detection/hand_made_network.h"
@@ -127,6 +129,50 @@ TEST_F(BackgroundDetectorTest, BoxesAreNotCarriedOverLongGaps) {
   ASSERT_EQ(last.size(), static_cast<std::size_t>(kFar));
   EXPECT_TRUE(last.front().detections.empty());
   EXPECT_FALSE(last.back().detections.empty());
+}
+
+// Sees the first image for as long as the test holds it.
+class HeldDetector : public ObjectDetector {
+ public:
+  std::vector<Detection> Detect(const cv::Mat&) override {
+    if (!std::exchange(held_, true)) {
+      started.set_value();
+      released.get_future().wait();
+    }
+    return {};
+  }
+  std::string Settings() const override { return "held"; }
+
+  std::promise<void> started, released;
+
+ private:
+  bool held_ = false;
+};
+
+TEST(SlowBackgroundDetector, FewImagesOfALiveCameraWait) {
+  const auto slow = std::make_shared<HeldDetector>();
+  BackgroundDetector detector(slow, {}, DetectionPace::kNewest);
+  std::vector<Frame> frames(201);
+  const auto kept = [&](cv::Mat Frame::*image) {
+    return std::ranges::count_if(frames, [&](const Frame& f) {
+      return !(f.*image).empty() && (f.*image).u->refcount > 1;  // by the detector too
+    });
+  };
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    frames[i].bgr = cv::Mat(8, 8, CV_8UC3, cv::Scalar::all(0));
+    frames[i].gray = cv::Mat(8, 8, CV_8UC1, cv::Scalar::all(0));
+    detector.Add(frames[i]);
+    if (i == 0) {
+      slow->started.get_future().wait();
+    } else if (i == 90) {
+      EXPECT_EQ(kept(&Frame::bgr), 2) << "what the network sees now and next";
+      EXPECT_EQ(kept(&Frame::gray), 91) << "boxes can be followed through them";
+    }
+  }
+  EXPECT_EQ(kept(&Frame::bgr), 2);
+  EXPECT_EQ(kept(&Frame::gray), 2);
+  slow->released.set_value();
+  EXPECT_EQ(detector.Finish().size(), 201U);
 }
 
 // Images of a size that the letterbox cannot fill make OpenCV throw on the detector's thread.

@@ -57,6 +57,19 @@ TEST(Pace, WhoIsSlowGetsTheNewestFrame) {
   EXPECT_THAT(clock.sleeps, ElementsAre());
 }
 
+TEST(Pace, WhoseReadingIsTooSlowGetsAFrameNowAndThen) {
+  TestClock clock;
+  Pace pace(clock.AsPaceClock());
+  std::vector<int> admitted;
+  for (int i = 0; i < 20; ++i) {
+    if (pace.Admit(0.1 * i, 0.1 * (i + 1))) {
+      admitted.push_back(i);
+    }
+    clock.time += 0.201;  // to read the next one
+  }
+  EXPECT_THAT(admitted, ElementsAre(0, 4, 8, 12, 16));
+}
+
 TEST(Pace, OneSlowFrameCostsOnlyWhatCameMeanwhile) {
   TestClock clock;
   Pace pace(clock.AsPaceClock());

@@ -168,6 +168,7 @@ TEST_F(ViewerScript, ADensifiedMapShowsItsCloudAndTheCopiedCommandDrawsItToo) {
       "key F12\nframes 2\ncommand command.txt\nclose\n",
       "desk");
   ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(run.err, "") << "of OpenGL";
   EXPECT_GT(GreenPixels(folder_.Path() / "window.png"), 2000);
   const std::string command = Slurp(folder_.Path() / "command.txt");
   EXPECT_THAT(command, Not(HasSubstr("dense")));

@@ -51,6 +51,21 @@ TEST(TimelineTest, HasGapsWhereNoPoseIsKnown) {
   EXPECT_NEAR(gaps[1].second, timeline.End(), 1e-9);
 }
 
+TEST(TimelineTest, IsThinnedWithoutLosingGaps) {
+  Timeline timeline = TenSeconds();
+  for (const int frame : {33, 34, 35, 71}) {
+    timeline.moments[static_cast<std::size_t>(frame)].tracked = false;
+  }
+  const auto gaps = timeline.Gaps();
+  timeline.Thin(101);
+  EXPECT_EQ(timeline.moments.size(), 101U);
+  timeline.Thin(100);
+  EXPECT_LE(timeline.moments.size(), 58U);
+  EXPECT_EQ(timeline.Gaps(), gaps);
+  EXPECT_EQ(timeline.Begin(), 5.0);
+  EXPECT_EQ(timeline.End(), 15.0);
+}
+
 TEST(PlaybackTest, PlaysForwardAndBackwardAndStopsAtTheEnds) {
   const Timeline timeline = TenSeconds();
   Playback playback;

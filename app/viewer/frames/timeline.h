@@ -53,6 +53,10 @@ struct Timeline {
 
   // Returns the first moment that shows this or a later snapshot; the last one if there is none, -1 if empty.
   int OfSnapshot(int snapshot) const;
+
+  // If there are more than `most` moments, drops every second one, but keeps both ends and all gaps: the axis
+  // of a long live run takes no more memory.
+  void Thin(std::size_t most);
 };
 
 // The position on a timeline, and whether and how fast it moves.
