@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -83,25 +84,17 @@ void RenewPictures(const ScaleArguments& a) {
   const fs::path result = a.result;
   if (fs::exists(result / "dense.glb")) {
     Progress progress(a.quiet, "keyframe");
-    WriteSurface(result, 0, [&](int done, int total, const std::string& state) {
-      progress.Update(done, total, state);
-      return true;
-    });
+    WriteSurface(result, 0, std::ref(progress));
   }
   if (a.no_render) {
     return;
   }
   if (fs::exists(result / "map.png")) {
-    FinishedRun run;
-    run.output = result;
-    run.result.map.snapshot = RecordingReader(result / "map.sqmap").Last();
     StageTimes times;
-    DrawRun(run, times);
+    DrawRun(result, *RecordingReader(result / "map.sqmap").Last(), times);
   }
   if (fs::exists(result / "report.html")) {
-    ReportInputs inputs;
-    inputs.result = result;
-    WriteReport(inputs);
+    WriteReport({.result = result});
   }
 }
 

@@ -1,8 +1,7 @@
-#include "app/export/view_history.h"
-
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
+#include "app/export/map_view.h"
 #include "render/picture/outlines.h"
 #include "slam/util/statistics.h"
 

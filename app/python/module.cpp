@@ -16,7 +16,6 @@
 
 #include "app/command_line/command.h"
 #include "app/export/map_view.h"
-#include "app/export/view_history.h"
 #include "app/python/arrays.h"
 #include "app/result/map_input.h"
 #include "render/picture/picture.h"
@@ -58,13 +57,7 @@ class Result {
   Trajectory Tracked() const { return TrackedPoses(file_, *last_); }
 
   // Returns the page that `sqslam export FILE.html` writes.
-  std::string Page() const {
-    const fs::path sequence = Info().sequence_path;
-    const std::string title = app::FolderName(sequence.empty() ? file_.parent_path() : sequence);
-    return app::MapViewPage(
-        app::ReadMapView(reader_, app::ReadHistory(reader_), file_, {.title = title, .true_path = {}}),
-        title);
-  }
+  std::string Page() const { return app::MapViewPage(reader_, file_); }
 
  private:
   fs::path file_;

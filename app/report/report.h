@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "app/export/view_history.h"
+#include "app/export/map_view.h"
 #include "render/scene/style.h"
 #include "slam/evaluation/evaluation.h"
 #include "slam/io/result_files.h"

@@ -10,8 +10,10 @@
 
 #include "slam/geometry/angles.h"
 #include "slam/util/atomic_file.h"
+#include "slam/util/data_path.h"
 #include "slam/util/json_file.h"
 #include "slam/util/throw_if.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -203,11 +205,8 @@ std::string Joined(const std::vector<Table>& tables, Write write) {
 }  // namespace
 
 std::vector<std::string> ShortNames(const std::vector<std::filesystem::path>& paths) {
-  std::vector<std::string> names;
-  for (const std::filesystem::path& path : paths) {
-    const std::filesystem::path whole = std::filesystem::absolute(path).lexically_normal();
-    names.push_back((whole.has_filename() ? whole : whole.parent_path()).filename().string());
-  }
+  std::vector<std::string> names =
+      ToVector(paths, [](const auto& path) { return NamedPath(path).filename().string(); });
   if (std::set<std::string>(names.begin(), names.end()).size() < names.size()) {
     std::transform(paths.begin(), paths.end(), names.begin(), [](const auto& path) { return path.string(); });
   }
