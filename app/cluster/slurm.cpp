@@ -11,7 +11,7 @@
 #include <sstream>
 #include <string_view>
 
-#include "slam/util/fingerprint.h"
+#include "slam/util/markup.h"
 #include "slam/util/text_lines.h"
 #include "slam/util/throw_if.h"
 

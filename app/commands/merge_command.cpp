@@ -5,7 +5,7 @@
 
 #include "app/commands/commands.h"
 #include "app/run/terminal_run.h"
-#include "slam/run/merge_pipeline.h"
+#include "slam/run/run_pipeline.h"
 #include "slam/util/atomic_file.h"
 
 namespace sqslam::app {

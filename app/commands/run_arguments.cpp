@@ -7,7 +7,7 @@
 
 #include "app/terminal/terminal.h"
 #include "slam/io/coco.h"
-#include "slam/io/network_stream.h"
+#include "slam/io/live_source.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/data_path.h"
 #include "slam/util/options.h"

@@ -8,9 +8,9 @@
 #include <set>
 
 #include "slam/io/sequence.h"
-#include "slam/util/fingerprint.h"
 #include "slam/util/json_file.h"
 #include "slam/util/largest.h"
+#include "slam/util/markup.h"
 #include "slam/util/text_lines.h"
 #include "slam/util/throw_if.h"
 

@@ -16,8 +16,8 @@
 #include <utility>
 #include <vector>
 
-#include "slam/dense/consistency.h"
 #include "slam/dense/depth_estimation.h"
+#include "slam/dense/depth_fusion.h"
 #include "slam/snapshot/depth_recording.h"
 
 namespace sqslam {
