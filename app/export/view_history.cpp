@@ -2,7 +2,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "app/export/map_view.h"
-#include "render/picture/outlines.h"
+#include "render/picture/photo.h"
 #include "slam/util/statistics.h"
 
 namespace sqslam::app {

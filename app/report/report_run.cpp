@@ -9,7 +9,7 @@
 
 #include "app/report/report.h"
 #include "render/figures/figure_input.h"
-#include "render/picture/outlines.h"
+#include "render/picture/photo.h"
 #include "slam/evaluation/trajectory_error.h"
 #include "slam/geometry/angles.h"
 #include "slam/io/image_files.h"

@@ -11,7 +11,6 @@
 #include <random>
 #include <set>
 
-#include "render/synthetic/exact_boxes.h"
 #include "render/synthetic/scene_renderer.h"
 #include "slam/io/cameras.h"
 #include "slam/io/coco.h"

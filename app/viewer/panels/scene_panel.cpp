@@ -14,7 +14,6 @@
 #include "app/viewer/state/scene_view.h"
 #include "app/viewer/widgets/widgets.h"
 #include "render/picture/interactive_scene.h"
-#include "render/picture/outlines.h"
 #include "render/picture/photo.h"
 
 namespace sqslam::viewer {

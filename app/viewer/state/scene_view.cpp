@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "render/picture/outlines.h"
+#include "render/picture/photo.h"
 #include "slam/geometry/angles.h"
 
 namespace sqslam::viewer {
