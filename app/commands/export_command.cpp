@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "app/commands/commands.h"
+#include "app/export/camera_model.h"
 #include "app/export/map_export.h"
 #include "app/export/map_view.h"
-#include "app/export/model_folder.h"
 #include "app/result/map_input.h"
 #include "app/terminal/terminal.h"
 #include "slam/io/result_files.h"

@@ -1,4 +1,3 @@
-#include "app/export/model_folder.h"
 
 #include <fmt/format.h>
 

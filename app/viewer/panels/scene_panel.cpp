@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "app/viewer/input/ui_keys.h"
+#include "app/viewer/input/input_events.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/state/pictures.h"
 #include "app/viewer/state/scene_view.h"
