@@ -147,9 +147,7 @@ namespace {
 std::string SettingsOf(const DenseInput& input, const PosedFrame& keyframe, const KeyframePlan& plan,
                        const DenseOptions& options) {
   const auto numbers = [](const Rigid3d& pose) {
-    const auto& q = pose.rotation.coeffs();
-    const Eigen::Vector3d& t = pose.translation;
-    return fmt::format("{} {} {} {} {} {} {}\n", q[0], q[1], q[2], q[3], t[0], t[1], t[2]);
+    return fmt::format("{} {}\n", fmt::join(pose.rotation.coeffs(), " "), fmt::join(pose.translation, " "));
   };
   const Camera& c = input.recorded;
   std::string text =
