@@ -90,18 +90,18 @@ class InspectorPanel : public Panel {
       label_ = object.label;
     }
     if (Field("name", name_, ImGuiInputTextFlags_AutoSelectAll)) {
-      RenameObject(context_, object.id, name_);
+      context_.RenameObject(object.id, name_);
     }
     if (Field("label", label_, ImGuiInputTextFlags_AutoSelectAll)) {
-      RelabelObject(context_, object.id, label_);
+      context_.RelabelObject(object.id, label_);
     }
     const bool hidden = context_.editing.Edits().Of(object.id).hidden;
     if (Button(hidden ? "Show" : "Hide", "Hidden objects are left out of pictures, not of files")) {
-      HideObject(context_, object.id, !hidden);
+      context_.HideObject(object.id, !hidden);
     }
     ImGui::SameLine();
     if (Button("Delete", "Takes it out of the edited map (Delete). The recording stays as it is")) {
-      DeleteObject(context_, object.id);
+      context_.DeleteObject(object.id);
     }
     ImGui::SameLine();
     DrawMerging(object);
@@ -117,7 +117,7 @@ class InspectorPanel : public Panel {
         ImGui::PushID(other.id);
         Swatch(document_.colors(other.label));
         if (ImGui::Selectable(ObjectName(other).c_str())) {
-          MergeObjects(context_, object.id, other.id);
+          context_.MergeObjects(object.id, other.id);
         }
         if (ImGui::IsItemHovered()) {
           context_.selection.pointed = other.id;
@@ -131,7 +131,7 @@ class InspectorPanel : public Panel {
       ImGui::PushID(part);
       Label(fmt::format("with object {}", part));
       if (ImGui::SmallButton("separate")) {
-        SeparateObject(context_, part);
+        context_.SeparateObject(part);
       }
       ImGui::PopID();
     }
