@@ -252,4 +252,18 @@ void WriteEvaluation(const std::filesystem::path& path, const Evaluation& evalua
   WriteFileAtomically(path, EvaluationJson(evaluation));
 }
 
+std::vector<ObjectScore> ScoresIn(const nlohmann::json& eval) {
+  std::vector<ObjectScore> scores;
+  for (const bool found : {true, false}) {
+    for (const auto& entry : eval.at("objects").at(found ? "matched" : "missed")) {
+      const auto iou = [&](const char* key) { return found ? entry.at(key).get<double>() : 0.0; };
+      scores.push_back({entry.at("ground_truth").get<int>(), entry.at("name").get<std::string>(),
+                        entry.at("label").get<std::string>(), entry.at("scored").get<bool>(), found,
+                        iou("iou"), iou("iou_ellipsoid")});
+    }
+  }
+  std::ranges::sort(scores, {}, &ObjectScore::id);
+  return scores;
+}
+
 }  // namespace sqslam
