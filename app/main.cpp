@@ -12,7 +12,7 @@
 #include "app/terminal/terminal.h"
 #include "render/gl/offscreen_context.h"
 #include "slam/detection/network.h"
-#include "slam/util/freed_memory.h"
+#include "slam/util/host.h"
 
 namespace sqslam::app {
 namespace {

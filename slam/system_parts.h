@@ -7,6 +7,7 @@
 #include "slam/mapping/mapping_options.h"
 #include "slam/recognition/vocabulary.h"
 #include "slam/snapshot/kept_map.h"
+#include "slam/system.h"
 #include "slam/system_options.h"
 
 // Parts shared by System and Localizer.
@@ -24,5 +25,13 @@ std::shared_ptr<const Vocabulary> LoadVocabularyFor(const KeptMap& map, const st
 
 // Returns the main submap of a kept map, without bags of words. Throws InputError that begins with `name`.
 Map MainMapOf(const KeptMap& map, const std::string& name, const SystemOptions& options);
+
+// Merges two maps that show a common place: moves the second into the frame and scale of the first, fuses
+// common points and objects, and optimises everything. The first keeps its ids; those of the second are
+// raised, and so are its frames and times unless they are later anyway. Unconnected submaps of both are tried
+// too. The names of the maps begin messages. Throws InputError if a map is broken or was made with another
+// vocabulary, NoMapError if they show no common place.
+RunResult MergeMaps(const KeptMap& first, const std::string& first_name, const KeptMap& second,
+                    const std::string& second_name, const SystemOptions& options);
 
 }  // namespace sqslam

@@ -8,10 +8,9 @@
 #include <array>
 #include <cctype>
 #include <cstdio>
-#include <sstream>
 #include <string_view>
 
-#include "slam/util/fingerprint.h"
+#include "slam/util/markup.h"
 #include "slam/util/text_lines.h"
 #include "slam/util/throw_if.h"
 
@@ -44,13 +43,8 @@ ProgramOutput OutputOf(const Words& words) {
 }
 
 Words Lines(const std::string& text) {
-  Words lines;
-  std::istringstream stream(text);
-  for (std::string line; std::getline(stream, line);) {
-    if (!line.empty()) {
-      lines.push_back(line);
-    }
-  }
+  Words lines = Split(text, '\n');
+  std::erase(lines, "");
   return lines;
 }
 

@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "slam/util/error.h"
+#include "slam/util/text_lines.h"
 
 namespace sqslam::app {
 namespace {
@@ -95,11 +96,7 @@ Argument& Command::Add(std::deque<Argument>& arguments, const std::string& names
                        std::string help) {
   Argument& argument = arguments.emplace_back();
   const std::size_t blank = std::min(names.find(' '), names.size());
-  for (std::size_t at = 0; at < blank;) {
-    const std::size_t comma = std::min(names.find(',', at), blank);
-    argument.names.push_back(names.substr(at, comma - at));
-    at = comma + 1;
-  }
+  argument.names = Split(names.substr(0, blank), ',');
   argument.value_name = names.substr(std::min(blank + 1, names.size()));
   argument.help = std::move(help);
   argument.group = group_;

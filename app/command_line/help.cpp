@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "app/command_line/command.h"
+#include "slam/util/text_lines.h"
 
 namespace sqslam::app {
 namespace {
@@ -15,17 +16,12 @@ constexpr std::size_t kIndent = 2;
 constexpr std::size_t kOptionColumn = 30;  // at which the text of options begins
 constexpr std::size_t kContinued = 6;      // indentation of continuation lines of a command
 
-// Returns the width of UTF-8 text, counting one column per code point.
-std::size_t Columns(const std::string& text) {
-  return static_cast<std::size_t>(std::ranges::count_if(text, [](char c) { return (c & 0xC0) != 0x80; }));
-}
-
 // Wraps text at blanks to lines of at most `width` columns; a longer word gets a line of its own.
 std::vector<std::string> Wrap(const std::string& text, std::size_t width) {
   std::vector<std::string> lines(1);
   std::istringstream words(text);
   for (std::string word; words >> word;) {
-    if (!lines.back().empty() && Columns(lines.back()) + 1 + Columns(word) > width) {
+    if (!lines.back().empty() && Characters(lines.back()) + 1 + Characters(word) > width) {
       lines.emplace_back();
     }
     lines.back() += (lines.back().empty() ? "" : " ") + word;
@@ -40,7 +36,7 @@ struct Item {
 
 // Breaks an example command that is too long for a line with backslashes; an option stays with its value.
 std::string WrapCommand(const std::string& command, std::size_t width) {
-  if (Columns(command) + kIndent <= width) {
+  if (Characters(command) + kIndent <= width) {
     return command;
   }
   std::string text;
@@ -48,12 +44,12 @@ std::string WrapCommand(const std::string& command, std::size_t width) {
   for (std::size_t at = 0; at < command.size();) {
     const std::size_t end = std::min(command.find(" -", at + 1), command.size());
     const std::string part = command.substr(at, end - at);
-    if (at > 0 && used + Columns(part) + 2 > width) {
+    if (at > 0 && used + Characters(part) + 2 > width) {
       text += fmt::format(" \\\n{:{}}", "", kContinued - 1);
       used = kContinued - 1;
     }
     text += part;
-    used += Columns(part);
+    used += Characters(part);
     at = end;
   }
   return text;
@@ -66,8 +62,8 @@ std::string FormatItem(const Item& item, std::size_t column, std::size_t width) 
   if (item.right.empty()) {
     return text + "\n";
   }
-  std::size_t used = Columns(text.substr(text.rfind('\n') + 1));
-  if (used + 2 > column && used + 2 + Columns(item.right) <= width) {
+  std::size_t used = Characters(text.substr(text.rfind('\n') + 1));
+  if (used + 2 > column && used + 2 + Characters(item.right) <= width) {
     return text + "  " + item.right + "\n";
   }
   if (used + 2 > column) {
@@ -85,7 +81,7 @@ std::string FormatItem(const Item& item, std::size_t column, std::size_t width) 
 std::string FormatItems(const std::vector<Item>& items, std::size_t width) {
   std::size_t column = 0;
   for (const Item& item : items) {
-    const std::size_t wanted = kIndent + Columns(item.left) + 2;
+    const std::size_t wanted = kIndent + Characters(item.left) + 2;
     if (!item.right.empty() && wanted <= width / 2) {
       column = std::max(column, wanted);
     }
@@ -103,8 +99,7 @@ class NotesFormatter {
   explicit NotesFormatter(std::size_t width) : width_(width) {}
 
   std::string Format(const std::string& notes) {
-    std::istringstream lines(notes);
-    for (std::string line; std::getline(lines, line);) {
+    for (const std::string& line : Split(notes, '\n')) {
       Add(line);
     }
     Flush();

@@ -12,6 +12,7 @@
 #include "slam/dense/densify.h"
 #include "slam/run/dense_objects.h"
 #include "slam/system_options.h"
+#include "slam/util/data_path.h"
 #include "slam/util/options.h"
 
 namespace sqslam::app {
@@ -53,28 +54,15 @@ SystemOptions OptionsOf(const DensifyArguments& a) {
   return options;
 }
 
-// Shows progress and stops at Ctrl-C.
-struct KeyframeReport {
-  explicit KeyframeReport(bool quiet) : line(quiet, "keyframe") {}
-
-  bool operator()(int done, int total, const std::string& state) {
-    line.Update(done, total, state);
-    return !interrupt.Interrupted();
-  }
-
-  const InterruptGuard interrupt;
-  Progress line;
-};
-
 // Densifies the result, with the depth maps of `request.pieces`.
 int DensifyHere(const DensifyArguments& a, const DensifyRequest& request,
                 const ObjectOptions& object_options) {
-  KeyframeReport report(a.quiet);
-  const DensifyProgress progress = std::ref(report);
-  const DensifySummary summary = Densify(request, progress);
-  const bool meshed = !summary.interrupted && !a.no_mesh && WriteSurface(a.result, request.threads, progress);
-  report.line.Finish();
-  if (report.interrupt.Interrupted()) {
+  StoppableProgress progress(a.quiet, "keyframe");
+  const DensifySummary summary = Densify(request, std::ref(progress));
+  const bool meshed =
+      !summary.interrupted && !a.no_mesh && WriteSurface(a.result, request.threads, std::ref(progress));
+  progress.Finish();
+  if (progress.interrupt.Interrupted()) {
     fmt::print(stderr, "sqslam: stopped after {} depth maps; run the same command to resume\n",
                summary.estimated + summary.resumed);
     return 130;
@@ -100,8 +88,8 @@ int DensifyOnSlurm(const DensifyArguments& a, const DensifyRequest& request,
     return own;
   };
   const auto make = [&](const Shard& shard, const fs::path& piece, int cpus) {
-    KeyframeReport report(a.quiet);
-    return EstimatePiece(with_threads(cpus), shard, piece, std::ref(report)) ? 0 : 130;
+    StoppableProgress progress(a.quiet, "keyframe");
+    return EstimatePiece(with_threads(cpus), shard, piece, std::ref(progress)) ? 0 : 130;
   };
   const auto join = [&](const std::vector<std::string>& pieces, int cpus) {
     DensifyRequest all = with_threads(cpus);
@@ -111,9 +99,8 @@ int DensifyOnSlurm(const DensifyArguments& a, const DensifyRequest& request,
   const auto settings = [&] {
     return fmt::format("{} pieces of {}", *a.cluster.shards, DepthFingerprint(request));
   };
-  const fs::path result = fs::absolute(a.result).lexically_normal();
-  const std::string title = result.has_filename() ? result.filename() : result.parent_path().filename();
-  return DoOnSlurm({title, result / "dense.sqmap", settings, make, join}, a.cluster, a.quiet);
+  const fs::path result = NamedPath(a.result);
+  return DoOnSlurm({result.filename(), result / "dense.sqmap", settings, make, join}, a.cluster, a.quiet);
 }
 
 int RunDensify(const DensifyArguments& a) {

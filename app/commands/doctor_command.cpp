@@ -11,7 +11,6 @@
 #include "app/terminal/terminal.h"
 #include "slam/detection/detector.h"
 #include "slam/inspection/film_inspection.h"
-#include "slam/util/error.h"
 #include "slam/util/json_file.h"
 #include "slam/util/options.h"
 #include "slam/util/statistics.h"
@@ -166,15 +165,12 @@ int Examine(const DoctorArguments& a) {
   if (detector) {
     count = [&](const cv::Mat& bgr) { return static_cast<int>(detector->Detect(bgr).size()); };
   }
-  const InterruptGuard interrupt;
-  Progress progress(a.quiet);
+  StoppableProgress progress(a.quiet);
   const FilmInspection inspection =
-      InspectFilm(sequence, range, options, count, [&](std::int64_t done, std::int64_t total) {
-        progress.Update(done, total, "checking");
-        return !interrupt.Interrupted();
-      });
+      InspectFilm(sequence, range, options, count,
+                  [&](std::int64_t done, std::int64_t total) { return progress(done, total, "checking"); });
   progress.Finish();
-  if (interrupt.Interrupted()) {
+  if (progress.interrupt.Interrupted()) {
     return 130;
   }
   if (!a.output.empty()) {

@@ -9,6 +9,7 @@
 #include "app/experiment/tables.h"
 #include "app/terminal/terminal.h"
 #include "slam/util/atomic_file.h"
+#include "slam/util/data_path.h"
 #include "slam/util/file_lock.h"
 #include "slam/util/throw_if.h"
 
@@ -158,10 +159,7 @@ int Experiment(const ExperimentArguments& arguments) {
   ThrowIf<UsageError>(arguments.submit_only && arguments.where == "here",
                       "--submit-only: expected --on slurm");
   const fs::path output = arguments.output.empty() ? config.output : arguments.output;
-  fs::path folder = fs::absolute(output).lexically_normal();
-  if (!folder.has_filename()) {  // "out/desk/"
-    folder = folder.parent_path();
-  }
+  const fs::path folder = NamedPath(output);
   if (arguments.dry_run) {
     PrintPlan(PlanExperiment(config, {folder}));
     return 0;

@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <functional>
 #include <optional>
 #include <string>
 #include <tuple>
@@ -10,10 +11,9 @@
 #include <vector>
 
 #include "app/commands/commands.h"
+#include "app/export/camera_model.h"
 #include "app/export/map_export.h"
 #include "app/export/map_view.h"
-#include "app/export/model_folder.h"
-#include "app/export/view_history.h"
 #include "app/result/map_input.h"
 #include "app/terminal/terminal.h"
 #include "slam/io/result_files.h"
@@ -55,28 +55,17 @@ void CheckArguments(const ExportArguments& a, const std::string& extension) {
 // Returns the mesh of a densified result; empty if none is wanted.
 SurfaceMesh WantedSurface(const ExportArguments& a, const fs::path& map_path) {
   Progress progress(a.quiet, "depth map");
-  return a.surface ? SurfaceOf(map_path, 0,
-                               [&](int done, int total, const std::string& state) {
-                                 progress.Update(done, total, state);
-                                 return true;
-                               })
-                         .value()
-                   : SurfaceMesh();
+  return a.surface ? SurfaceOf(map_path, 0, std::ref(progress)).value() : SurfaceMesh();
 }
 
 // Writes the map as an interactive page for a browser.
 void WriteViewPage(const ExportArguments& a, const fs::path& map_path) {
   const RecordingReader reader = OpenMap(map_path, a.objects, HiddenObjects::kLeaveOut);
-  const std::string sequence = reader.Info().sequence_path;
-  MapViewExtras extras;
-  extras.title = FolderName(sequence.empty() ? map_path.parent_path() : fs::path(sequence));
+  SceneLayers layers;
   if (!a.ground_truth.empty()) {
-    LayerArguments layers;
-    layers.ground_truth = a.ground_truth;
-    extras.true_path = ReadLayers(layers, reader, map_path, {}).true_path;
+    layers = ReadLayers({.ground_truth = a.ground_truth}, reader, map_path, {});
   }
-  WriteFileAtomically(a.output,
-                      MapViewPage(ReadMapView(reader, ReadHistory(reader), map_path, extras), extras.title));
+  WriteFileAtomically(a.output, MapViewPage(reader, map_path, layers.true_path));
 }
 
 // Exports keyframes, points and images for COLMAP or nerfstudio.
@@ -86,8 +75,8 @@ void ExportForPrograms(const ExportArguments& a) {
       "--format {}: holds no objects, expected neither --meshes, --surface, --edits nor --reliable-only",
       NameOf(*a.format));
   Progress progress(a.quiet, "image");
-  const ModelSummary summary = ExportModel({a.map, a.images, a.output, *a.format, a.masks},
-                                           [&](int done, int total) { progress.Update(done, total); });
+  const ModelSummary summary =
+      ExportModel({a.map, a.images, a.output, *a.format, a.masks}, std::ref(progress));
   if (!a.quiet) {
     fmt::print("{} images, {} points, mean reprojection error {:.3f} px\nwritten: {}\n", summary.images,
                summary.points, summary.error, a.output);

@@ -1,4 +1,5 @@
 #include <array>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <variant>
@@ -96,7 +97,7 @@ void CompletePage(const FigureEntry& figure, FigureArguments& a) {
 void DrawFigure(const FigureEntry& figure, FigureArguments& a) {
   CompletePage(figure, a);
   Progress progress(a.quiet, "picture");
-  a.request.progress = [&](int done, int total) { progress.Update(done, total); };
+  a.request.progress = std::ref(progress);
   WriteFigure(a.task.draw(a.request), a.output);
 }
 

@@ -1,9 +1,9 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <filesystem>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -92,9 +92,7 @@ void PrintTable(const std::vector<SuperquadricFit>& fits) {
   for (const SuperquadricFit& fit : fits) {
     const auto& [shape, pose] = fit.superquadric;
     const SuperquadricParameters parameters = ToParameters(fit.superquadric);
-    const auto three = [](const Eigen::Vector3d& v) {
-      return fmt::format("{:.4g} {:.4g} {:.4g}", v.x(), v.y(), v.z());
-    };
+    const auto three = [](const Eigen::Vector3d& v) { return fmt::format("{:.4g}", fmt::join(v, " ")); };
     const Eigen::Vector3d angles = parameters.segment<3>(5) * kDegreesPerRadian;
     fmt::print("{:>3} {:>7} {:>6.1f} % {:>9.3g}  {:<30} {:>5.2f} {:>5.2f}  {:<30} {:<22}\n", id++, fit.points,
                100.0 * fit.inlier_share, fit.rms, three(shape.half_size), shape.e1, shape.e2,
@@ -130,8 +128,7 @@ void Fit(const FitArguments& arguments) {
 
 std::string FitNotes() {
   std::string notes = kFitNotes + std::string("\nOptions for --set, with their defaults:\n");
-  std::istringstream lines(DumpOptions(MultiFitOptions()));
-  for (std::string line; std::getline(lines, line);) {
+  for (const std::string& line : Split(DumpOptions(MultiFitOptions()), '\n')) {
     notes += "| " + line + "\n";
   }
   return notes;

@@ -31,13 +31,11 @@ void PrintObjects(const MapSnapshot& snapshot) {
              "seen", "points", "center", "half size", "e1", "e2", "yaw");
   for (const SnapshotObject& object : snapshot.objects) {
     const Superquadric& shape = object.superquadric.shape;
-    const Eigen::Vector3d& center = object.superquadric.T_map_object.translation;
-    fmt::print(
-        "{:>4} {:<16} {:>5.2f} {:>5} {:>6}  {:<24} {:<22} {:>5.2f} {:>5.2f} {:>5.0f}\u00b0\n", object.id,
-        ShownName(object), object.score, object.observations, object.points,
-        fmt::format("{:.3f} {:.3f} {:.3f}", center.x(), center.y(), center.z()),
-        fmt::format("{:.3f} {:.3f} {:.3f}", shape.half_size.x(), shape.half_size.y(), shape.half_size.z()),
-        shape.e1, shape.e2, object.yaw * kDegreesPerRadian);
+    fmt::print("{:>4} {:<16} {:>5.2f} {:>5} {:>6}  {:<24} {:<22} {:>5.2f} {:>5.2f} {:>5.0f}\u00b0\n",
+               object.id, ShownName(object), object.score, object.observations, object.points,
+               fmt::format("{:.3f}", fmt::join(object.superquadric.T_map_object.translation, " ")),
+               fmt::format("{:.3f}", fmt::join(shape.half_size, " ")), shape.e1, shape.e2,
+               object.yaw * kDegreesPerRadian);
   }
 }
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <limits>
 
-#include "app/terminal/terminal.h"
 #include "render/camera/scene_framing.h"
 #include "slam/io/frame_source.h"
 #include "slam/util/data_path.h"
@@ -183,23 +182,6 @@ SceneStyle StyleArguments::Load(void (*adapt)(SceneStyle& style)) const {
 void AddBackendOption(Command& command, RenderBackend& backend) {
   command.Option("--rendering-backend NAME", backend, "Off-screen rendering library")
       .OneOf({"auto", "osmesa", "egl"});
-}
-
-int SceneArguments::Frames() const {
-  const FrameRange range = ParseFrameRange(frames);
-  ThrowIf<UsageError>(range.start > 0, "--frames {}: a scene is rendered from its first frame on, expected N",
-                      frames);
-  const std::int64_t longest = std::numeric_limits<int>::max();
-  return frames.empty() ? 0 : static_cast<int>(std::min(range.count, longest));
-}
-
-SynthesisSummary SceneArguments::Render(const fs::path& file, const fs::path& output) const {
-  SynthesisOptions chosen = options;
-  chosen.frames = Frames();
-  const SceneDescription scene = ReadScene(file);
-  Progress progress(quiet);
-  return WriteSyntheticSequence(scene, output, chosen,
-                                [&](int done, int total) { progress.Update(done, total, "rendering"); });
 }
 
 void AddRenderOptions(Command& command, RenderArguments& a) {

@@ -10,7 +10,6 @@
 #include "app/cluster/piece_work.h"
 #include "app/command_line/command.h"
 #include "app/result/map_input.h"
-#include "render/synthetic/synthetic_sequence.h"
 #include "render/video/video.h"
 
 namespace sqslam::app {
@@ -27,16 +26,6 @@ struct StyleArguments {
 
 // --rendering-backend.
 void AddBackendOption(Command& command, RenderBackend& backend);
-
-// --frames, --seed, --noise, ... of a scene that is rendered to a sequence.
-struct SceneArguments {
-  std::string frames;
-  SynthesisOptions options;
-  bool quiet = false;
-
-  int Frames() const;  // 0: all. Throws UsageError if --frames does not begin at frame 0
-  SynthesisSummary Render(const std::filesystem::path& scene, const std::filesystem::path& output) const;
-};
 
 // The command line of `sqslam render`.
 struct RenderArguments {

@@ -12,9 +12,7 @@
 #include "app/commands/render_arguments.h"
 #include "app/result/map_input.h"
 #include "app/terminal/terminal.h"
-#include "render/picture/outlines.h"
 #include "render/picture/photo.h"
-#include "render/video/input_frames.h"
 #include "render/video/video_alignment.h"
 #include "slam/io/image_files.h"
 #include "slam/snapshot/recording.h"
@@ -137,32 +135,18 @@ int RenderStill(const RenderArguments& a, const PictureOptions& options, const R
   return a.reference.empty() ? 0 : CompareWithReference(a, image);
 }
 
-// Shows progress and stops at Ctrl-C.
-class FrameReport {
- public:
-  explicit FrameReport(bool quiet) : progress_(quiet) {}
-
-  bool operator()(int done, int total) {
-    total_ = total;
-    progress_.Update(done, total);
-    return !interrupt_.Interrupted();
+// Writes frames to a file by write(progress), which returns their number. Returns the exit code.
+int WriteFrames(const RenderArguments& a, const fs::path& output, auto&& write) {
+  StoppableProgress progress(a.quiet);
+  int total = 0;
+  const int written = write([&](int done, int of) { return progress(done, total = of); });
+  progress.Finish();
+  if (!progress.interrupt.Interrupted() || written >= total) {
+    return 0;
   }
-
-  // Returns the exit code after `written` frames.
-  int Finish(int written, const fs::path& output) {
-    progress_.Finish();
-    if (!interrupt_.Interrupted() || written >= total_) {
-      return 0;
-    }
-    fmt::print(stderr, "sqslam: interrupted; {} of {} frames are in {}\n", written, total_, output.string());
-    return 130;
-  }
-
- private:
-  const InterruptGuard interrupt_;
-  Progress progress_;
-  int total_ = 0;
-};
+  fmt::print(stderr, "sqslam: interrupted; {} of {} frames are in {}\n", written, total, output.string());
+  return 130;
+}
 
 int RenderFrames(const RenderArguments& a, const PictureOptions& picture, const RecordingReader& reader) {
   // By default a run of any length plays in about 20 s.
@@ -176,18 +160,16 @@ int RenderFrames(const RenderArguments& a, const PictureOptions& picture, const 
     return frames->PoseOf(frame);
   };
   const fs::path output = IsFrameTemplate(a.output) ? fs::path(a.output) : PartName(a.output, options.shard);
-  FrameReport report(a.quiet);
-  const auto progress = [&report](int done, int total) { return report(done, total); };
-  const int written = a.growth ? WriteGrowthVideo(reader, options, output, progress)
-                               : WriteOrbit(*reader.Last(), options, output, progress);
-  return report.Finish(written, output);
+  return WriteFrames(a, output, [&](const VideoProgress& progress) {
+    return a.growth ? WriteGrowthVideo(reader, options, output, progress)
+                    : WriteOrbit(*reader.Last(), options, output, progress);
+  });
 }
 
 int Join(const RenderArguments& a) {
-  FrameReport report(a.quiet);
-  const int written = JoinVideo(a.join, a.output, a.fps.value_or(30.0),
-                                [&report](int done, int total) { return report(done, total); });
-  return report.Finish(written, a.output);
+  return WriteFrames(a, a.output, [&](const VideoProgress& progress) {
+    return JoinVideo(a.join, a.output, a.fps.value_or(30.0), progress);
+  });
 }
 
 int RenderHere(const RenderArguments& a) {

@@ -3,11 +3,10 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <sstream>
 
 #include "app/terminal/terminal.h"
 #include "slam/io/coco.h"
-#include "slam/io/network_stream.h"
+#include "slam/io/live_source.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/data_path.h"
 #include "slam/util/options.h"
@@ -27,8 +26,7 @@ std::optional<int> LiveCameraOf(const std::string& input) {
 // Splits "person,potted plant" into normalized labels; empty for "none".
 std::vector<std::string> Labels(const std::string& text) {
   std::vector<std::string> labels;
-  std::istringstream words(text);
-  for (std::string label; text != "none" && std::getline(words, label, ',');) {
+  for (const std::string& label : Split(text == "none" ? "" : text, ',')) {
     ThrowIf<UsageError>(label.empty(), "--ignore {}: expected labels such as person,car, or none", text);
     labels.push_back(NormalizedLabel(label));
   }

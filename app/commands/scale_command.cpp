@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,8 +11,8 @@
 #include "app/report/report.h"
 #include "app/run/terminal_run.h"
 #include "app/terminal/terminal.h"
+#include "slam/run/map_files.h"
 #include "slam/run/scale_estimation.h"
-#include "slam/run/scaled_result.h"
 #include "slam/snapshot/recording.h"
 #include "slam/util/text_lines.h"
 #include "slam/util/throw_if.h"
@@ -83,25 +84,17 @@ void RenewPictures(const ScaleArguments& a) {
   const fs::path result = a.result;
   if (fs::exists(result / "dense.glb")) {
     Progress progress(a.quiet, "keyframe");
-    WriteSurface(result, 0, [&](int done, int total, const std::string& state) {
-      progress.Update(done, total, state);
-      return true;
-    });
+    WriteSurface(result, 0, std::ref(progress));
   }
   if (a.no_render) {
     return;
   }
   if (fs::exists(result / "map.png")) {
-    FinishedRun run;
-    run.output = result;
-    run.result.map.snapshot = RecordingReader(result / "map.sqmap").Last();
     StageTimes times;
-    DrawRun(run, times);
+    DrawRun(result, *RecordingReader(result / "map.sqmap").Last(), times);
   }
   if (fs::exists(result / "report.html")) {
-    ReportInputs inputs;
-    inputs.result = result;
-    WriteReport(inputs);
+    WriteReport({.result = result});
   }
 }
 

@@ -8,9 +8,9 @@
 #include <set>
 
 #include "slam/io/sequence.h"
-#include "slam/util/fingerprint.h"
 #include "slam/util/json_file.h"
 #include "slam/util/largest.h"
+#include "slam/util/markup.h"
 #include "slam/util/text_lines.h"
 #include "slam/util/throw_if.h"
 
@@ -118,21 +118,11 @@ fs::path DetectionsOf(const ExperimentConfig& config, const ExperimentSequence& 
 
 using nlohmann::json;
 
-ObjectScore ScoreOf(const json& entry, bool found) {
-  return {entry.at("ground_truth").get<int>(),
-          entry.at("name").get<std::string>(),
-          entry.at("label").get<std::string>(),
-          entry.at("scored").get<bool>(),
-          found,
-          found ? entry.at("iou").get<double>() : 0.0};
-}
-
 void ReadScores(const json& eval, CellResult& result) {
   if (!eval.contains("objects")) {
     return;  // no ground truth of objects
   }
   const json& summary = eval.at("summary");
-  const json& objects = eval.at("objects");
   result.has_objects = true;
   result.has_scored = summary.contains("scored");
   result.mapped = summary.at("mapped").get<int>();
@@ -144,13 +134,7 @@ void ReadScores(const json& eval, CellResult& result) {
       result.total_60 = count.at("total").get<int>();
     }
   }
-  for (const json& entry : objects.at("matched")) {
-    result.objects.push_back(ScoreOf(entry, true));
-  }
-  for (const json& entry : objects.at("missed")) {
-    result.objects.push_back(ScoreOf(entry, false));
-  }
-  std::ranges::sort(result.objects, {}, &ObjectScore::id);
+  result.objects = ScoresIn(eval);
 }
 
 }  // namespace

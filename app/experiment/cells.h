@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/experiment/config.h"
+#include "slam/evaluation/evaluation.h"
 #include "slam/io/result_files.h"
 
 namespace sqslam::app {
@@ -67,16 +68,6 @@ std::string NameOfBoxes(const ExperimentCell& cell);
 
 // Returns the boxes.txt of a sequence, for max_objects. Throws InputError if there is no such file.
 std::filesystem::path BoxesOf(const PreparedSequence& sequence);
-
-// The score of one ground-truth object in one run.
-struct ObjectScore {
-  int id = 0;
-  std::string name;  // the label if the ground truth has no name
-  std::string label;
-  bool scored = true;  // counts for 3D IoU
-  bool found = false;
-  double iou = 0.0;  // 0 if not found
-};
 
 // A finished cell, as far as the tables need it.
 struct CellResult {

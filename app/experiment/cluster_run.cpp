@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include "app/experiment/cell_run.h"
 #include "app/experiment/runner.h"
 #include "app/terminal/terminal.h"
 #include "slam/util/stopwatch.h"

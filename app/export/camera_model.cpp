@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <iterator>
 #include <map>
 #include <span>
+#include <type_traits>
 
 #include "slam/io/pose_json.h"
 #include "slam/util/atomic_file.h"
@@ -39,112 +41,92 @@ ColmapCamera ToColmap(const Camera& c) {
   return {"FULL_OPENCV", 6, parameters};
 }
 
-template <typename Value>
-void AppendValue(std::string& bytes, const Value& value) {
-  bytes.append(reinterpret_cast<const char*>(&value), sizeof(value));
-}
-
-void AppendVector(std::string& bytes, const auto& vector) {
-  for (Eigen::Index i = 0; i < vector.size(); ++i) {
-    AppendValue(bytes, vector[i]);
+// One of COLMAP's files: binary, or as text with the same values, one record a line.
+class ColmapFile {
+ public:
+  // `header`: comment of the text; `records`: their number.
+  ColmapFile(bool binary, const char* header, std::size_t records)
+      : binary_(binary), bytes_(binary ? "" : header) {
+    Count(records);
   }
-}
 
-std::uint64_t ColmapId(PointId id) { return static_cast<std::uint64_t>(id + 1); }
+  ColmapFile& Put(const auto&... values) {
+    (Append(values), ...);
+    return *this;
+  }
+  void Count(std::size_t size) {  // the text has line ends instead
+    if (binary_) {
+      Append(static_cast<std::uint64_t>(size));
+    }
+  }
+  void EndLine() { bytes_ += binary_ ? "" : "\n"; }
+
+  const std::string& Bytes() const { return bytes_; }
+
+ private:
+  template <typename Value>
+  void Append(const Value& value) {
+    if constexpr (requires {
+                    value.size();
+                    value[0];
+                  } &&
+                  !std::is_same_v<Value, std::string>) {
+      std::ranges::for_each(value, [this](const auto& item) { Append(item); });
+    } else if (!binary_) {
+      fmt::format_to(std::back_inserter(bytes_), "{}{}", bytes_.ends_with('\n') ? "" : " ", value);
+    } else if constexpr (std::is_same_v<Value, std::string>) {
+      bytes_ += value + '\0';
+    } else {
+      bytes_.append(reinterpret_cast<const char*>(&value), sizeof(value));
+    }
+  }
+
+  bool binary_;
+  std::string bytes_;
+};
+
+// Ids of COLMAP; -1 for no point.
+std::int64_t ColmapId(PointId id) { return id == kNoPoint ? -1 : id + 1; }
 std::uint32_t ImageId(std::size_t index) { return static_cast<std::uint32_t>(index + 1); }
 
-std::string BinaryCameras(const CameraModel& model) {
+std::string Cameras(const CameraModel& model, bool binary) {
   const ColmapCamera camera = ToColmap(model.camera);
-  std::string bytes;
-  AppendValue(bytes, std::uint64_t{1});
-  AppendValue(bytes, kCameraId);
-  AppendValue(bytes, camera.id);
-  AppendValue(bytes, static_cast<std::uint64_t>(model.camera.width));
-  AppendValue(bytes, static_cast<std::uint64_t>(model.camera.height));
-  for (const double parameter : camera.parameters) {
-    AppendValue(bytes, parameter);
-  }
-  return bytes;
+  ColmapFile file(binary, "# CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n", 1);
+  file.Put(kCameraId);
+  binary ? file.Put(camera.id) : file.Put(std::string(camera.model));
+  file.Put(std::int64_t{model.camera.width}, std::int64_t{model.camera.height}, camera.parameters);
+  file.EndLine();
+  return file.Bytes();
 }
 
-std::string BinaryImages(const CameraModel& model) {
-  std::string bytes;
-  AppendValue(bytes, static_cast<std::uint64_t>(model.images.size()));
+std::string Images(const CameraModel& model, bool binary) {
+  ColmapFile file(
+      binary, "# IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME\n# POINTS2D[] as (X, Y, POINT3D_ID)\n",
+      model.images.size());
   for (std::size_t i = 0; i < model.images.size(); ++i) {
     const CameraModel::Image& image = model.images[i];
-    const Eigen::Quaterniond& q = image.T_camera_map.rotation;
-    AppendValue(bytes, ImageId(i));
-    AppendVector(bytes, Eigen::Vector4d(q.w(), q.x(), q.y(), q.z()));
-    AppendVector(bytes, image.T_camera_map.translation);
-    AppendValue(bytes, kCameraId);
-    bytes += image.name + '\0';
-    AppendValue(bytes, static_cast<std::uint64_t>(image.pixels.size()));
+    const auto& [rotation, translation] = image.T_camera_map;
+    file.Put(ImageId(i), rotation.w(), rotation.vec(), translation, kCameraId, image.name).EndLine();
+    file.Count(image.pixels.size());
     for (std::size_t k = 0; k < image.pixels.size(); ++k) {
-      AppendVector(bytes, image.pixels[k]);
-      AppendValue(bytes, image.points[k] == kNoPoint ? ~std::uint64_t{0} : ColmapId(image.points[k]));
+      file.Put(image.pixels[k], ColmapId(image.points[k]));
     }
+    file.EndLine();
   }
-  return bytes;
+  return file.Bytes();
 }
 
-std::string BinaryPoints(const CameraModel& model) {
-  std::string bytes;
-  AppendValue(bytes, static_cast<std::uint64_t>(model.points.size()));
+std::string Points(const CameraModel& model, bool binary) {
+  ColmapFile file(binary, "# POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as (IMAGE_ID, POINT2D_IDX)\n",
+                  model.points.size());
   for (const CameraModel::Point& point : model.points) {
-    AppendValue(bytes, ColmapId(point.id));
-    AppendVector(bytes, point.p_map);
-    AppendValue(bytes, point.rgb);
-    AppendValue(bytes, point.error);
-    AppendValue(bytes, static_cast<std::uint64_t>(point.track.size()));
+    file.Put(ColmapId(point.id), point.p_map, point.rgb, point.error).Count(point.track.size());
     for (const auto& [image, pixel] : point.track) {
-      AppendValue(bytes, ImageId(image));
-      AppendValue(bytes, pixel);
+      file.Put(ImageId(image), pixel);
     }
+    file.EndLine();
   }
-  return bytes;
-}
-
-std::string TextCameras(const CameraModel& model) {
-  const ColmapCamera camera = ToColmap(model.camera);
-  std::string text = fmt::format("# CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n{} {} {} {}", kCameraId,
-                                 camera.model, model.camera.width, model.camera.height);
-  for (const double parameter : camera.parameters) {
-    fmt::format_to(std::back_inserter(text), " {}", parameter);
-  }
-  return text + "\n";
-}
-
-std::string TextImages(const CameraModel& model) {
-  std::string text =
-      "# IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME\n# POINTS2D[] as (X, Y, POINT3D_ID)\n";
-  for (std::size_t i = 0; i < model.images.size(); ++i) {
-    const CameraModel::Image& image = model.images[i];
-    const Eigen::Quaterniond& q = image.T_camera_map.rotation;
-    const Eigen::Vector3d& t = image.T_camera_map.translation;
-    fmt::format_to(std::back_inserter(text), "{} {} {} {} {} {} {} {} {} {}\n", ImageId(i), q.w(), q.x(),
-                   q.y(), q.z(), t.x(), t.y(), t.z(), kCameraId, image.name);
-    for (std::size_t k = 0; k < image.pixels.size(); ++k) {
-      const std::int64_t point = image.points[k] == kNoPoint ? -1 : image.points[k] + 1;
-      fmt::format_to(std::back_inserter(text), "{}{} {} {}", k == 0 ? "" : " ", image.pixels[k].x(),
-                     image.pixels[k].y(), point);
-    }
-    text += '\n';
-  }
-  return text;
-}
-
-std::string TextPoints(const CameraModel& model) {
-  std::string text = "# POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as (IMAGE_ID, POINT2D_IDX)\n";
-  for (const CameraModel::Point& point : model.points) {
-    const Eigen::Vector3d& p = point.p_map;
-    fmt::format_to(std::back_inserter(text), "{} {} {} {} {} {} {} {}", ColmapId(point.id), p.x(), p.y(),
-                   p.z(), point.rgb[0], point.rgb[1], point.rgb[2], point.error);
-    for (const auto& [image, pixel] : point.track) {
-      fmt::format_to(std::back_inserter(text), " {} {}", ImageId(image), pixel);
-    }
-    text += '\n';
-  }
-  return text;
+  return file.Bytes();
 }
 
 }  // namespace
@@ -200,12 +182,12 @@ CameraModel ModelOf(const Map& map, const Camera& camera) {
 }
 
 void WriteColmap(const std::filesystem::path& folder, const CameraModel& model) {
-  WriteFileAtomically(folder / "cameras.bin", BinaryCameras(model));
-  WriteFileAtomically(folder / "images.bin", BinaryImages(model));
-  WriteFileAtomically(folder / "points3D.bin", BinaryPoints(model));
-  WriteFileAtomically(folder / "cameras.txt", TextCameras(model));
-  WriteFileAtomically(folder / "images.txt", TextImages(model));
-  WriteFileAtomically(folder / "points3D.txt", TextPoints(model));
+  for (const bool binary : {true, false}) {
+    const std::string extension = binary ? ".bin" : ".txt";
+    WriteFileAtomically(folder / ("cameras" + extension), Cameras(model, binary));
+    WriteFileAtomically(folder / ("images" + extension), Images(model, binary));
+    WriteFileAtomically(folder / ("points3D" + extension), Points(model, binary));
+  }
 }
 
 void WriteTransforms(const std::filesystem::path& file, const CameraModel& model, const std::string& points,

@@ -8,14 +8,11 @@
 #include <opencv2/imgproc.hpp>
 
 #include "app/export/map_export.h"
-#include "app/export/view_history.h"
 #include "render/camera/scene_framing.h"
 #include "render/scene/style.h"
 #include "slam/io/image_files.h"
 #include "slam/io/input_images.h"
 #include "slam/io/trajectory.h"
-#include "slam/snapshot/snapshot.h"
-#include "slam/util/error.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam::app {
@@ -161,11 +158,9 @@ class MapViewWriter {
         continue;
       }
       const int height = cvRound(static_cast<double>(options_.image_width) * image.rows / image.cols);
-      std::vector<std::uint8_t> jpeg;
-      cv::imencode(".jpg", Resized(image, {options_.image_width, height}), jpeg,
-                   {cv::IMWRITE_JPEG_QUALITY, options_.image_quality});
       image_of_[k] = static_cast<int>(view_.images.size());
-      view_.images.emplace_back(jpeg.begin(), jpeg.end());
+      view_.images.push_back(EncodedImage(".jpg", Resized(image, {options_.image_width, height}),
+                                          {cv::IMWRITE_JPEG_QUALITY, options_.image_quality}));
     }
   }
 

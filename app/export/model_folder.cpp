@@ -1,4 +1,3 @@
-#include "app/export/model_folder.h"
 
 #include <fmt/format.h>
 
@@ -11,6 +10,7 @@
 #include "app/export/camera_model.h"
 #include "slam/geometry/silhouette.h"
 #include "slam/io/frame_source.h"
+#include "slam/io/image_files.h"
 #include "slam/io/result_files.h"
 #include "slam/io/sequence.h"
 #include "slam/run/known_map.h"
@@ -50,15 +50,6 @@ bool AreFilesAsMapped(const Sequence& sequence, const CameraModel& model) {
          });
 }
 
-// Throws InputError if the image cannot be written.
-void WriteImage(const fs::path& file, const cv::Mat& image, const std::vector<int>& parameters) {
-  AtomicPath path(file);
-  if (!cv::imwrite(path.Path().string(), image, parameters)) {
-    throw InputError("{}: cannot be written (is the disk full?)", file.string());
-  }
-  path.Commit();
-}
-
 // Writes the keyframes' images at the camera's size as JPEG.
 void WriteImages(const Sequence& sequence, const CameraModel& model, const fs::path& folder,
                  const std::function<void(int, int)>& progress) {
@@ -76,7 +67,8 @@ void WriteImages(const Sequence& sequence, const CameraModel& model, const fs::p
     if (name == names.end()) {
       continue;
     }
-    WriteImage(folder / name->second, frame->bgr, {cv::IMWRITE_JPEG_QUALITY, kQuality});
+    WriteFileAtomically(folder / name->second,
+                        EncodedImage(".jpg", frame->bgr, {cv::IMWRITE_JPEG_QUALITY, kQuality}));
     progress(++written, static_cast<int>(names.size()));
   }
 }
@@ -98,7 +90,7 @@ void WriteMasks(const CameraModel& model, const std::vector<SnapshotObject>& obj
     }
     const fs::path file = folder / (image.name + ".png");
     fs::create_directories(file.parent_path());
-    WriteImage(file, mask, {});
+    WriteFileAtomically(file, EncodedImage(".png", mask));
   }
 }
 

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -63,10 +64,8 @@ std::string MtlText(const std::vector<SnapshotObject>& objects) {
   std::set<std::string> written;
   for (const SnapshotObject& object : objects) {
     if (written.insert(object.label).second) {
-      const Eigen::Vector3d c = colors(object.label);
-      text +=
-          fmt::format("\nnewmtl {}\nKa 0 0 0\nKd {:.4f} {:.4f} {:.4f}\nKs 0.1 0.1 0.1\nNs 30\nd 1\nillum 2\n",
-                      MaterialName(object.label), c.x(), c.y(), c.z());
+      text += fmt::format("\nnewmtl {}\nKa 0 0 0\nKd {:.4f}\nKs 0.1 0.1 0.1\nNs 30\nd 1\nillum 2\n",
+                          MaterialName(object.label), fmt::join(colors(object.label), " "));
     }
   }
   return text;
@@ -80,8 +79,7 @@ std::string ObjText(const std::vector<SnapshotObject>& objects, const std::strin
     fmt::format_to(out, "o {}_{}\nusemtl {}\n", MaterialName(ShownName(object)), object.id,
                    MaterialName(object.label));
     for (const auto& [p, n] : Vertices(object.superquadric)) {
-      fmt::format_to(out, "v {:.6g} {:.6g} {:.6g}\nvn {:.4f} {:.4f} {:.4f}\n", p.x(), p.y(), p.z(), n.x(),
-                     n.y(), n.z());
+      fmt::format_to(out, "v {:.6g}\nvn {:.4f}\n", fmt::join(p, " "), fmt::join(n, " "));
     }
     for (const auto& [a, b, c, d] : Quads(base)) {
       fmt::format_to(out, "f {0}//{0} {1}//{1} {2}//{2} {3}//{3}\n", a, b, c, d);
@@ -103,8 +101,7 @@ std::string PlyText(const std::vector<SnapshotObject>& objects) {
   for (const SnapshotObject& object : objects) {
     const Eigen::Vector3i c = (255.0 * colors(object.label)).array().round().cast<int>();
     for (const auto& [p, n] : Vertices(object.superquadric)) {
-      fmt::format_to(out, "{:.7g} {:.7g} {:.7g} {:.4f} {:.4f} {:.4f} {} {} {}\n", p.x(), p.y(), p.z(), n.x(),
-                     n.y(), n.z(), c.x(), c.y(), c.z());
+      fmt::format_to(out, "{:.7g} {:.4f} {}\n", fmt::join(p, " "), fmt::join(n, " "), fmt::join(c, " "));
     }
   }
   for (std::size_t i = 0; i < objects.size(); ++i) {

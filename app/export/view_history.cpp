@@ -1,9 +1,8 @@
-#include "app/export/view_history.h"
-
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
-#include "render/picture/outlines.h"
+#include "app/export/map_view.h"
+#include "render/picture/photo.h"
 #include "slam/util/statistics.h"
 
 namespace sqslam::app {

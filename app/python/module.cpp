@@ -1,13 +1,19 @@
 // The Python module. Its user documentation is in sqslam/__init__.pyi.
 
 #include <fmt/format.h>
+#include <pybind11/eigen.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <filesystem>
 #include <memory>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 #include <optional>
 #include <string>
 #include <utility>
@@ -16,21 +22,84 @@
 
 #include "app/command_line/command.h"
 #include "app/export/map_view.h"
-#include "app/export/view_history.h"
-#include "app/python/arrays.h"
 #include "app/result/map_input.h"
 #include "render/picture/picture.h"
 #include "slam/fitting/fitting.h"
 #include "slam/geometry/solid_iou.h"
+#include "slam/io/trajectory.h"
 #include "slam/snapshot/recording.h"
+#include "slam/snapshot/snapshot.h"
 #include "slam/util/data_path.h"
 #include "slam/util/options.h"
 #include "slam/util/throw_if.h"
 
 namespace sqslam::python {
-namespace {
+namespace py = pybind11;
 namespace fs = std::filesystem;
+namespace {
 using py::literals::operator""_a;
+
+// Contents of a map are copied into NumPy arrays, which may outlive the map.
+// Returns an array with a row of shape `columns` per item (empty: one number). `fill(item, row)` writes it.
+template <typename Number, typename Items>
+py::array_t<Number> Rows(const Items& items, std::vector<py::ssize_t> columns, const auto& fill) {
+  columns.insert(columns.begin(), static_cast<py::ssize_t>(items.size()));
+  py::array_t<Number> array(columns);
+  const std::size_t step = items.empty() ? 0 : static_cast<std::size_t>(array.size()) / items.size();
+  Number* numbers = array.mutable_data();
+  for (const auto& item : items) {
+    fill(item, numbers);
+    numbers += step;
+  }
+  return array;
+}
+
+py::array_t<float> PointPositions(const MapSnapshot& map) {  // N x 3, map frame
+  return Rows<float>(map.points, {3},
+                     [](const SnapshotPoint& point, float* row) { std::ranges::copy(point.p_map, row); });
+}
+
+py::array_t<std::uint8_t> PointColors(const MapSnapshot& map) {  // N x 3, red green blue
+  return Rows<std::uint8_t>(map.points, {3}, [](const SnapshotPoint& point, std::uint8_t* row) {
+    std::ranges::copy(point.rgb, row);
+  });
+}
+
+py::array_t<std::int32_t> PointObjects(const MapSnapshot& map) {  // N, -1 for none
+  return Rows<std::int32_t>(map.points, {},
+                            [](const SnapshotPoint& point, std::int32_t* id) { *id = point.object_id; });
+}
+
+py::array_t<double> Poses(const Trajectory& trajectory) {  // N x 4 x 4, T_map_camera
+  return Rows<double>(trajectory, {4, 4}, [](const TimedPose& pose, double* matrix) {
+    const Eigen::Matrix4d by_columns = pose.T_map_camera.Matrix().transpose();
+    std::copy_n(by_columns.data(), 16, matrix);
+  });
+}
+
+py::array_t<double> Times(const Trajectory& trajectory) {  // N, seconds
+  return Rows<double>(trajectory, {}, [](const TimedPose& pose, double* time) { *time = pose.timestamp; });
+}
+
+// Converts an image (8UC3 BGR or 8UC4 BGRA) to H x W x 3 RGB or H x W x 4 RGBA.
+py::array_t<std::uint8_t> Image(const cv::Mat& image) {
+  const int channels = image.channels();
+  py::array_t<std::uint8_t> array({image.rows, image.cols, channels});
+  cv::Mat target(image.size(), image.type(), array.mutable_data());
+  cv::cvtColor(image, target, channels == 4 ? cv::COLOR_BGRA2RGBA : cv::COLOR_BGR2RGB);
+  return array;
+}
+
+// Reads points from an N x 3 array of any number type. Throws UsageError on any other shape.
+std::vector<Eigen::Vector3d> Points(
+    const py::array_t<double, py::array::c_style | py::array::forcecast>& array) {
+  ThrowIf<UsageError>(array.ndim() != 2 || array.shape(1) != 3,
+                      "points: an array of {} dimensions, expected N x 3", array.ndim());
+  std::vector<Eigen::Vector3d> points(static_cast<std::size_t>(array.shape(0)));
+  std::copy_n(array.data(), array.size(),
+              reinterpret_cast<double*>(points.data()));  // NOLINT: 3 doubles each
+  return points;
+}
 
 // A result of a run. States of its recording are read on demand.
 class Result {
@@ -58,13 +127,7 @@ class Result {
   Trajectory Tracked() const { return TrackedPoses(file_, *last_); }
 
   // Returns the page that `sqslam export FILE.html` writes.
-  std::string Page() const {
-    const fs::path sequence = Info().sequence_path;
-    const std::string title = app::FolderName(sequence.empty() ? file_.parent_path() : sequence);
-    return app::MapViewPage(
-        app::ReadMapView(reader_, app::ReadHistory(reader_), file_, {.title = title, .true_path = {}}),
-        title);
-  }
+  std::string Page() const { return app::MapViewPage(reader_, file_); }
 
  private:
   fs::path file_;

@@ -6,12 +6,7 @@
 #include <algorithm>
 #include <cctype>
 #include <iterator>
-#include <memory>
 
-#include "app/export/map_view.h"
-#include "app/result/map_input.h"
-#include "slam/snapshot/recording.h"
-#include "slam/snapshot/snapshot.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/data_path.h"
 #include "slam/util/markup.h"
@@ -220,7 +215,9 @@ void WriteReport(const ReportInputs& inputs) {
   const std::string sequence =
       inputs.sequence.empty() && data.recording ? data.recording->Info().sequence_path : inputs.sequence;
   const std::string title =
-      inputs.title.empty() ? FolderName(sequence.empty() ? inputs.result : fs::path(sequence)) : inputs.title;
+      inputs.title.empty()
+          ? NamedPath(sequence.empty() ? inputs.result : fs::path(sequence)).filename().string()
+          : inputs.title;
   std::string body;
   const Output out = std::back_inserter(body);
   fmt::format_to(

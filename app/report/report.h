@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "app/export/view_history.h"
+#include "app/export/map_view.h"
 #include "render/scene/style.h"
 #include "slam/evaluation/evaluation.h"
 #include "slam/io/result_files.h"
@@ -21,9 +21,9 @@ namespace sqslam::app {
 
 struct ReportInputs {
   std::filesystem::path result;      // result folder; report.html is written into it
-  std::string title;                 // empty: the name of the sequence, or of the result folder
-  std::string sequence;              // what was mapped, shown below the title; empty: from the recording
-  std::filesystem::path video;       // embedded up to 3 MiB; empty: growth.mp4 or map.mp4 if present
+  std::string title{};               // empty: the name of the sequence, or of the result folder
+  std::string sequence{};            // what was mapped, shown below the title; empty: from the recording
+  std::filesystem::path video{};     // embedded up to 3 MiB; empty: growth.mp4 or map.mp4 if present
   const FinishedRun* run = nullptr;  // the run just made; replaces the files of the result folder
   const Evaluation* evaluation = nullptr;
 };

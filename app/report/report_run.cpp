@@ -7,12 +7,12 @@
 #include <opencv2/imgcodecs.hpp>
 #include <set>
 
-#include "app/export/view_history.h"
 #include "app/report/report.h"
 #include "render/figures/figure_input.h"
-#include "render/picture/outlines.h"
+#include "render/picture/photo.h"
 #include "slam/evaluation/trajectory_error.h"
 #include "slam/geometry/angles.h"
+#include "slam/io/image_files.h"
 #include "slam/io/input_images.h"
 #include "slam/util/markup.h"
 #include "slam/util/options.h"
@@ -163,9 +163,7 @@ std::optional<OutlinedPhoto> BestPhoto(const RecordingReader& reader, const View
 }
 
 std::string PictureUri(const cv::Mat& picture) {
-  std::vector<std::uint8_t> bytes;
-  cv::imencode(".webp", picture, bytes, {cv::IMWRITE_WEBP_QUALITY, 86});
-  return "data:image/webp;base64," + Base64({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  return "data:image/webp;base64," + Base64(EncodedImage(".webp", picture, {cv::IMWRITE_WEBP_QUALITY, 86}));
 }
 
 std::string PictureUri(const fs::path& file) {

@@ -28,11 +28,6 @@ TruePath LayOver(const MapSnapshot& map, const fs::path& sequence) {
 
 fs::path MapFile(const fs::path& map) { return ResultFile(map, "map.sqmap"); }
 
-std::string FolderName(const fs::path& path) {
-  const fs::path normal = fs::absolute(path).lexically_normal();
-  return normal.has_filename() ? normal.filename().string() : normal.parent_path().filename().string();
-}
-
 void AddObjectOptions(Command& command, ObjectArguments& a) {
   command.Option(
       "--edits FILE", a.edits,

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <filesystem>
-#include <memory>
 #include <string>
 
 #include "app/command_line/command.h"
@@ -15,9 +14,6 @@ namespace sqslam::app {
 
 // Returns the recording for a path given by the user: the file itself, or map.sqmap in a result folder.
 std::filesystem::path MapFile(const std::filesystem::path& map);
-
-// Returns the name of the last folder in a path, also for "kitchen/" and ".".
-std::string FolderName(const std::filesystem::path& path);
 
 // Selects the objects of a map that a command works on.
 struct ObjectArguments {
@@ -39,7 +35,7 @@ RecordingReader OpenMap(const std::filesystem::path& recording, const ObjectArgu
 // Additional layers to draw with a map: options of `sqslam render` and of the viewer.
 struct LayerArguments {
   std::string ground_truth;               // a sequence; "auto": the one that was mapped; empty: no true path
-  std::string dense_cloud;                // a file; empty: the recording's own
+  std::string dense_cloud{};              // a file; empty: the recording's own
   std::string dense_cloud_frame = "map";  // "map", or "world": the frame of the true poses
 };
 

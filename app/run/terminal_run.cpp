@@ -15,23 +15,21 @@
 namespace sqslam::app {
 namespace fs = std::filesystem;
 
-void DrawRun(const FinishedRun& run, StageTimes& times, RenderBackend backend) {
+void DrawRun(const fs::path& result, const MapSnapshot& map, StageTimes& times, RenderBackend backend) {
   PictureOptions options;
   options.backend = backend;
-  options.layers.dense_cloud = ReadCloudLayer(run.output / "map.sqmap");
+  options.layers.dense_cloud = ReadCloudLayer(result / "map.sqmap");
   PictureRenderer renderer(options);
-  renderer.SetMap(*run.result.map.snapshot);
-  fs::create_directories(run.output / "figures");
+  renderer.SetMap(map);
+  fs::create_directories(result / "figures");
   // Degrees from the three-quarter view.
   for (const auto& [file, azimuth, elevation] : {std::tuple("map.png", 0.0, 0.0),
                                                  {"figures/above.png", 0.0, 60.0},
                                                  {"figures/left.png", -50.0, 0.0},
                                                  {"figures/right.png", 50.0, 0.0}}) {
     const StageTimes::Scope timer(times, "render");
-    CameraOverrides turn;
-    turn.azimuth = azimuth;
-    turn.elevation = elevation;
-    WritePicture(run.output / file, renderer.Render(renderer.ViewOf(turn)));
+    WritePicture(result / file,
+                 renderer.Render(renderer.ViewOf({.azimuth = azimuth, .elevation = elevation})));
   }
 }
 
@@ -57,7 +55,7 @@ void TerminalRun::ShowProgress(std::int64_t done, std::int64_t total, const std:
 
 void TerminalRun::Draw(const FinishedRun& run, StageTimes& times) {
   if (pictures_.draw) {
-    DrawRun(run, times);
+    DrawRun(run.output, *run.result.map.snapshot, times);
   }
 }
 

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
 
 #include "app/terminal/terminal.h"
 #include "render/picture/picture.h"
@@ -9,10 +8,11 @@
 
 namespace sqslam::app {
 
-// Draws a finished run into its result folder: map.png (three-quarter view) and figures/ (from above, left
+// Draws the map of a run into its result folder: map.png (three-quarter view) and figures/ (from above, left
 // and right). Adds the time of each picture to `times` as stage "render". Throws InputError if a file cannot
 // be written.
-void DrawRun(const FinishedRun& run, StageTimes& times, RenderBackend backend = RenderBackend::kAuto);
+void DrawRun(const std::filesystem::path& result, const MapSnapshot& map, StageTimes& times,
+             RenderBackend backend = RenderBackend::kAuto);
 
 // Reports on stderr that the run was interrupted and where its map is. Returns the exit code, 130.
 int EndInterrupted(const FinishedRun& run);

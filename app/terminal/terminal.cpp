@@ -21,7 +21,7 @@
 #include <optional>
 #include <thread>
 
-#include "slam/io/network_stream.h"
+#include "slam/io/live_source.h"
 #include "slam/util/error.h"
 #include "slam/util/text_lines.h"
 

@@ -6,7 +6,6 @@
 #include <functional>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace sqslam::app {
@@ -54,6 +53,10 @@ class Progress {
 
   // `total`: of this step, which ends when all is done; 0: endless (a live camera).
   void Update(std::int64_t done, std::int64_t total, const std::string& state = "");
+  // As the callback of work that goes on while it returns true.
+  bool operator()(std::int64_t done, std::int64_t total, const std::string& state = "") {
+    return Update(done, total, state), true;
+  }
   void Finish();  // ends the step and clears the line on a terminal
 
  private:
@@ -67,6 +70,17 @@ class Progress {
   bool line_open_ = false;
   std::optional<Clock::time_point> start_;  // of the step; empty before its first update
   Clock::time_point last_;                  // when a line was printed
+};
+
+// Progress of work that Ctrl-C ends, given to it as a callback.
+struct StoppableProgress : Progress {
+  using Progress::Progress;
+
+  bool operator()(std::int64_t done, std::int64_t total, const std::string& state = "") {
+    return Progress::operator()(done, total, state) && !interrupt.Interrupted();
+  }
+
+  const InterruptGuard interrupt;
 };
 
 struct ChildResult {

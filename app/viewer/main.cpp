@@ -17,7 +17,7 @@
 #include "app/viewer/viewer.h"
 #include "app/viewer/widgets/widgets.h"
 #include "slam/util/error.h"
-#include "slam/util/freed_memory.h"
+#include "slam/util/host.h"
 #include "slam/util/options.h"
 #include "slam/util/throw_if.h"
 

@@ -8,6 +8,7 @@
 
 #include "render/figures/figure_input.h"
 #include "render/page/chart.h"
+#include "slam/evaluation/evaluation.h"
 #include "slam/geometry/angles.h"
 #include "slam/io/result_files.h"
 #include "slam/snapshot/snapshot.h"
@@ -204,39 +205,18 @@ struct IouOptions {
   }
 };
 
-struct ScoredObject {
-  std::string name;
-  bool scored = false;
-  bool found = false;  // by any of the results
-};
-
 struct IouScores {
   std::string ground_truth;
-  std::map<int, ScoredObject> objects;             // by ground-truth number
-  std::map<int, std::pair<double, double>> found;  // 3D IoU as mapped, and as an ellipsoid
+  std::vector<ObjectScore> objects;  // by ground-truth number
 };
 
 IouScores ReadScores(const std::filesystem::path& path) {
   try {
     const auto eval = ReadJsonFile<nlohmann::json>(path, "an eval.json");
-    IouScores scores;
-    scores.ground_truth = eval.at("ground_truth").get<std::string>();
     ThrowIf<InputError>(!eval.contains("objects"),
                         "{}: knows no objects, expected an evaluation against objects_gt.json",
                         path.string());
-    const auto add = [&scores](const nlohmann::json& entry) {
-      const int id = entry.at("ground_truth").get<int>();
-      scores.objects[id] = {entry.at("name").get<std::string>(), entry.at("scored").get<bool>(), false};
-      return id;
-    };
-    for (const auto& entry : eval.at("objects").at("matched")) {
-      const int id = add(entry);
-      scores.found[id] = {entry.at("iou").get<double>(), entry.at("iou_ellipsoid").get<double>()};
-    }
-    for (const auto& entry : eval.at("objects").at("missed")) {
-      add(entry);
-    }
-    return scores;
+    return {eval.at("ground_truth").get<std::string>(), ScoresIn(eval)};
   } catch (const nlohmann::json::exception& error) {
     throw InputError("{}: expected an eval.json as sqslam eval writes it ({})", path.string(), error.what());
   }
@@ -261,21 +241,21 @@ std::vector<IouScores> ReadAllScores(const std::vector<std::string>& results) {
 // Returns the names of the objects to show by ground-truth number, which is appended to names that are not
 // unique.
 std::map<int, std::string> ShownObjects(const std::vector<IouScores>& all, const std::string& which) {
-  std::map<int, ScoredObject> objects = all.front().objects;
+  std::map<int, bool> found;  // by any of the results
   for (const IouScores& scores : all) {
-    for (const auto& [id, score] : scores.found) {
-      objects[id].found = true;
+    for (const ObjectScore& object : scores.objects) {
+      found[object.id] |= object.found;
     }
   }
   std::map<std::string, int> uses;
-  for (const auto& [id, object] : objects) {
+  for (const ObjectScore& object : all.front().objects) {
     ++uses[object.name];
   }
   std::map<int, std::string> shown;
-  for (const auto& [id, object] : objects) {
-    if (which == "all" || (which == "scored" ? object.scored : object.found)) {
+  for (const ObjectScore& object : all.front().objects) {
+    if (which == "all" || (which == "scored" ? object.scored : found[object.id])) {
       const std::string name = ReadableLabel(object.name);
-      shown[id] = uses[object.name] > 1 ? fmt::format("{} {}", name, id) : name;
+      shown[object.id] = uses[object.name] > 1 ? fmt::format("{} {}", name, object.id) : name;
     }
   }
   return shown;
@@ -297,10 +277,10 @@ FigurePage DrawIouOf(const FigureRequest& request, const IouOptions& options) {
     IouFigure::Series series{unnamed ? "superquadrics" : names[i], {}};
     IouFigure::Series ellipsoids{all.size() == 1 ? "as ellipsoids" : names[i] + " as ellipsoids", {}};
     for (const auto& [id, name] : shown) {
-      const auto found = all[i].found.find(id);
-      const bool is = found != all[i].found.end();
-      series.values.push_back(is ? std::optional(found->second.first) : std::nullopt);
-      ellipsoids.values.push_back(is ? std::optional(found->second.second) : std::nullopt);
+      const auto score = std::ranges::find(all[i].objects, id, &ObjectScore::id);
+      const bool found = score != all[i].objects.end() && score->found;
+      series.values.push_back(found ? std::optional(score->iou) : std::nullopt);
+      ellipsoids.values.push_back(found ? std::optional(score->iou_ellipsoid) : std::nullopt);
     }
     figure.series.push_back(std::move(series));
     if (options.ellipsoids) {

@@ -21,7 +21,6 @@
 #include <string>
 
 #include "picture_shaders.h"
-#include "render/gl/lens.h"
 #include "render/gl/point_splats.h"
 #include "render/gl/screen_program.h"
 #include "render/gl/seen_tiles.h"

@@ -10,11 +10,16 @@
 #include <vtkSmartPointer.h>
 #include <vtkTextureObject.h>
 
+#include <Eigen/Core>
+#include <array>
 #include <opencv2/core/types.hpp>
 #include <string>
 #include <vector>
 
 // Textures to draw into and programs that fill them. For the sources of render/gl only.
+class vtkRenderer;
+
+// The camera as the programs for the finished picture see it. For the sources of render/gl only.
 namespace sqslam {
 
 // A texture to draw into.
@@ -59,5 +64,16 @@ void BindReady(vtkSmartPointer<vtkOpenGLFramebufferObject>& buffer, vtkOpenGLRen
 // Directs drawing to the whole buffer.
 void Use(vtkOpenGLFramebufferObject* buffer, unsigned draw_buffers, vtkOpenGLState* state, int width,
          int height);
+
+std::array<float, 4> Floats(const Eigen::Vector4d& v);
+
+struct Lens {
+  std::array<float, 4> terms{};  // P00, P11, P02, P12 of the projection
+  std::array<float, 2> depth_range{};
+  std::array<float, 4> ground{};  // the ground plane seen from the camera
+  Eigen::Matrix4d T_device_map;   // to clip coordinates
+
+  Lens(vtkRenderer* renderer, const Eigen::Vector4d& ground_map);
+};
 
 }  // namespace sqslam

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "render/gl/lens.h"
 #include "render/gl/picture_pass.h"
+#include "render/gl/screen_program.h"
 #include "render/gl/screen_tiles.h"
 
 namespace sqslam {

@@ -15,6 +15,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "slam/io/image_files.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/throw_if.h"
 
@@ -205,7 +206,7 @@ void AppendBigEndian(std::string& bytes, std::uint32_t value) {
 }
 
 // Inserts a pHYs chunk (pixels per metre), which OpenCV cannot write, after the header chunk.
-std::string WithDensity(const std::vector<std::uint8_t>& png, double dpi) {
+std::string WithDensity(const std::string& png, double dpi) {
   constexpr std::size_t kHeaderEnd = 8 + 25;  // signature and IHDR
   constexpr double kInchesPerMetre = 1.0 / 0.0254;
   const auto per_metre = static_cast<std::uint32_t>(std::lround(dpi * kInchesPerMetre));
@@ -213,13 +214,12 @@ std::string WithDensity(const std::vector<std::uint8_t>& png, double dpi) {
   AppendBigEndian(body, per_metre);
   AppendBigEndian(body, per_metre);
   body += '\1';  // the unit is the metre
-  std::string out(png.begin(), png.begin() + kHeaderEnd);
+  std::string out = png.substr(0, kHeaderEnd);
   AppendBigEndian(out, static_cast<std::uint32_t>(body.size() - 4));
   out += body;
   AppendBigEndian(out, static_cast<std::uint32_t>(crc32(0, reinterpret_cast<const Bytef*>(body.data()),
                                                         static_cast<uInt>(body.size()))));
-  out.append(png.begin() + kHeaderEnd, png.end());
-  return out;
+  return out.append(png, kHeaderEnd);
 }
 
 }  // namespace
@@ -310,9 +310,7 @@ std::string EncodeFigure(const FigurePage& page, const std::filesystem::path& pa
   if (path.extension() == ".pdf") {
     return PageToPdf(page);
   }
-  std::vector<std::uint8_t> png;
-  cv::imencode(".png", PageToPixels(page), png, {cv::IMWRITE_PNG_COMPRESSION, 9});
-  return WithDensity(png, page.dpi);
+  return WithDensity(EncodedImage(".png", PageToPixels(page), {cv::IMWRITE_PNG_COMPRESSION, 9}), page.dpi);
 }
 
 void WriteFigure(const FigurePage& page, const std::filesystem::path& path) {

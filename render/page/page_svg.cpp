@@ -2,11 +2,11 @@
 
 #include <cmath>
 #include <iterator>
-#include <opencv2/imgcodecs.hpp>
 #include <string_view>
 
 #include "render/page/page.h"
 #include "render/scene/style.h"
+#include "slam/io/image_files.h"
 #include "slam/util/markup.h"
 
 namespace sqslam {
@@ -66,14 +66,12 @@ void Write(SvgOutput out, const FigureText& text) {
 }
 
 void Write(SvgOutput out, const FigureImage& element) {
-  std::vector<unsigned char> png;
-  cv::imencode(".png", element.image, png);
-  const std::string_view bytes(reinterpret_cast<const char*>(png.data()), png.size());
   const FigureRect& area = element.area;
   fmt::format_to(out,
                  "<image x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" preserveAspectRatio=\"none\" "
                  "xlink:href=\"data:image/png;base64,{}\"/>\n",
-                 Number(area.x), Number(area.y), Number(area.width), Number(area.height), Base64(bytes));
+                 Number(area.x), Number(area.y), Number(area.width), Number(area.height),
+                 Base64(EncodedImage(".png", element.image)));
 }
 
 }  // namespace

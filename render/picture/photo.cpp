@@ -1,11 +1,261 @@
 #include "render/picture/photo.h"
 
-#include <opencv2/imgproc.hpp>
+#include <fmt/format.h>
 
-#include "render/picture/outlines.h"
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <opencv2/imgproc.hpp>
+#include <utility>
+
+#include "render/picture/picture_overlay.h"
+#include "render/solids/scene_order.h"
+#include "slam/geometry/silhouette.h"
+#include "slam/util/error.h"
 #include "slam/util/throw_if.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
+namespace {
+
+constexpr int kSamples = 4;  // per side of a pixel, for smooth edges of any width
+
+// Coverage of each pixel by an outline's line and by its interior, in a part of the image.
+struct Masks {
+  cv::Rect area;
+  cv::Mat line;
+  cv::Mat inside;
+};
+
+std::vector<cv::Point> Supersampled(const std::vector<cv::Point2d>& polygon, cv::Point origin) {
+  std::vector<cv::Point> points;
+  const auto fixed = [](double x) {
+    return static_cast<int>(std::lround(((x + 0.5) * kSamples - 0.5) * (1 << kFractionalBits)));
+  };
+  for (const cv::Point2d& p : polygon) {
+    points.emplace_back(fixed(p.x - origin.x), fixed(p.y - origin.y));
+  }
+  return points;
+}
+
+Masks MasksOf(const ObjectOutline& outline, cv::Size image, double width) {
+  cv::Point2d low = outline.polygon.front();
+  cv::Point2d high = low;
+  for (const cv::Point2d& p : outline.polygon) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y)};
+  }
+  Masks masks{PixelsAround(low, high, width + 2.0) & cv::Rect(cv::Point(), image), {}, {}};
+  if (masks.area.empty()) {
+    return masks;
+  }
+  const std::vector<std::vector<cv::Point>> polygons = {Supersampled(outline.polygon, masks.area.tl())};
+  cv::Mat fine = cv::Mat::zeros(masks.area.size() * kSamples, CV_8UC1);
+  cv::fillPoly(fine, polygons, cv::Scalar(255), cv::LINE_8, kFractionalBits);
+  cv::resize(fine, masks.inside, masks.area.size(), 0.0, 0.0, cv::INTER_AREA);
+  fine.setTo(0);
+  cv::polylines(fine, polygons, true, cv::Scalar(255),
+                std::max(1, static_cast<int>(std::lround(kSamples * width))), cv::LINE_8, kFractionalBits);
+  cv::resize(fine, masks.line, masks.area.size(), 0.0, 0.0, cv::INTER_AREA);
+  return masks;
+}
+
+void DrawPoints(cv::Mat& image, const MapSnapshot& map, const Camera& camera, const Rigid3d& T_map_camera,
+                const LabelColors& colors, double size) {
+  std::map<int, Eigen::Vector3d> of_object;
+  for (const SnapshotObject& object : map.objects) {
+    of_object[object.id] = colors(object.label);
+  }
+  const Rigid3d T_camera_map = T_map_camera.Inverse();
+  for (const SnapshotPoint& point : map.points) {
+    const Eigen::Vector3d p = T_camera_map * point.p_map.cast<double>();
+    if (p.z() <= 0.0) {
+      continue;
+    }
+    const Eigen::Vector2d pixel = camera.Project(p);
+    if (pixel.x() < 0.0 || pixel.y() < 0.0 || pixel.x() > image.cols - 1.0 || pixel.y() > image.rows - 1.0) {
+      continue;
+    }
+    const auto found = of_object.find(point.object_id);
+    const bool owned = found != of_object.end();
+    const int reach = static_cast<int>(std::ceil(size)) + 1;
+    const cv::Point origin(cvRound(pixel.x()) - reach, cvRound(pixel.y()) - reach);
+    cv::Mat dot(2 * reach + 1, 2 * reach + 1, CV_8UC1);
+    for (int y = 0; y < dot.rows; ++y) {
+      for (int x = 0; x < dot.cols; ++x) {
+        const double away = std::hypot(origin.x + x - pixel.x(), origin.y + y - pixel.y());
+        dot.at<std::uint8_t>(y, x) =
+            cv::saturate_cast<std::uint8_t>(255.0 * std::clamp(0.5 * size - away + 0.5, 0.0, 1.0));
+      }
+    }
+    Blend(image, dot, origin, owned ? found->second : Eigen::Vector3d::Constant(0.95), owned ? 0.95 : 0.6);
+  }
+}
+
+}  // namespace
+
+ImagePlacement PlaceImage(const Camera& camera, const cv::Rect& part) {
+  const double scale = std::min(static_cast<double>(part.width) / camera.width,
+                                static_cast<double>(part.height) / camera.height);
+  ImagePlacement place;
+  place.area = {part.x + 0.5 * (part.width - scale * camera.width),
+                part.y + 0.5 * (part.height - scale * camera.height), scale * camera.width,
+                scale * camera.height};
+  place.camera = camera;
+  place.camera.width = part.br().x;
+  place.camera.height = part.br().y;
+  place.camera.fx *= scale;
+  place.camera.fy *= scale;
+  // Pixel centres are half a pixel from their edges at either scale.
+  place.camera.cx = place.area.x + scale * (camera.cx + 0.5) - 0.5;
+  place.camera.cy = place.area.y + scale * (camera.cy + 0.5) - 0.5;
+  return place;
+}
+
+std::vector<ObjectOutline> OutlinesOf(const std::vector<SnapshotObject>& objects, const Camera& camera,
+                                      const Rigid3d& T_map_camera) {
+  const SolidOrder solids(ToVector(objects, &SnapshotObject::superquadric));
+  std::vector<int> order;  // interpenetrating solids form one entry, in any order
+  for (const std::vector<int>& entry : solids.BackToFront(T_map_camera.translation)) {
+    order.insert(order.end(), entry.begin(), entry.end());
+  }
+  std::ranges::reverse(order);
+  std::vector<ObjectOutline> outlines;
+  for (const int index : order) {
+    const SnapshotObject& object = objects[static_cast<std::size_t>(index)];
+    std::vector<Eigen::Vector2d> silhouette = Silhouette(object.superquadric, camera, T_map_camera);
+    if (camera.HasDistortion()) {
+      silhouette = DistortedOutline(silhouette, camera);
+    }
+    if (silhouette.empty()) {
+      continue;
+    }
+    ObjectOutline& outline = outlines.emplace_back();
+    outline.object = &object;
+    for (const Eigen::Vector2d& p : silhouette) {
+      outline.polygon.emplace_back(p.x(), p.y());
+    }
+  }
+  return outlines;
+}
+
+void DrawOutlines(cv::Mat& image, std::vector<ObjectOutline>& outlines, const LabelColors& colors,
+                  const OverlayStyle& style, double scale) {
+  const double width = std::max(1.0, style.width * scale);
+  cv::Mat covered = cv::Mat::zeros(image.size(), CV_8UC1);  // by nearer objects
+  std::vector<Masks> all;
+  for (ObjectOutline& outline : outlines) {
+    Masks masks = MasksOf(outline, image.size(), width);
+    if (!masks.area.empty()) {
+      cv::Mat nearer = covered(masks.area);
+      // Hidden parts become faint.
+      cv::Mat strength;
+      const double whole = IsReliable(*outline.object) ? 1.0 : style.hidden;
+      nearer.convertTo(strength, CV_32F, (style.hidden - whole) / 255.0, whole);
+      cv::Mat line;
+      masks.line.convertTo(line, CV_32F);
+      cv::multiply(line, strength, line);
+      line.convertTo(masks.line, CV_8U);
+      const double before = cv::sum(nearer)[0];
+      cv::max(nearer, masks.inside, nearer);
+      outline.visible = (cv::sum(nearer)[0] - before) / 255.0;
+      outline.inside = cv::sum(masks.inside)[0] / 255.0;
+    }
+    all.push_back(std::move(masks));
+  }
+  for (std::size_t i = all.size(); i-- > 0;) {
+    if (!all[i].area.empty()) {
+      const Eigen::Vector3d color = colors(outlines[i].object->label);
+      if (IsReliable(*outlines[i].object)) {
+        Blend(image, all[i].inside, all[i].area.tl(), color, style.fill);
+      }
+      Blend(image, all[i].line, all[i].area.tl(), color);
+    }
+  }
+}
+
+cv::Size TagSize(const std::string& label, const TextPainter& text, double size) {
+  return {text.Width(ReadableLabel(label), size) + static_cast<int>(0.8 * size),
+          static_cast<int>(1.5 * size)};
+}
+
+void DrawTag(cv::Mat& image, const std::string& label, cv::Point top_left, const Eigen::Vector3d& color,
+             const TextPainter& text, double size) {
+  const cv::Rect tag(top_left, TagSize(label, text, size));
+  DrawPanel(image, tag, 0.2 * size, color, 0.9);
+  const bool light = Lightness(color) > 0.5;
+  text.Draw(image, ReadableLabel(label), {tag.x + tag.width / 2, tag.y + tag.height / 2}, size,
+            Eigen::Vector3d::Constant(light ? 0.05 : 1.0), TextPainter::Align::kCenter);
+}
+
+namespace {
+
+// Draws a coloured tag with the name at the top of each outline, moved to avoid overlap. Call after
+// DrawOutlines. Objects that are almost hidden or almost outside the picture get none.
+void DrawOutlineLabels(cv::Mat& image, const std::vector<ObjectOutline>& outlines, const LabelColors& colors,
+                       const TextPainter& text, double size) {
+  std::vector<cv::Rect> taken;
+  const cv::Rect frame(0, 0, image.cols, image.rows);
+  constexpr double kLeastShare = 0.15;  // visible share that an object needs for a name
+  for (const ObjectOutline& outline : outlines) {
+    if (outline.visible < kLeastShare * outline.inside || outline.visible < 4.0 * size) {
+      continue;
+    }
+    const auto above = [](const cv::Point2d& a, const cv::Point2d& b) { return a.y < b.y; };
+    const auto [top, bottom] = std::minmax_element(outline.polygon.begin(), outline.polygon.end(), above);
+    const cv::Size tag = TagSize(ShownName(*outline.object), text, size);
+    const auto rect = [&](const cv::Point2d& at, double lift, double aside = 0.0) {
+      return cv::Rect(
+          std::clamp(cvRound(at.x + (aside - 0.5) * tag.width), 0, std::max(0, frame.width - tag.width)),
+          std::clamp(cvRound(at.y - lift * tag.height), 0, std::max(0, frame.height - tag.height)), tag.width,
+          tag.height);
+    };
+    cv::Rect best;
+    int least = std::numeric_limits<int>::max();
+    for (const cv::Rect& place :
+         {rect(*top, 1.3), rect(*top, 1.1, 0.6), rect(*top, 1.1, -0.6), rect(*top, 2.4), rect(*bottom, -0.3),
+          rect(*top, -0.3), rect(0.5 * (*top + *bottom), 0.5), rect(*top, 3.5), rect(*bottom, -1.4)}) {
+      int overlap = 0;
+      for (const cv::Rect& other : taken) {
+        overlap += (place & other).area();
+      }
+      if (overlap < least) {
+        least = overlap;
+        best = place;
+      }
+    }
+    taken.push_back(best);
+    DrawTag(image, ShownName(*outline.object), best.tl(), colors(outline.object->label), text, size);
+  }
+}
+
+}  // namespace
+
+cv::Mat RenderOverPhoto(const MapSnapshot& map, const cv::Mat& photo, const Rigid3d& T_map_camera,
+                        const PictureOptions& options) {
+  CheckStyle(options.style);
+  const SceneStyle& style = options.style;
+  const auto [picture, area] =
+      PlacePhoto(photo, map.camera, {options.width, options.height}, ParseColor(style.background));
+  cv::Mat part = picture(area);
+
+  // Outlines are cut off at the edges of the photograph.
+  Camera camera = map.camera;
+  camera = camera.WithoutDistortion();
+  const Camera seen = PlaceImage(camera, {cv::Point(), part.size()}).camera;
+  const LabelColors colors = LabelColors::Of(map.objects);
+  const double scale = PictureScale({options.width, options.height});
+  std::vector<ObjectOutline> outlines = OutlinesOf(map.objects, seen, T_map_camera);
+  if (style.overlay.points) {
+    DrawPoints(part, map, seen, T_map_camera, colors, std::max(1.5, style.overlay.point_size * scale));
+  }
+  DrawOutlines(part, outlines, colors, style.overlay, scale);
+  if (style.overlay.labels) {
+    DrawOutlineLabels(part, outlines, colors, TextPainter(), std::max(9.0, style.text.size * scale));
+  }
+  return picture;
+}
 
 cv::Mat Undistorted(const cv::Mat& image, const Camera& camera) {
   if (!camera.HasDistortion()) {

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <opencv2/imgcodecs.hpp>
 
 #include "render/gl/offscreen_window.h"
 #include "render/picture/picture_overlay.h"
 #include "render/scene/scene.h"
 #include "slam/geometry/angles.h"
+#include "slam/io/image_files.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
@@ -222,9 +222,7 @@ cv::Mat RenderPicture(const MapSnapshot& map, const PictureOptions& options) {
 }
 
 void WritePicture(const std::filesystem::path& path, const cv::Mat& picture) {
-  std::vector<std::uint8_t> png;
-  cv::imencode(".png", picture, png);
-  WriteFileAtomically(path, {reinterpret_cast<const char*>(png.data()), png.size()});  // NOLINT: bytes
+  WriteFileAtomically(path, EncodedImage(".png", picture));
 }
 
 }  // namespace sqslam

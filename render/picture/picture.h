@@ -18,14 +18,14 @@ namespace sqslam {
 
 // Overrides of the automatic view; names and meaning follow f3d.
 struct CameraOverrides {
-  std::string view;                            // preset (ViewPresetNames); empty: the automatic view
-  std::optional<Eigen::Vector3d> position;     // map frame
-  std::optional<Eigen::Vector3d> focal_point;  // map frame
-  std::optional<Eigen::Vector3d> view_up;
-  std::optional<double> view_angle;  // vertical, degrees
-  double azimuth = 0.0;              // turns the camera around the focal point, degrees
-  double elevation = 0.0;            // raises it, degrees
-  double zoom = 1.0;                 // > 1 moves it nearer
+  std::string view{};                            // preset (ViewPresetNames); empty: the automatic view
+  std::optional<Eigen::Vector3d> position{};     // map frame
+  std::optional<Eigen::Vector3d> focal_point{};  // map frame
+  std::optional<Eigen::Vector3d> view_up{};
+  std::optional<double> view_angle{};  // vertical, degrees
+  double azimuth = 0.0;                // turns the camera around the focal point, degrees
+  double elevation = 0.0;              // raises it, degrees
+  double zoom = 1.0;                   // > 1 moves it nearer
 
   // Overrides `camera`: first the vectors and the view angle, then the rotations and the zoom.
   ViewCamera ApplyTo(ViewCamera camera) const;

@@ -2,7 +2,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 #include "slam/snapshot/depth_recording.h"
@@ -11,58 +10,24 @@
 namespace sqslam {
 namespace {
 
-Eigen::Array3i CubeOf(const Eigen::Vector3f& p, double edge) {
-  constexpr double kLargest = (1 << 20) - 1;  // coordinates are packed into 21 bits
-  return (p.cast<double>().array() / edge).floor().max(-kLargest).min(kLargest).cast<int>();
+KeyIndex<3>::Key CubeOf(const Eigen::Vector3f& p, double edge) {
+  constexpr double kLargest = (1 << 20) - 1;  // far points share the outermost cubes
+  const Eigen::Array3i cube =
+      (p.cast<double>().array() / edge).floor().max(-kLargest).min(kLargest).cast<int>();
+  return {cube[0], cube[1], cube[2]};
 }
 
 }  // namespace
-
-CubeMap::CubeMap(std::size_t expected) : slots_(std::bit_ceil(2 * expected + 1024)) {}
-
-std::int32_t CubeMap::At(const Eigen::Vector3f& p, double edge, std::int32_t fresh) {
-  const Eigen::Array3i cube = CubeOf(p, edge);
-  std::uint64_t key = 0;
-  for (int i = 0; i < 3; ++i) {
-    key = (key << 21U) | (static_cast<std::uint32_t>(cube[i]) & 0x1FFFFFU);
-  }
-  Slot& slot = SlotOf(key);
-  if (slot.index >= 0) {
-    return slot.index;
-  }
-  slot = {key, fresh};
-  if (2 * ++used_ > slots_.size()) {
-    std::vector<Slot> before(2 * slots_.size());
-    std::swap(before, slots_);
-    for (const Slot& other : before) {
-      if (other.index >= 0) {
-        SlotOf(other.key) = other;
-      }
-    }
-  }
-  return fresh;
-}
-
-CubeMap::Slot& CubeMap::SlotOf(std::uint64_t key) {
-  std::uint64_t hash = key * 0x9E3779B97F4A7C15ULL;
-  hash ^= hash >> 32U;
-  std::size_t at = hash & (slots_.size() - 1);
-  while (slots_[at].index >= 0 && slots_[at].key != key) {
-    at = (at + 1) & (slots_.size() - 1);
-  }
-  return slots_[at];
-}
 
 CloudLayerBuilder::CloudLayerBuilder(double spacing, std::size_t most) : spacing_(spacing), most_(most) {}
 
 void CloudLayerBuilder::Add(const Eigen::Vector3f& p_map, const std::array<std::uint8_t, 3>& rgb,
                             float distance, float weight, std::int32_t frame) {
-  const auto fresh = static_cast<std::int32_t>(cells_.size());
-  const std::int32_t index = cubes_.At(p_map, spacing_, fresh);
-  if (index == fresh) {
+  const auto [index, fresh] = cubes_.Insert(CubeOf(p_map, spacing_));
+  if (fresh) {
     cells_.push_back({.first = p_map, .distance = distance, .frame = frame});
   }
-  Cell& cell = cells_[static_cast<std::size_t>(index)];
+  Cell& cell = cells_[index];
   cell.position += weight * (p_map - cell.first);
   cell.rgb += weight * Eigen::Vector3f(rgb[0], rgb[1], rgb[2]);
   cell.weight += weight;
@@ -88,17 +53,16 @@ void CloudLayerBuilder::Add(const DepthMap& map) {
 
 void CloudLayerBuilder::Coarsen() {
   spacing_ *= 2.0;
-  cubes_ = CubeMap(cells_.size() / 3);
+  cubes_ = KeyIndex<3>(cells_.size() / 3);
   std::vector<Cell> before;
   std::swap(before, cells_);
   for (const Cell& cell : before) {
-    const auto fresh = static_cast<std::int32_t>(cells_.size());
-    const std::int32_t index = cubes_.At(cell.first, spacing_, fresh);
-    if (index == fresh) {
+    const auto [index, fresh] = cubes_.Insert(CubeOf(cell.first, spacing_));
+    if (fresh) {
       cells_.push_back(cell);
       continue;
     }
-    Cell& sum = cells_[static_cast<std::size_t>(index)];
+    Cell& sum = cells_[index];
     sum.position += cell.position + cell.weight * (cell.first - sum.first);
     sum.rgb += cell.rgb;
     sum.weight += cell.weight;
@@ -115,15 +79,15 @@ void CloudLayerBuilder::Rank(CloudLayer& layer) const {
   }
   double edge = spacing_;
   for (int rank = 1; rank < CloudLayer::kRanks; rank += 2, edge *= 2.0) {
-    CubeMap cubes(level.size() / 3);
+    KeyIndex<3> cubes(level.size() / 3);
     std::vector<std::int32_t> next;
     for (const std::int32_t index : level) {
       CloudPoint& point = layer.points[static_cast<std::size_t>(index)];
       const Eigen::Vector3f& in_cube = cells_[static_cast<std::size_t>(index)].first;
-      if (cubes.At(in_cube, 2.0 * edge, index) == index) {
+      if (cubes.Insert(CubeOf(in_cube, 2.0 * edge)).second) {
         point.rank = static_cast<std::uint8_t>(rank + 1);
         next.push_back(index);
-      } else if ((CubeOf(in_cube, edge).sum() & 1) == 0) {
+      } else if (const auto [x, y, z] = CubeOf(in_cube, edge); ((x + y + z) & 1) == 0) {
         point.rank = static_cast<std::uint8_t>(rank);
       }
     }
@@ -178,9 +142,9 @@ double SpacingOf(const std::vector<Eigen::Vector3f>& points) {
   const double extent = points.empty() ? 1.0 : std::max(static_cast<double>(box.diagonal().norm()), 1e-6);
   double edge = extent / std::sqrt(static_cast<double>(points.size()) + 1.0);
   for (int round = 0; round < kRounds; ++round) {
-    CubeMap cubes(points.size() / 2);
+    KeyIndex<3> cubes(points.size() / 2);
     for (const Eigen::Vector3f& p : points) {
-      cubes.At(p, edge, 0);
+      cubes.Insert(CubeOf(p, edge));
     }
     const double per_cube = static_cast<double>(points.size()) / std::max<double>(cubes.Size(), 1.0);
     edge = std::clamp(edge * std::sqrt(kPerCube / std::max(per_cube, 1e-9)), 1e-5 * extent, extent);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "slam/snapshot/depth_map.h"
+#include "slam/util/key_index.h"
 
 namespace sqslam {
 
@@ -31,24 +32,6 @@ struct CloudLayer {
   std::vector<CloudPoint> points;
 };
 using CloudLayerPtr = std::shared_ptr<const CloudLayer>;
-
-// Hash map from cubes to indices. Uses open addressing, as it takes most of the time of building a cloud.
-class CubeMap {
- public:
-  explicit CubeMap(std::size_t expected = 0);
-  // Returns the index of the cube around a point; stores and returns `fresh` for a new cube.
-  std::int32_t At(const Eigen::Vector3f& p, double edge, std::int32_t fresh);
-  std::size_t Size() const { return used_; }
-
- private:
-  struct Slot {
-    std::uint64_t key = 0;
-    std::int32_t index = -1;
-  };
-  Slot& SlotOf(std::uint64_t key);  // slot of the key, or the free slot for it
-  std::vector<Slot> slots_;
-  std::size_t used_ = 0;
-};
 
 // Merges all points in a cube into one at their mean, with the frame of the first.
 class CloudLayerBuilder {
@@ -79,7 +62,7 @@ class CloudLayerBuilder {
 
   double spacing_;
   std::size_t most_;
-  CubeMap cubes_;
+  KeyIndex<3> cubes_;  // to cells_
   std::vector<Cell> cells_;
 };
 

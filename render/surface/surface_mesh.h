@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "slam/dense/dense_options.h"
+#include "slam/snapshot/depth_map.h"
 #include "slam/snapshot/depth_recording.h"
-#include "slam/snapshot/surface_volume.h"
 
 namespace sqslam {
 

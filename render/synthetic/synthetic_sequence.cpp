@@ -1,6 +1,7 @@
 #include "render/synthetic/synthetic_sequence.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -11,7 +12,6 @@
 #include <random>
 #include <set>
 
-#include "render/synthetic/exact_boxes.h"
 #include "render/synthetic/scene_renderer.h"
 #include "slam/io/cameras.h"
 #include "slam/io/coco.h"
@@ -24,10 +24,8 @@ namespace fs = std::filesystem;
 namespace {
 
 std::string FormatPose(double timestamp, const Rigid3d& pose) {
-  const Eigen::Quaterniond& q = pose.rotation;
-  const Eigen::Vector3d& t = pose.translation;
-  return fmt::format("{:.6f} {:.7f} {:.7f} {:.7f} {:.7f} {:.7f} {:.7f} {:.7f}\n", timestamp, t.x(), t.y(),
-                     t.z(), q.x(), q.y(), q.z(), q.w());
+  return fmt::format("{:.6f} {:.7f} {:.7f}\n", timestamp, fmt::join(pose.translation, " "),
+                     fmt::join(pose.rotation.coeffs(), " "));  // x y z w
 }
 
 // Returns the name of a shape if it has one, else "superquadric".

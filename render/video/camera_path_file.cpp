@@ -49,15 +49,15 @@ struct KeyFields {
 
   void VisitFields(auto&& visit) {
     constexpr std::int64_t kLast = std::numeric_limits<std::int64_t>::max();
-    constexpr double kFar = 1e9;
+    constexpr double kReach = 1e9;
     visit("time", time, 0.0, 1e5);
     visit("frame", frame, 0.0, 1e7);
     visit("view", view);
     visit("keyframe", keyframe, 0, kLast);
     visit("camera_frame", camera_frame, 0, kLast);
-    visit("position", position, -kFar, kFar);
-    visit("focal_point", focal_point, -kFar, kFar);
-    visit("view_up", view_up, -kFar, kFar);
+    visit("position", position, -kReach, kReach);
+    visit("focal_point", focal_point, -kReach, kReach);
+    visit("view_up", view_up, -kReach, kReach);
     visit("view_angle", view_angle, 1.0, 170.0);
     visit("azimuth", azimuth, -3600.0, 3600.0);
     visit("elevation", elevation, -180.0, 180.0);

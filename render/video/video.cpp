@@ -11,7 +11,7 @@
 
 #include "render/camera/camera_path.h"
 #include "render/camera/scene_framing.h"
-#include "render/picture/outlines.h"
+#include "render/picture/photo.h"
 #include "render/picture/picture_overlay.h"
 #include "render/picture/picture_text.h"
 #include "render/video/video_alignment.h"

@@ -66,10 +66,8 @@ void FrameWriter::Write(const Job& job) {
     video_->Add(job.frame);
     return;
   }
-  std::vector<std::uint8_t> bytes;
-  cv::imencode(".png", job.frame, bytes, {cv::IMWRITE_PNG_COMPRESSION, 3});
   WriteFileAtomically(FrameName(output_.string(), job.number),
-                      {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+                      EncodedImage(".png", job.frame, {cv::IMWRITE_PNG_COMPRESSION, 3}));
 }
 
 // Disks and network folders may lose data that they accepted, so the file itself is checked.

@@ -1,19 +1,81 @@
 #include "slam/dense/dense_input.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/core.hpp>
 #include <string>
 
 #include "slam/io/cameras.h"
+#include "slam/io/detections.h"
+#include "slam/io/image_files.h"
 #include "slam/io/trajectory.h"
+#include "slam/io/video_index.h"
 #include "slam/snapshot/recording.h"
 #include "slam/util/error.h"
+#include "slam/util/markup.h"
+#include "slam/util/options.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
+namespace {
+
+// Boxes refer to the images in the files, which may be larger than the frames were.
+cv::Size FileSize(const Sequence& sequence) {
+  if (!sequence.video_path.empty()) {
+    const VideoIndex video = IndexVideo(sequence.video_path);
+    return video.quarter_turns % 2 == 0 ? cv::Size(video.width, video.height)
+                                        : cv::Size(video.height, video.width);
+  }
+  const cv::Mat first = ReadImageInSize(sequence.frames.front().image_path.string(), {});
+  return first.empty() ? cv::Size(sequence.camera.width, sequence.camera.height) : first.size();
+}
+
+}  // namespace
+
+MovingMask::MovingMask(const fs::path& result, const Sequence& sequence,
+                       const std::vector<std::string>& labels) {
+  const fs::path found = result / "boxes.txt";
+  const fs::path given = sequence.path / "boxes.txt";
+  const fs::path file = fs::exists(found) ? found : given;
+  if (labels.empty() || !fs::exists(file)) {
+    return;
+  }
+  Camera camera = sequence.camera;
+  const cv::Size size = FileSize(sequence);
+  camera.width = size.width;
+  camera.height = size.height;
+  const CheckedDetections detections =
+      CheckDetections(file, camera, Timestamps(sequence), ImageNames(sequence));
+  for (std::size_t i = 0; i < detections.frames.size(); ++i) {
+    for (const Detection& detection : detections.frames[i]) {
+      if (std::ranges::find(labels, detection.label) != labels.end()) {
+        const Box2d& box = detection.box;
+        boxes_[static_cast<std::int64_t>(i)].push_back(
+            {box.x / size.width, box.y / size.height, box.width / size.width, box.height / size.height});
+      }
+    }
+  }
+}
+
+void MovingMask::Apply(DepthMap& map) const {
+  const auto boxes = boxes_.find(map.frame_index);
+  if (boxes == boxes_.end()) {
+    return;
+  }
+  for (const Box2d& box : boxes->second) {
+    const cv::Point first(static_cast<int>(std::floor(box.x * map.depth.cols)),
+                          static_cast<int>(std::floor(box.y * map.depth.rows)));
+    const cv::Point end(static_cast<int>(std::ceil((box.x + box.width) * map.depth.cols)),
+                        static_cast<int>(std::ceil((box.y + box.height) * map.depth.rows)));
+    map.depth(cv::Rect(first, end) & cv::Rect({0, 0}, map.depth.size())).setTo(0.0F);
+  }
+}
+
 namespace {
 
 Sequence OpenImages(const fs::path& result, const fs::path& images, const RecordingInfo& info,
@@ -78,6 +140,70 @@ DenseInput ReadDenseInput(const fs::path& result, const fs::path& images, const 
   }
   input.moving = MovingMask(result, input.sequence, options.moving_labels);
   return input;
+}
+
+namespace {
+
+std::string SettingsOf(const DenseInput& input, const PosedFrame& keyframe, const KeyframePlan& plan,
+                       const DenseOptions& options) {
+  const auto numbers = [](const Rigid3d& pose) {
+    return fmt::format("{} {}\n", fmt::join(pose.rotation.coeffs(), " "), fmt::join(pose.translation, " "));
+  };
+  const Camera& c = input.recorded;
+  std::string text =
+      EstimationSettings(options) + input.sequence.path.string() +
+      fmt::format("\n{} {} {} {} {} {} {} {}\n{} {}\n", input.readout, c.width, c.height, c.fx, c.fy, c.cx,
+                  c.cy, fmt::join(c.distortion, " "), plan.range->nearest, plan.range->farthest) +
+      numbers(keyframe.T_map_camera);
+  if (c.lens == LensModel::kFisheye) {
+    text += "fisheye ";
+  }
+  for (const std::vector<std::size_t>* views : {&plan.views, &plan.fine}) {
+    for (const std::size_t view : *views) {
+      text += fmt::format("{} ", input.frames[view].index) + numbers(input.frames[view].T_map_camera);
+    }
+  }
+  return Fingerprint(text);
+}
+
+}  // namespace
+
+std::string EstimationSettings(const DenseOptions& options) {
+  DenseOptions estimation = options;
+  estimation.fusion = {};
+  estimation.fill = {};
+  estimation.surface = {};
+  return Fingerprint(DumpOptions(estimation));
+}
+
+KeyframePlan PlanKeyframe(const DenseInput& input, std::size_t k, const DenseOptions& options) {
+  constexpr std::size_t kSamples = 100;  // map points for choosing views
+  constexpr std::size_t kAll = 1U << 24U;
+  const ViewOptions& views = options.views;
+  const PosedFrame& keyframe = input.keyframes[k];
+  const Rigid3d& pose = keyframe.T_map_camera;
+  KeyframePlan plan;
+  plan.range = RangeOf(PointsInView(input.points, input.camera, pose, kAll), pose, views);
+  plan.in_view = PointsInView(input.points, input.camera, pose, kSamples);
+  plan.views = ChooseViews(keyframe, input.frames, plan.in_view, input.camera,
+                           {views.large_angle, views.small_angle}, views);
+  plan.fine = ChooseViews(keyframe, input.frames, plan.in_view, input.camera,
+                          {views.fine_angle, views.large_angle}, views);
+  if (plan.views.size() < 2) {
+    plan.range.reset();
+  }
+  if (plan.range) {
+    plan.settings = SettingsOf(input, keyframe, plan, options);
+  }
+  return plan;
+}
+
+std::vector<KeyframePlan> PlanKeyframes(const DenseInput& input, const DenseOptions& options) {
+  std::vector<KeyframePlan> plans;
+  for (std::size_t k = 0; k < input.keyframes.size(); ++k) {
+    plans.push_back(PlanKeyframe(input, k, options));
+  }
+  return plans;
 }
 
 }  // namespace sqslam

@@ -14,7 +14,7 @@
 #include "slam/snapshot/depth_recording.h"
 #include "slam/snapshot/recording.h"
 #include "slam/util/error.h"
-#include "slam/util/fingerprint.h"
+#include "slam/util/markup.h"
 #include "slam/util/options.h"
 
 namespace sqslam {

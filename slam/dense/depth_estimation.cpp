@@ -1,18 +1,203 @@
 #include "slam/dense/depth_estimation.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <condition_variable>
 #include <deque>
 #include <exception>
 #include <mutex>
+#include <numeric>
+#include <opencv2/imgproc.hpp>
+#include <optional>
 #include <set>
 #include <thread>
 #include <utility>
 
-#include "slam/dense/image_feed.h"
 #include "slam/dense/stereo.h"
+#include "slam/dense/view_choice.h"
+#include "slam/io/image_files.h"
+#include "slam/tracking/rolling_shutter.h"
 
 namespace sqslam {
+namespace {
+
+// Inverse depth over an image: value at the centre, slopes over width and height, and lower bound.
+struct InverseDepthPlane {
+  Eigen::Vector3d coefficients;
+  double least = 0.0;
+
+  double At(double u, double v) const {
+    return std::max(least, coefficients.dot(Eigen::Vector3d(1.0, u - 0.5, v - 0.5)));
+  }
+};
+
+std::optional<InverseDepthPlane> PlaneThrough(const std::vector<Eigen::Vector3d>& in_view,
+                                              const Camera& camera, const Rigid3d& T_map_camera) {
+  constexpr std::size_t kEnough = 10;
+  constexpr double kDamping = 0.01;  // of the slopes, which few points determine poorly
+  if (in_view.size() < kEnough) {
+    return std::nullopt;
+  }
+  const Rigid3d T_camera_map = T_map_camera.Inverse();
+  Eigen::Matrix3d A =
+      kDamping * static_cast<double>(in_view.size()) * Eigen::Vector3d(0.0, 1.0, 1.0).asDiagonal();
+  Eigen::Vector3d b = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& p_map : in_view) {
+    const Eigen::Vector3d p = T_camera_map * p_map;
+    const Eigen::Vector2d pixel = camera.Project(p);
+    const Eigen::Vector3d row(1.0, pixel.x() / camera.width - 0.5, pixel.y() / camera.height - 0.5);
+    A += row * row.transpose();
+    b += row / p.z();
+  }
+  return InverseDepthPlane{A.ldlt().solve(b), 0.7 / (T_camera_map * in_view.back()).z()};  // farthest last
+}
+
+}  // namespace
+
+ShutterCorrection::ShutterCorrection(const Camera& camera, double readout, const Sequence& sequence,
+                                     PosesByFrame poses, std::vector<Eigen::Vector3d> points)
+    : camera_(camera), readout_(readout), poses_(std::move(poses)), points_(std::move(points)) {
+  for (const SequenceFrame& frame : sequence.frames) {
+    timestamps_.push_back(frame.timestamp);
+  }
+}
+
+cv::Mat ShutterCorrection::Apply(std::int64_t frame, const cv::Mat& image) const {
+  constexpr std::size_t kSamples = 300;  // map points
+  const auto middle = poses_.find(frame);
+  if (readout_ == 0.0 || middle == poses_.end() || image.empty()) {
+    return image;
+  }
+  const auto before = poses_.contains(frame - 1) ? poses_.find(frame - 1) : middle;
+  const auto after = poses_.contains(frame + 1) ? poses_.find(frame + 1) : middle;
+  const auto plane =
+      PlaneThrough(PointsInView(points_, camera_, middle->second, kSamples), camera_, middle->second);
+  if (before == after || !plane) {
+    return image;
+  }
+  const double seconds = timestamps_[static_cast<std::size_t>(after->first)] -
+                         timestamps_[static_cast<std::size_t>(before->first)];
+  const CameraMotion motion =
+      CameraMotion::Between(before->second.Inverse(), after->second.Inverse(), seconds);
+  cv::Mat places_x(camera_.height, camera_.width, CV_32F);
+  cv::Mat places_y(camera_.height, camera_.width, CV_32F);
+  for (int y = 0; y < camera_.height; ++y) {
+    for (int x = 0; x < camera_.width; ++x) {
+      const double inverse =
+          plane->At(static_cast<double>(x) / camera_.width, static_cast<double>(y) / camera_.height);
+      const Eigen::Vector2d flow = motion.InImage(
+          camera_, camera_.Unproject({static_cast<double>(x), static_cast<double>(y)}) / inverse);
+      const auto delay = [this](double row) { return ((row + 0.5) / camera_.height - 0.5) * readout_; };
+      const double taken = delay(y + delay(y) * flow.y());  // in the row where the point was seen
+      places_x.at<float>(y, x) = static_cast<float>(x + taken * flow.x());
+      places_y.at<float>(y, x) = static_cast<float>(y + taken * flow.y());
+    }
+  }
+  cv::Mat corrected;
+  cv::remap(image, corrected, places_x, places_y, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+  return corrected;
+}
+
+namespace {
+
+std::vector<std::int64_t> FramesToRead(const Sequence& sequence,
+                                       const std::vector<std::vector<std::int64_t>>& jobs) {
+  std::vector<std::int64_t> frames;
+  if (!sequence.video_path.empty()) {
+    frames.resize(sequence.frames.size());
+    std::iota(frames.begin(), frames.end(), 0);
+    return frames;
+  }
+  std::set<std::int64_t> needed;
+  for (const std::vector<std::int64_t>& job : jobs) {
+    needed.insert(job.begin(), job.end());
+  }
+  return {needed.begin(), needed.end()};
+}
+
+}  // namespace
+
+Sequence WithFrames(const Sequence& sequence, const std::vector<std::int64_t>& frames) {
+  Sequence some = sequence;
+  some.frames.clear();
+  for (const std::int64_t frame : frames) {
+    some.frames.push_back(sequence.frames[static_cast<std::size_t>(frame)]);
+  }
+  return some;
+}
+
+ImageFeed::ImageFeed(const Sequence& sequence, const Camera& camera, const ShutterCorrection& shutter,
+                     const std::vector<std::vector<std::int64_t>>& jobs)
+    : jobs_(jobs),
+      frames_(FramesToRead(sequence, jobs)),
+      camera_(camera),
+      shutter_(shutter),
+      source_(WithFrames(sequence, frames_)) {
+  for (const std::vector<std::int64_t>& job : jobs_) {
+    for (const std::int64_t frame : job) {
+      ++uses_[frame];
+    }
+    if (!job.empty()) {
+      keyframes_.insert(job.front());
+    }
+  }
+  const Camera recorded = ResizedCamera(sequence.camera, camera.width, camera.height);
+  if (!recorded.HasDistortion()) {
+    return;
+  }
+  places_x_.create(camera.height, camera.width, CV_32F);
+  places_y_.create(camera.height, camera.width, CV_32F);
+  for (int y = 0; y < camera.height; ++y) {
+    for (int x = 0; x < camera.width; ++x) {
+      const Eigen::Vector2d place =
+          recorded.ProjectDistorted(camera.Unproject({static_cast<double>(x), static_cast<double>(y)}));
+      places_x_.at<float>(y, x) = static_cast<float>(place.x());
+      places_y_.at<float>(y, x) = static_cast<float>(place.y());
+    }
+  }
+}
+
+DenseImage ImageFeed::Prepare(std::int64_t index, const Frame& frame) const {
+  const auto straight = [this, index](const cv::Mat& image) {
+    cv::Mat result = Resized(image, {camera_.width, camera_.height});
+    if (!places_x_.empty()) {
+      cv::remap(cv::Mat(result), result, places_x_, places_y_, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+    }
+    return shutter_.Apply(index, result);
+  };
+  return {keyframes_.contains(index) ? straight(frame.bgr) : cv::Mat(), straight(frame.gray)};
+}
+
+std::optional<ImageFeed::Job> ImageFeed::Next() {
+  const std::lock_guard lock(mutex_);
+  if (next_ == jobs_.size()) {
+    return std::nullopt;
+  }
+  Job job{next_++, {}};
+  const std::vector<std::int64_t>& needed = jobs_[job.index];
+  const std::int64_t last = needed.empty() ? -1 : *std::ranges::max_element(needed);
+  while (read_ < last) {
+    const std::optional<Frame> frame = source_.Next();
+    if (!frame) {
+      break;
+    }
+    read_ = frames_[static_cast<std::size_t>(frame->index)];
+    if (const auto uses = uses_.find(read_); uses != uses_.end() && uses->second > 0) {
+      images_.emplace(read_, Prepare(read_, *frame));
+    }
+  }
+  for (const std::int64_t frame : needed) {
+    const auto image = images_.find(frame);
+    if (image != images_.end()) {
+      job.images.insert(*image);
+    }
+    if (--uses_[frame] == 0) {
+      images_.erase(frame);
+    }
+  }
+  return job;
+}
+
 namespace {
 
 // Estimates a keyframe's depth. Returns nothing if its images cannot be read.

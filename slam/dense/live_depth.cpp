@@ -1,6 +1,7 @@
 #include "slam/dense/live_depth.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -16,8 +17,8 @@
 #include <utility>
 #include <vector>
 
-#include "slam/dense/consistency.h"
 #include "slam/dense/depth_estimation.h"
+#include "slam/dense/depth_fusion.h"
 #include "slam/snapshot/depth_recording.h"
 
 namespace sqslam {
@@ -91,9 +92,8 @@ constexpr const char* kLive = "live";  // first word of a live estimate's text
 std::string LiveEstimate::Text() const {
   std::string text = fmt::format("{} {}", kLive, settings);
   for (const auto& [frame, pose] : T_keyframe_view) {
-    const auto& q = pose.rotation.coeffs();
-    const Eigen::Vector3d& t = pose.translation;
-    text += fmt::format("\n{} {} {} {} {} {} {} {}", frame, q[0], q[1], q[2], q[3], t[0], t[1], t[2]);
+    text += fmt::format("\n{} {} {}", frame, fmt::join(pose.rotation.coeffs(), " "),
+                        fmt::join(pose.translation, " "));
   }
   return text;
 }

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "slam/dense/keyframe_plan.h"
+#include "slam/dense/dense_input.h"
 #include "slam/io/trajectory.h"
 
 namespace sqslam {

@@ -4,8 +4,8 @@
 
 #include "slam/dense/dense_options.h"
 #include "slam/dense/depth_fusion.h"
+#include "slam/snapshot/depth_map.h"
 #include "slam/snapshot/depth_recording.h"
-#include "slam/snapshot/surface_volume.h"
 
 namespace sqslam {
 

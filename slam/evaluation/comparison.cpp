@@ -1,6 +1,7 @@
 #include "slam/evaluation/comparison.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <functional>
@@ -10,8 +11,10 @@
 
 #include "slam/geometry/angles.h"
 #include "slam/util/atomic_file.h"
+#include "slam/util/data_path.h"
 #include "slam/util/json_file.h"
 #include "slam/util/throw_if.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -130,16 +133,14 @@ Table ExtraTable(const Results& results) {
     const Evaluation& evaluation = result.evaluation;
     for (const ExtraLandmark& extra : evaluation.extra) {
       const SnapshotObject& mapped = evaluation.Mapped(extra.mapped);
-      const Eigen::Vector3d& c = extra.center_world;
-      const Eigen::Vector3d& h = extra.half_size;
       const bool near = extra.nearest >= 0;
       const auto measured = [near](double value, int decimals) {
         return near ? Cell::Number(value, decimals) : Cell::Of({}, decimals);
       };
       table.rows.push_back(
           {Cell::Words(result.name), Cell::Words(NumberedName(mapped)), Cell::Number(mapped.observations, 0),
-           Cell::Words(fmt::format("{:.2f} {:.2f} {:.2f}", c.x(), c.y(), c.z())),
-           Cell::Words(fmt::format("{:.3f} {:.3f} {:.3f}", h.x(), h.y(), h.z())),
+           Cell::Words(fmt::format("{:.2f}", fmt::join(extra.center_world, " "))),
+           Cell::Words(fmt::format("{:.3f}", fmt::join(extra.half_size, " "))),
            Cell::Words(near ? NumberedName(evaluation.Truth(extra.nearest)) : "-"),
            measured(extra.distance, 2), measured(extra.iou, 3), measured(100.0 * extra.inside, 0)});
     }
@@ -203,11 +204,8 @@ std::string Joined(const std::vector<Table>& tables, Write write) {
 }  // namespace
 
 std::vector<std::string> ShortNames(const std::vector<std::filesystem::path>& paths) {
-  std::vector<std::string> names;
-  for (const std::filesystem::path& path : paths) {
-    const std::filesystem::path whole = std::filesystem::absolute(path).lexically_normal();
-    names.push_back((whole.has_filename() ? whole : whole.parent_path()).filename().string());
-  }
+  std::vector<std::string> names =
+      ToVector(paths, [](const auto& path) { return NamedPath(path).filename().string(); });
   if (std::set<std::string>(names.begin(), names.end()).size() < names.size()) {
     std::transform(paths.begin(), paths.end(), names.begin(), [](const auto& path) { return path.string(); });
   }

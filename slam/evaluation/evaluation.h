@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -107,5 +108,19 @@ std::string FormatEvaluation(const Evaluation& evaluation);
 // eval.json as text; angles in radians, lengths in the ground truth's unit.
 std::string EvaluationJson(const Evaluation& evaluation);
 void WriteEvaluation(const std::filesystem::path& path, const Evaluation& evaluation);
+
+// The score of one ground-truth object in an eval.json.
+struct ObjectScore {
+  int id = 0;
+  std::string name;  // the label if the ground truth has no name
+  std::string label;
+  bool scored = true;  // counts for 3D IoU
+  bool found = false;
+  double iou = 0.0;  // 0 if not found
+  double iou_ellipsoid = 0.0;
+};
+
+// Returns the objects of an eval.json by id. Throws nlohmann::json::exception if it holds none.
+std::vector<ObjectScore> ScoresIn(const nlohmann::json& eval);
 
 }  // namespace sqslam

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <iterator>
@@ -158,11 +159,9 @@ void FormatExtra(const Evaluation& evaluation, std::back_insert_iterator<std::st
                  "centre in the world m", "half sizes m", "nearest ground truth");
   for (const ExtraLandmark& extra : evaluation.extra) {
     const SnapshotObject& mapped = evaluation.Mapped(extra.mapped);
-    const Eigen::Vector3d& c = extra.center_world;
-    const Eigen::Vector3d& h = extra.half_size;
     fmt::format_to(out, "  {:<22} {:>6} {:>23} {:>20}", NumberedName(mapped), mapped.observations,
-                   fmt::format("{:.2f} {:.2f} {:.2f}", c.x(), c.y(), c.z()),
-                   fmt::format("{:.3f} {:.3f} {:.3f}", h.x(), h.y(), h.z()));
+                   fmt::format("{:.2f}", fmt::join(extra.center_world, " ")),
+                   fmt::format("{:.3f}", fmt::join(extra.half_size, " ")));
     if (extra.nearest >= 0) {
       const GroundTruthObject& nearest = evaluation.Truth(extra.nearest);
       fmt::format_to(out, "  {} {}, {:.2f} m away, IoU {:.3f}, {:.0f} % inside", nearest.id,
@@ -251,6 +250,20 @@ std::string EvaluationJson(const Evaluation& evaluation) {
 
 void WriteEvaluation(const std::filesystem::path& path, const Evaluation& evaluation) {
   WriteFileAtomically(path, EvaluationJson(evaluation));
+}
+
+std::vector<ObjectScore> ScoresIn(const nlohmann::json& eval) {
+  std::vector<ObjectScore> scores;
+  for (const bool found : {true, false}) {
+    for (const auto& entry : eval.at("objects").at(found ? "matched" : "missed")) {
+      const auto iou = [&](const char* key) { return found ? entry.at(key).get<double>() : 0.0; };
+      scores.push_back({entry.at("ground_truth").get<int>(), entry.at("name").get<std::string>(),
+                        entry.at("label").get<std::string>(), entry.at("scored").get<bool>(), found,
+                        iou("iou"), iou("iou_ellipsoid")});
+    }
+  }
+  std::ranges::sort(scores, {}, &ObjectScore::id);
+  return scores;
 }
 
 }  // namespace sqslam

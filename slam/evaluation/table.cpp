@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "slam/util/statistics.h"
+#include "slam/util/text_lines.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
@@ -21,12 +22,6 @@ std::string Fixed(double value, int decimals) {
   const std::string text = fmt::format("{:.{}f}", value, decimals);
   const bool is_zero = text.find_first_not_of("-0.") == std::string::npos;
   return is_zero && text.starts_with('-') ? text.substr(1) : text;  // no "-0.00"
-}
-
-// Counts the characters, not the bytes, of UTF-8.
-std::size_t Width(std::string_view text) {
-  return static_cast<std::size_t>(
-      std::ranges::count_if(text, [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
 }
 
 // Columns of numbers are right-aligned, others left-aligned.
@@ -103,14 +98,14 @@ std::string ToText(const Table& table) {
   std::vector<std::size_t> widths(table.columns.size(), 0);
   for (const auto& line : lines) {
     for (std::size_t i = 0; i < line.size(); ++i) {
-      widths[i] = std::max(widths[i], Width(line[i]));
+      widths[i] = std::max(widths[i], Characters(line[i]));
     }
   }
   std::string text = Heading(table) + "\n";
   for (const auto& line : lines) {
     std::string row;
     for (std::size_t i = 0; i < line.size(); ++i) {
-      const std::string padding(widths[i] - Width(line[i]), ' ');
+      const std::string padding(widths[i] - Characters(line[i]), ' ');
       row += fmt::format("  {}{}{}", right[i] ? padding : "", line[i], right[i] ? "" : padding);
     }
     text += row.substr(0, row.find_last_not_of(' ') + 1) + "\n";

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <opencv2/core.hpp>
 #include <string>
 #include <variant>
@@ -61,5 +62,11 @@ struct ImageBoxes {
 // ReadBoxFile reads back. Throws InputError if they cannot be written, UsageError for other formats.
 void WriteBoxFile(const std::filesystem::path& path, BoxFormat format, const cv::Size& image, bool video,
                   const std::vector<ImageBoxes>& frames);
+
+// Returns the bounds of an annotation's `segmentation` in COCO's JSON, pixels: polygons [[x, y, x, y, ...],
+// ...], or run lengths {"size": [height, width], "counts": list or text}. Without area if nothing is in the
+// mask. Throws nlohmann::json::exception for other types, InputError that begins with `place` for impossible
+// values.
+Box2d BoundsOfMask(const nlohmann::ordered_json& segmentation, const std::string& place);
 
 }  // namespace sqslam

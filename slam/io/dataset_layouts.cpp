@@ -9,6 +9,7 @@
 #include "slam/io/cameras.h"
 #include "slam/io/foreign_cameras.h"
 #include "slam/io/image_files.h"
+#include "slam/util/data_path.h"
 #include "slam/util/text_lines.h"
 #include "slam/util/throw_if.h"
 
@@ -206,7 +207,7 @@ SequenceFormat DetectFormat(const fs::path& path) {
 std::string PresetOf(SequenceFormat format, const fs::path& folder) {
   if (format == SequenceFormat::kTum) {
     std::smatch match;
-    const std::string name = fs::absolute(folder / "").lexically_normal().parent_path().filename().string();
+    const std::string name = NamedPath(folder).filename().string();
     return std::regex_search(name, match, std::regex("freiburg[123]")) ? "tum-" + match.str() : "";
   }
   const bool known =

@@ -154,6 +154,13 @@ cv::Mat ReadImage(const fs::path& path, int flags) {
   }
 }
 
+std::string EncodedImage(const std::string& extension, const cv::Mat& image,
+                         const std::vector<int>& parameters) {
+  std::vector<std::uint8_t> bytes;
+  cv::imencode(extension, image, bytes, parameters);
+  return {bytes.begin(), bytes.end()};
+}
+
 cv::Mat ReadImageInSize(const std::string& path, cv::Size size) {
   return Resized(ReadImage(path, cv::IMREAD_COLOR), size);
 }

@@ -56,4 +56,8 @@ cv::Mat ReadImage(const std::filesystem::path& path, int flags);
 // Reads an image in this size, 8UC3; empty if it cannot be read.
 cv::Mat ReadImageInSize(const std::string& path, cv::Size size);
 
+// Returns the bytes of a file of this extension, with OpenCV's parameters.
+std::string EncodedImage(const std::string& extension, const cv::Mat& image,
+                         const std::vector<int>& parameters = {});
+
 }  // namespace sqslam

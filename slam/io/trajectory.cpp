@@ -1,6 +1,7 @@
 #include "slam/io/trajectory.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -75,10 +76,9 @@ PosesByFrame ReadPosesByFrame(const std::filesystem::path& trajectory, const Seq
 void WriteTrajectory(const std::filesystem::path& path, const Trajectory& trajectory) {
   std::string text = "# timestamp tx ty tz qx qy qz qw (T_map_camera)\n";
   for (const TimedPose& pose : trajectory) {
-    const Eigen::Vector3d& t = pose.T_map_camera.translation;
-    const Eigen::Quaterniond& q = pose.T_map_camera.rotation;
-    fmt::format_to(std::back_inserter(text), "{:.6f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n",
-                   pose.timestamp, t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
+    const auto& [rotation, translation] = pose.T_map_camera;
+    fmt::format_to(std::back_inserter(text), "{:.6f} {:.9f} {:.9f}\n", pose.timestamp,
+                   fmt::join(translation, " "), fmt::join(rotation.coeffs(), " "));  // x y z w
   }
   WriteFileAtomically(path, text);
 }

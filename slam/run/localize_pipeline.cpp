@@ -1,5 +1,3 @@
-#include "slam/run/localize_pipeline.h"
-
 #include <fmt/format.h>
 
 #include <ranges>
@@ -8,6 +6,7 @@
 #include "slam/io/result_files.h"
 #include "slam/io/trajectory.h"
 #include "slam/run/known_map.h"
+#include "slam/run/run_pipeline.h"
 #include "slam/snapshot/recording.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"

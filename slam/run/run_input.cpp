@@ -1,5 +1,3 @@
-#include "slam/run/run_input.h"
-
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
@@ -8,7 +6,8 @@
 #include <system_error>
 
 #include "slam/io/cameras.h"
-#include "slam/io/network_stream.h"
+#include "slam/io/live_source.h"
+#include "slam/run/run_pipeline.h"
 #include "slam/util/throw_if.h"
 
 namespace sqslam {

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <limits>
 #include <opencv2/imgproc.hpp>
-#include <sstream>
 
 #include "slam/estimation/reprojection_error.h"
 #include "slam/io/input_images.h"
@@ -25,15 +24,6 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double kVague = 0.05;  // relative deviation above which a scale is called vague
-
-std::vector<std::string> Split(const std::string& text, char separator) {
-  std::vector<std::string> parts;
-  std::istringstream words(text);
-  for (std::string part; std::getline(words, part, separator);) {
-    parts.push_back(part);
-  }
-  return parts;
-}
 
 CalibrationBoard ParseBoard(const std::string& text) {
   const std::vector<std::string> parts = Split(text, ',');

@@ -21,6 +21,8 @@ fs::path& DataFolder() {
 
 }  // namespace
 
+fs::path NamedPath(const fs::path& path) { return fs::absolute(path / "").lexically_normal().parent_path(); }
+
 void SetDataFolder(const fs::path& folder) { DataFolder() = folder; }
 
 fs::path DataPath(const fs::path& name) {

@@ -11,6 +11,9 @@ namespace sqslam {
 // runs from build/PRESET/bin. Throws InputError if it is in none.
 std::filesystem::path DataPath(const std::filesystem::path& name);
 
+// Returns the absolute path, which ends in the name of the file or folder also for "kitchen/" and ".".
+std::filesystem::path NamedPath(const std::filesystem::path& path);
+
 // Sets the data folder for a program that is not installed beside it. The targets of find_package(sqslam) do
 // so for programs that link them.
 void SetDataFolder(const std::filesystem::path& folder);

@@ -1,5 +1,9 @@
 #include "slam/util/markup.h"
 
+#include <fmt/format.h>
+
+#include <cstdint>
+
 namespace sqslam {
 
 std::string EscapeMarkup(std::string_view text) {
@@ -30,6 +34,14 @@ std::string Base64(std::string_view bytes) {
     text += i + 2 < bytes.size() ? kAlphabet[group & 63] : '=';
   }
   return text;
+}
+
+std::string Fingerprint(std::string_view text) {
+  std::uint64_t hash = 14695981039346656037ULL;
+  for (const char c : text) {
+    hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211ULL;
+  }
+  return fmt::format("{:016x}", hash);
 }
 
 }  // namespace sqslam

@@ -12,4 +12,7 @@ std::string EscapeMarkup(std::string_view text);
 // Encodes as in RFC 4648, with padding.
 std::string Base64(std::string_view bytes);
 
+// Returns 16 hexadecimal digits (64-bit FNV-1a) that identify equal texts.
+std::string Fingerprint(std::string_view text);
+
 }  // namespace sqslam

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <numeric>
 #include <optional>
-#include <sstream>
 #include <type_traits>
 
 #include "slam/util/text_lines.h"
@@ -312,11 +311,7 @@ std::string DumpOptionFields(const std::vector<OptionField>& fields) {
   std::string text;
   std::vector<std::string> open;  // groups whose header has been written
   for (const OptionField& field : fields) {
-    std::vector<std::string> parts;
-    std::istringstream stream(field.key);
-    for (std::string part; std::getline(stream, part, '.');) {
-      parts.push_back(part);
-    }
+    const std::vector<std::string> parts = Split(field.key, '.');
     const std::size_t depth = parts.size() - 1;
     const auto shared = std::mismatch(open.begin(), open.end(), parts.begin(), parts.begin() + depth).first;
     open.erase(shared, open.end());

@@ -5,7 +5,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "slam/util/temporary_file.h"
+#include "slam/util/atomic_file.h"
 
 namespace sqslam {
 

@@ -28,8 +28,14 @@ std::string WithoutControls(std::string_view text);
 // Returns the text as UTF-8 without control characters, with U+FFFD for each invalid byte.
 std::string ValidText(std::string_view text);
 
+// Returns the number of characters of UTF-8 text.
+std::size_t Characters(std::string_view text);
+
 // Quotes the words into one line that a shell splits into the same words again.
 std::string ShellLine(const std::vector<std::string>& words);
+
+// Returns the parts between separators; an empty last part is left out.
+std::vector<std::string> Split(const std::string& text, char separator);
 
 // Returns a time as "0:12.5", minutes and seconds; below 0 as 0.
 std::string ClockText(double seconds);

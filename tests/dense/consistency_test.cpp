@@ -1,7 +1,6 @@
-#include "slam/dense/consistency.h"
-
 #include <gtest/gtest.h>
 
+#include "slam/dense/depth_fusion.h"
 #include "tests/dense/panel_world.h"
 
 namespace sqslam::testing {

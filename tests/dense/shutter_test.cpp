@@ -1,7 +1,6 @@
-#include "slam/dense/shutter.h"
-
 #include <gtest/gtest.h>
 
+#include "slam/dense/depth_estimation.h"
 #include "tests/dense/panel_world.h"
 
 namespace sqslam::testing {

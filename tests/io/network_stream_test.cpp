@@ -1,5 +1,3 @@
-#include "slam/io/network_stream.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -9,6 +7,7 @@
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
 
+#include "slam/io/live_source.h"
 #include "tests/io/captured_log.h"
 #include "tests/io/temporary_folder.h"
 #include "tests/support/film.h"

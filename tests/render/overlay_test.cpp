@@ -6,7 +6,6 @@
 
 #include "baseline.h"
 #include "hand_made_map.h"
-#include "render/picture/outlines.h"
 #include "render/picture/photo.h"
 #include "render/picture/picture.h"
 #include "render/picture/picture_overlay.h"

@@ -9,7 +9,6 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "render/solids/tessellation.h"
-#include "render/synthetic/exact_boxes.h"
 #include "render/synthetic/scene_renderer.h"
 #include "slam/io/cameras.h"
 #include "slam/util/error.h"

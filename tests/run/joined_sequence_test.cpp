@@ -1,8 +1,7 @@
-#include "slam/run/joined_sequence.h"
-
 #include <gtest/gtest.h>
 
 #include "slam/io/sequence.h"
+#include "slam/run/known_map.h"
 #include "tests/io/temporary_folder.h"
 
 namespace sqslam {

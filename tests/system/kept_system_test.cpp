@@ -6,7 +6,6 @@
 #include <opencv2/core.hpp>
 
 #include "slam/localizer.h"
-#include "slam/map_merge.h"
 #include "slam/mapping/mapper.h"
 #include "slam/system.h"
 #include "slam/system_parts.h"

@@ -1,6 +1,6 @@
-#include "slam/util/fingerprint.h"
-
 #include <gtest/gtest.h>
+
+#include "slam/util/markup.h"
 
 namespace sqslam {
 namespace {

@@ -78,7 +78,7 @@ class Editing : public testing::Test {
 
 TEST_F(Editing, WhatIsShownIsEditedAndComesBack) {
   state_.selection.selected = 1;
-  DeleteSelected(state_.Editor());
+  state_.Editor().DeleteSelected();
   Update();
   EXPECT_THAT(Ids(), ElementsAre(0, 2));
   EXPECT_EQ(state_.document.shown->detections[0].object_id, -1);
@@ -92,8 +92,8 @@ TEST_F(Editing, WhatIsShownIsEditedAndComesBack) {
 }
 
 TEST_F(Editing, AFrameThatComesLaterIsEditedToo) {
-  HideObject(state_.Editor(), 0, true);
-  MergeObjects(state_.Editor(), 2, 1);
+  state_.Editor().HideObject(0, true);
+  state_.Editor().MergeObjects(2, 1);
   Update();
   EXPECT_EQ(state_.selection.selected, 2);
   auto next = std::make_shared<ShownFrame>();
@@ -125,15 +125,15 @@ TEST_F(Editing, ObjectsCanBeShownAsOtherShapes) {
 }
 
 TEST_F(Editing, TheOldLabelIsNoEdit) {
-  RelabelObject(state_.Editor(), 1, "mug");
+  state_.Editor().RelabelObject(1, "mug");
   EXPECT_FALSE(state_.editing.Edits().Empty());
-  RelabelObject(state_.Editor(), 1, "cup");
+  state_.Editor().RelabelObject(1, "cup");
   EXPECT_TRUE(state_.editing.Edits().Empty());
 }
 
 TEST_F(Editing, EditsAreSavedBesideTheMapAndThereWhenItIsOpenedAgain) {
-  RenameObject(state_.Editor(), 1, "Ada's mug");
-  SaveAll(state_.Editor());
+  state_.Editor().RenameObject(1, "Ada's mug");
+  state_.Editor().SaveAll();
   EXPECT_TRUE(std::filesystem::exists(folder_.Path() / "map.sqmap.edits.json"));
   state_ = {};
   session_ = {};
@@ -149,7 +149,7 @@ TEST_F(Editing, EditsAreSavedBesideTheMapAndThereWhenItIsOpenedAgain) {
 
 TEST_F(Editing, UnsavedChangesPostponeWhatWouldLoseThem) {
   EXPECT_FALSE(state_.editing.Postpone(QuitRequest{}));
-  DeleteObject(state_.Editor(), 1);
+  state_.Editor().DeleteObject(1);
   EXPECT_TRUE(state_.editing.Postpone(QuitRequest{}));
   EXPECT_TRUE(std::holds_alternative<QuitRequest>(*state_.editing.postponed));
   state_.editing.discard = true;
@@ -169,15 +169,15 @@ TEST_F(Editing, TheHistoryIsReadInTheBackground) {
 }
 
 TEST_F(Editing, ANewSolidStandsOnTheGroundInView) {
-  PrepareAnnotation(state_.Editor());
+  state_.Editor().PrepareAnnotation();
   EXPECT_EQ(state_.editing.annotation.ground, 0.0);
-  AddSolid(state_.Editor(), SolidKind::kCylinder);
-  const AnnotatedSolid* solid = SelectedSolid(state_.Editor());
+  state_.Editor().AddSolid(SolidKind::kCylinder);
+  const AnnotatedSolid* solid = state_.Editor().SelectedSolid();
   ASSERT_NE(solid, nullptr);
   EXPECT_NEAR(BottomOf(solid->solid), 0.0, 1e-9);
-  EXPECT_EQ(SolidAt(state_.Editor(), PixelOf(solid->solid.T_map_object.translation)), solid->id);
+  EXPECT_EQ(state_.Editor().SolidAt(PixelOf(solid->solid.T_map_object.translation)), solid->id);
   state_.editing.annotation.active = true;
-  DeleteSelected(state_.Editor());
+  state_.Editor().DeleteSelected();
   EXPECT_TRUE(state_.editing.Solids().solids.empty());
   EXPECT_THAT(Ids(), ElementsAre(0, 1, 2)) << "the Delete key is the annotation's";
   state_.editing.document.Undo();
@@ -185,22 +185,22 @@ TEST_F(Editing, ANewSolidStandsOnTheGroundInView) {
 }
 
 TEST_F(Editing, ADragOfAHandleIsOneStep) {
-  PrepareAnnotation(state_.Editor());
-  AddSolid(state_.Editor(), SolidKind::kCuboid);
-  const Solid start = SelectedSolid(state_.Editor())->solid;
+  state_.Editor().PrepareAnnotation();
+  state_.Editor().AddSolid(SolidKind::kCuboid);
+  const Solid start = state_.Editor().SelectedSolid()->solid;
   const SolidHandle side{SolidHandle::Kind::kSide, 0, 1};
   const Eigen::Vector3d at = HandlePosition(start, side);
   const Eigen::Vector2d pixel = PixelOf(at);
-  ASSERT_EQ(HandleAt(state_.Editor(), pixel + Eigen::Vector2d(2.0, 1.0), 9.0), side);
-  EXPECT_FALSE(HandleAt(state_.Editor(), pixel + Eigen::Vector2d(60.0, 60.0), 9.0).has_value());
-  BeginDrag(state_.Editor(), side, pixel);
+  ASSERT_EQ(state_.Editor().HandleAt(pixel + Eigen::Vector2d(2.0, 1.0), 9.0), side);
+  EXPECT_FALSE(state_.Editor().HandleAt(pixel + Eigen::Vector2d(60.0, 60.0), 9.0).has_value());
+  state_.Editor().BeginDrag(side, pixel);
   for (int i = 1; i <= 5; ++i) {
-    DragTo(state_.Editor(), PixelOf(at + Eigen::Vector3d(0.02 * i, 0.0, 0.0)));
+    state_.Editor().DragTo(PixelOf(at + Eigen::Vector3d(0.02 * i, 0.0, 0.0)));
   }
-  EndDrag(state_.Editor());
-  EXPECT_NEAR(SelectedSolid(state_.Editor())->solid.half_size.x(), start.half_size.x() + 0.05, 1e-6);
+  state_.Editor().EndDrag();
+  EXPECT_NEAR(state_.Editor().SelectedSolid()->solid.half_size.x(), start.half_size.x() + 0.05, 1e-6);
   state_.editing.document.Undo();
-  EXPECT_EQ(SelectedSolid(state_.Editor())->solid.half_size, start.half_size);
+  EXPECT_EQ(state_.Editor().SelectedSolid()->solid.half_size, start.half_size);
 }
 
 TEST_F(Editing, ALassoChoosesPointsThatASolidIsFittedTo) {
@@ -214,58 +214,58 @@ TEST_F(Editing, ALassoChoosesPointsThatASolidIsFittedTo) {
   }
   map.points.push_back({{0.9F, 0.1F, 0.3F}, {}, -1});
   Open(folder_.Path() / "other.sqmap", map);
-  PrepareAnnotation(state_.Editor());
+  state_.Editor().PrepareAnnotation();
   AnnotationTool& tool = state_.editing.annotation;
   for (const auto& [x, y] : {std::pair(-0.8, -0.4), {0.05, -0.4}, {0.05, 0.7}, {-0.8, 0.7}}) {
     tool.outline.push_back(PixelOf({x, y, 0.1}));
   }
-  FinishLasso(state_.Editor(), SelectMode::kReplace);
+  state_.Editor().FinishLasso(SelectMode::kReplace);
   EXPECT_EQ(tool.chosen.size(), 400u);
   EXPECT_TRUE(tool.outline.empty());
-  AddSolid(state_.Editor(), SolidKind::kCuboid);
-  ASSERT_NE(SelectedSolid(state_.Editor()), nullptr);
+  state_.Editor().AddSolid(SolidKind::kCuboid);
+  ASSERT_NE(state_.Editor().SelectedSolid(), nullptr);
   Solid truth = UprightSolid(SolidKind::kCuboid, {-0.4, 0.1, 0.1}, 0.0, {0.3, 0.2, 0.1});
-  EXPECT_GT(IoU(SelectedSolid(state_.Editor())->solid, truth), 0.85);
+  EXPECT_GT(IoU(state_.Editor().SelectedSolid()->solid, truth), 0.85);
   // Pushed aside and smaller, the points around it bring it back.
-  AnnotatedSolid pushed = *SelectedSolid(state_.Editor());
+  AnnotatedSolid pushed = *state_.Editor().SelectedSolid();
   pushed.solid.T_map_object.translation.x() += 0.03;
   SetYaw(pushed.solid, 0.2);
-  ChangeSolid(state_.Editor(), pushed);
-  FitSolid(state_.Editor());
-  EXPECT_GT(IoU(SelectedSolid(state_.Editor())->solid, truth), 0.8);
+  state_.Editor().ChangeSolid(pushed);
+  state_.Editor().FitSolid();
+  EXPECT_GT(IoU(state_.Editor().SelectedSolid()->solid, truth), 0.8);
   EXPECT_THAT(Errors(), IsEmpty());
   EXPECT_THAT(state_.messages.notices.back().text, HasSubstr(" map units"));
   map.metric = true;
   state_.document.last = std::make_shared<const MapSnapshot>(map);
-  FitSolid(state_.Editor());
+  state_.Editor().FitSolid();
   EXPECT_THAT(state_.messages.notices.back().text, Not(HasSubstr("map units")));
 }
 
 TEST_F(Editing, FitsWithoutPointsSayWhatIsMissing) {
-  PrepareAnnotation(state_.Editor());
-  AddSolid(state_.Editor(), SolidKind::kCuboid);
-  AnnotatedSolid aloft = *SelectedSolid(state_.Editor());
+  state_.Editor().PrepareAnnotation();
+  state_.Editor().AddSolid(SolidKind::kCuboid);
+  AnnotatedSolid aloft = *state_.Editor().SelectedSolid();
   aloft.solid.T_map_object.translation.z() = 40.0;
-  ChangeSolid(state_.Editor(), aloft);
-  FitSolid(state_.Editor());
+  state_.Editor().ChangeSolid(aloft);
+  state_.Editor().FitSolid();
   EXPECT_THAT(Errors(), ElementsAre("0 points, expected 6 or more for a cuboid"));
 }
 
 TEST_F(Editing, TheAnnotationIsWrittenForEvaluation) {
-  PrepareAnnotation(state_.Editor());
+  state_.Editor().PrepareAnnotation();
   AnnotationTool& tool = state_.editing.annotation;
   EXPECT_EQ(tool.file, (folder_.Path() / "objects_gt.json").string());
   tool.label = "can";
-  AddSolid(state_.Editor(), SolidKind::kCylinder);
-  AddSolidOf(state_.Editor(), state_.document.Map()->objects[0]);
-  SaveAll(state_.Editor());
+  state_.Editor().AddSolid(SolidKind::kCylinder);
+  state_.Editor().AddSolidOf(state_.document.Map()->objects[0]);
+  state_.Editor().SaveAll();
   EXPECT_FALSE(state_.editing.document.Modified());
   const auto truth = ReadGroundTruthObjects(tool.file);
   ASSERT_EQ(truth.size(), 2u);
   EXPECT_EQ(truth[0].label, "can");
   EXPECT_EQ(truth[1].label, "book");
   EXPECT_NEAR(truth[1].solid.half_size.x(), 0.3, 1e-9);
-  EXPECT_FALSE(AlignWithWorld(state_.Editor())) << "there is no sequence with true poses";
+  EXPECT_FALSE(state_.Editor().AlignWithWorld()) << "there is no sequence with true poses";
   EXPECT_EQ(Errors().size(), 1u);
 }
 

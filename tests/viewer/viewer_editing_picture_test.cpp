@@ -53,8 +53,8 @@ class EditingWindow : public ::testing::Test {
 };
 
 TEST_F(EditingWindow, TheTableLooksLikeItsBaseline) {
-  RenameObject(state().Editor(), 1, "Ada's mug");
-  HideObject(state().Editor(), 2, true);
+  state().Editor().RenameObject(1, "Ada's mug");
+  state().Editor().HideObject(2, true);
   state().selection.selected = 0;
   stage_.Settle();
   ExpectBaseline(stage_.Picture(), "viewer_table");
@@ -69,8 +69,8 @@ TEST_F(EditingWindow, TheInspectorLooksLikeItsBaseline) {
 
 TEST_F(EditingWindow, AnnotatingLooksLikeItsBaseline) {
   Show("Annotate");
-  AddSolidOf(state().Editor(), state().document.Map()->objects[1]);
-  AddSolid(state().Editor(), SolidKind::kCuboid);
+  state().Editor().AddSolidOf(state().document.Map()->objects[1]);
+  state().Editor().AddSolid(SolidKind::kCuboid);
   state().messages.notices.clear();
   stage_.Settle();
   ExpectBaseline(stage_.Picture(), "viewer_annotation");
@@ -98,7 +98,7 @@ TEST_F(EditingWindow, DeleteUndoAndRedoByKeys) {
 }
 
 TEST_F(EditingWindow, EveryFrameOfTheReplayIsEdited) {
-  DeleteObject(state().Editor(), 0);
+  state().Editor().DeleteObject(0);
   stage_.Key(key::kLeft);  // to the state before
   stage_.Settle();
   EXPECT_LT(state().document.shown->frame_index, 70);
@@ -106,7 +106,7 @@ TEST_F(EditingWindow, EveryFrameOfTheReplayIsEdited) {
 }
 
 TEST_F(EditingWindow, ClosingWithUnsavedEditsAsksFirst) {
-  DeleteObject(state().Editor(), 0);
+  state().Editor().DeleteObject(0);
   stage_.Handle({.kind = InputEvent::Kind::kClose});
   stage_.Frames(3);
   EXPECT_FALSE(stage_.viewer->WantsToClose());
@@ -114,7 +114,7 @@ TEST_F(EditingWindow, ClosingWithUnsavedEditsAsksFirst) {
   stage_.Key(key::kEscape);
   stage_.Frames(2);
   EXPECT_FALSE(state().editing.postponed.has_value()) << "cancelled";
-  SaveAll(state().Editor());
+  state().Editor().SaveAll();
   stage_.Handle({.kind = InputEvent::Kind::kClose});
   stage_.Frames(3);
   EXPECT_TRUE(stage_.viewer->WantsToClose());
@@ -122,9 +122,9 @@ TEST_F(EditingWindow, ClosingWithUnsavedEditsAsksFirst) {
 
 TEST_F(EditingWindow, AHandleIsDraggedInTheScene) {
   Show("Annotate");
-  AddSolid(state().Editor(), SolidKind::kCuboid);
+  state().Editor().AddSolid(SolidKind::kCuboid);
   stage_.Frames(2);
-  const Solid start = SelectedSolid(state().Editor())->solid;
+  const Solid start = state().Editor().SelectedSolid()->solid;
   const Eigen::Vector3d eye = state().view.camera.position;
   const Eigen::Vector3d at = HandlePosition(start, {SolidHandle::Kind::kSide, 2, 1});
   const Camera camera = PinholeOf(state().view.camera, state().view.size);
@@ -132,11 +132,11 @@ TEST_F(EditingWindow, AHandleIsDraggedInTheScene) {
   const Eigen::Vector2d pixel =
       camera.Project(PoseOf(state().view.camera).Inverse() * at) + Eigen::Vector2d(0.5, 0.5 + kMenu);
   stage_.Drag(pixel.x(), pixel.y(), pixel.x(), pixel.y() - 30.0);
-  EXPECT_GT(SelectedSolid(state().Editor())->solid.half_size.z(), 1.1 * start.half_size.z());
-  EXPECT_NEAR(BottomOf(SelectedSolid(state().Editor())->solid), BottomOf(start), 1e-9);
+  EXPECT_GT(state().Editor().SelectedSolid()->solid.half_size.z(), 1.1 * start.half_size.z());
+  EXPECT_NEAR(BottomOf(state().Editor().SelectedSolid()->solid), BottomOf(start), 1e-9);
   EXPECT_EQ(state().view.camera.position, eye) << "the view stays";
   Control('Z');
-  EXPECT_EQ(SelectedSolid(state().Editor())->solid.half_size, start.half_size);
+  EXPECT_EQ(state().Editor().SelectedSolid()->solid.half_size, start.half_size);
 }
 
 TEST_F(EditingWindow, ALassoInTheSceneChoosesPoints) {

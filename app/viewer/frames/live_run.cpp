@@ -102,7 +102,9 @@ struct LiveRun::Impl : RunHost {
       return;
     }
     std::unique_lock lock(mutex);
-    drawing = [&run, &times] { app::DrawRun(run, times, RenderBackend::kCurrent); };
+    drawing = [&run, &times] {
+      app::DrawRun(run.output, *run.result.map.snapshot, times, RenderBackend::kCurrent);
+    };
     changed.wait(lock, [&] { return !drawing || abandoned; });
     drawing = nullptr;
     if (draw_failure) {

@@ -9,12 +9,18 @@
 #include <sstream>
 #include <utility>
 
-#include "app/viewer/input/ui_keys.h"
 #include "slam/util/error.h"
 #include "slam/util/text_lines.h"
 
 namespace sqslam::viewer {
 namespace {
+
+// ImGui's keys became a type of their own with 1.87: Debian 12 has 1.86, Debian 13 has 1.90.
+#if IMGUI_VERSION_NUM >= 18700
+constexpr int kUiKeypadEnter = ImGuiKey_KeypadEnter;
+#else
+constexpr int kUiKeypadEnter = ImGuiKey_KeyPadEnter;
+#endif
 
 // A key with its name in scripts and, if ImGui uses it, its index in ImGui's table.
 struct NamedKey {
@@ -319,5 +325,7 @@ void ApplyToUi(const InputEvent& event) {
       break;
   }
 }
+
+bool IsKeyDown(int code) { return ImGui::IsKeyDown(static_cast<ImGuiKey>(code)); }
 
 }  // namespace sqslam::viewer

@@ -93,4 +93,6 @@ void SetUpUiKeys();
 // Passes an event to ImGui, which ignores drop and close.
 void ApplyToUi(const InputEvent& event);
 
+bool IsKeyDown(int code);  // as ImGui was told
+
 }  // namespace sqslam::viewer

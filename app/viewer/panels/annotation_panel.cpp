@@ -30,7 +30,7 @@ class AnnotationPanel : public Panel {
       ImGui::TextDisabled("No map is open.");
       return;
     }
-    PrepareAnnotation(context_);
+    context_.PrepareAnnotation();
     tool_.drawn = true;
     ImGui::BeginChild("annotation");
     DrawAdding();
@@ -54,14 +54,14 @@ class AnnotationPanel : public Panel {
                  tool_.chosen.empty() ? "Puts one on the ground in the middle of the view"
                                       : "Fits one to the points that are chosen",
                  ImVec2(half, 0.0F))) {
-        AddSolid(context_, kSolidKinds[i]);
+        context_.AddSolid(kSolidKinds[i]);
       }
     }
     const SnapshotObject* object = context_.document.Object(context_.selection.selected);
     if (object != nullptr &&
         Button(("From " + ObjectName(*object)).c_str(),
                "A solid in place of the object of the map that is selected", ImVec2(-1.0F, 0.0F))) {
-      AddSolidOf(context_, *object);
+      context_.AddSolidOf(*object);
     }
     ImGui::Checkbox("objects of the map", &style_.objects.show);
     Tip("They may hide the points; a layer of the view");
@@ -106,7 +106,7 @@ class AnnotationPanel : public Panel {
   }
 
   void DrawSolid() {
-    const AnnotatedSolid* selected = SelectedSolid(context_);
+    const AnnotatedSolid* selected = context_.SelectedSolid();
     if (selected == nullptr) {
       return;
     }
@@ -140,7 +140,7 @@ class AnnotationPanel : public Panel {
       field(Drag("e2", {&solid.solid.e2, 1}, 0.005F, 0.1, 1.9, "%.2f"));
     }
     if (changed) {
-      ChangeSolid(context_, solid);
+      context_.ChangeSolid(solid);
     }
     if (finished) {
       editing_.document.EndGroup();
@@ -153,18 +153,18 @@ class AnnotationPanel : public Panel {
     if (Button(
             "Fit to points",
             "Moves, turns and resizes it to suit the chosen points, or those in it and a little around it")) {
-      FitSolid(context_);
+      context_.FitSolid();
     }
     ImGui::SameLine();
     ImGui::BeginDisabled(!tool_.ground.has_value());
     if (ImGui::Button("To the ground")) {
-      StandOnGround(context_);
+      context_.StandOnGround();
     }
     ImGui::EndDisabled();
     Tip("Moves it up or down to stand on the plane of the map");
     ImGui::SameLine();
     if (ImGui::Button("Remove")) {
-      RemoveSolid(context_);
+      context_.RemoveSolid();
     }
     ImGui::Checkbox("fits reach the ground", &tool_.standing);
     Tip("The lower part of things is seldom seen: fits end at the ground, and its points are left out");
@@ -181,16 +181,16 @@ class AnnotationPanel : public Panel {
     ImGui::InputText("##file", &tool_.file);
     Tip("objects_gt.json to read or write");
     if (ImGui::Button("Open")) {
-      OpenAnnotationFile(context_);
+      context_.OpenAnnotationFile();
     }
     ImGui::SameLine();
     if (ImGui::Button(editing_.document.AnnotationModified() ? "Save *" : "Save")) {
-      SaveAnnotationFile(context_);
+      context_.SaveAnnotationFile();
     }
     ImGui::SameLine();
     bool in_world = tool_.in_world;
     if (ImGui::Checkbox("in the world's frame", &in_world)) {
-      tool_.in_world = in_world && AlignWithWorld(context_);
+      tool_.in_world = in_world && context_.AlignWithWorld();
     }
     Tip("The file is in metres, in the frame of the sequence's true camera poses; otherwise in the frame and "
         "units of the map");
@@ -199,7 +199,7 @@ class AnnotationPanel : public Panel {
     Tip("A dense cloud to fit to (.ply, or text with x y z), in the same frame as the file");
     ImGui::SameLine();
     if (ImGui::Button("Load points", ImVec2(-1.0F, 0.0F))) {
-      OpenCloudFile(context_);
+      context_.OpenCloudFile();
     }
   }
 

@@ -141,7 +141,7 @@ class UnsavedPanel : public Panel {
                (document.AnnotationModified() ? "The annotation, to " + editing_.annotation.file + "." : ""));
     ImGui::Dummy(ImVec2(0.0F, 0.4F * ImGui::GetFontSize()));
     if (ImGui::Button("Save")) {
-      SaveAll(context_);
+      context_.SaveAll();
       if (!document.Modified()) {
         GoOn();
       }

@@ -9,7 +9,7 @@
 
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/widgets/widgets.h"
-#include "render/picture/outlines.h"
+#include "render/picture/photo.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam::viewer {

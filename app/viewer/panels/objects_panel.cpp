@@ -176,7 +176,7 @@ class ObjectsPanel : public Panel {
                           ImGuiSelectableFlags_SpanAllColumns | ImGuiSelectableFlags_AllowDoubleClick)) {
       const bool twice = ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left);
       if (row.hidden) {
-        HideObject(context_, id, false);
+        context_.HideObject(id, false);
       } else if (twice) {
         window_.to_front = "Inspector";
       }
@@ -192,11 +192,11 @@ class ObjectsPanel : public Panel {
 
   void DrawActions(int id) {
     if (Button("Hide", "Leaves it out of pictures, not of files; a click on its row shows it again")) {
-      HideObject(context_, id, true);
+      context_.HideObject(id, true);
     }
     ImGui::SameLine();
     if (Button("Delete", "Takes it out of the edited map (Delete). The recording stays as it is")) {
-      DeleteObject(context_, id);
+      context_.DeleteObject(id);
     }
   }
 

@@ -137,7 +137,7 @@ class SceneMarks {
     DrawWires(context_, window_, pinhole_, T_map_view_, 2.4F,
               [this](const Eigen::Vector2d& pixel) { return OnScreen(pixel); });
     DrawChosen();
-    if (const AnnotatedSolid* solid = SelectedSolid(context_); solid != nullptr && !tool_.lasso) {
+    if (const AnnotatedSolid* solid = context_.SelectedSolid(); solid != nullptr && !tool_.lasso) {
       DrawHandles(solid->solid);
     }
   }
@@ -281,29 +281,29 @@ bool AnnotateWithMouse(const EditContext& context, const WindowState& window, Im
       tool.outline.push_back(mouse);
     }
     if (!drawing && !tool.outline.empty()) {
-      FinishLasso(context, io.KeyShift  ? SelectMode::kAdd
-                           : io.KeyCtrl ? SelectMode::kRemove
-                                        : SelectMode::kReplace);
+      context.FinishLasso(io.KeyShift  ? SelectMode::kAdd
+                          : io.KeyCtrl ? SelectMode::kRemove
+                                       : SelectMode::kReplace);
     }
     return drawing || (hovered && !ImGui::IsAnyMouseDown() && io.MouseWheel == 0.0F);
   }
   if (tool.drag) {
     if (ImGui::IsMouseDown(ImGuiMouseButton_Left)) {
-      DragTo(context, mouse);
+      context.DragTo(mouse);
     } else {
-      EndDrag(context);
+      context.EndDrag();
     }
     return true;
   }
-  tool.hovered = hovered ? HandleAt(context, mouse, kReach * window.scale) : std::nullopt;
+  tool.hovered = hovered ? context.HandleAt(mouse, kReach * window.scale) : std::nullopt;
   if (tool.hovered && ImGui::IsItemActivated() && ImGui::IsMouseClicked(ImGuiMouseButton_Left)) {
-    BeginDrag(context, *tool.hovered, mouse);
+    context.BeginDrag(*tool.hovered, mouse);
     return true;
   }
   const ImVec2 pressed = io.MouseClickedPos[0];
   const bool still = std::hypot(io.MousePos.x - pressed.x, io.MousePos.y - pressed.y) < 3.0F;
   if (hovered && still && ImGui::IsMouseReleased(ImGuiMouseButton_Left)) {
-    if (const std::optional<int> solid = SolidAt(context, mouse)) {
+    if (const std::optional<int> solid = context.SolidAt(mouse)) {
       tool.selected = solid;
       return true;
     }

@@ -8,13 +8,12 @@
 #include <utility>
 #include <vector>
 
-#include "app/viewer/input/ui_keys.h"
+#include "app/viewer/input/input_events.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/state/pictures.h"
 #include "app/viewer/state/scene_view.h"
 #include "app/viewer/widgets/widgets.h"
 #include "render/picture/interactive_scene.h"
-#include "render/picture/outlines.h"
 #include "render/picture/photo.h"
 
 namespace sqslam::viewer {

@@ -72,9 +72,8 @@ Points PointsFor(const AnnotationTool& tool, const Solid& solid) {
 
 }  // namespace
 
-void PrepareAnnotation(const EditContext& context) {
-  AnnotationTool& tool = context.editing.annotation;
-  const MapSnapshotPtr& map = context.document.last;
+void EditContext::PrepareAnnotation() const {
+  const MapSnapshotPtr& map = document.last;
   if (!map || tool.prepared_for == map) {
     return;
   }
@@ -89,104 +88,99 @@ void PrepareAnnotation(const EditContext& context) {
     tool.cloud = std::move(cloud);
   }
   if (first && tool.file.empty()) {
-    tool.file = (context.document.file.parent_path() / "objects_gt.json").string();
+    tool.file = (document.file.parent_path() / "objects_gt.json").string();
   }
 }
 
-const AnnotatedSolid* SelectedSolid(const EditContext& context) {
-  const AnnotationTool& tool = context.editing.annotation;
-  return tool.selected ? context.editing.Solids().Find(*tool.selected) : nullptr;
+const AnnotatedSolid* EditContext::SelectedSolid() const {
+  return tool.selected ? editing.Solids().Find(*tool.selected) : nullptr;
 }
 
-void AddSolid(const EditContext& context, SolidKind kind) {
-  AnnotationTool& tool = context.editing.annotation;
-  context.messages.Try([&] {
+void EditContext::AddSolid(SolidKind kind) const {
+  messages.Try([&] {
     AnnotatedSolid solid;
     solid.label = tool.label;
     if (!tool.chosen.empty()) {
-      solid.solid = Fit(context, kind, PointsAt(*tool.cloud, tool.chosen));
+      solid.solid = Fit(*this, kind, PointsAt(*tool.cloud, tool.chosen));
     } else {
-      const double size = 0.12 * context.view.focus.radius;
-      solid.solid = UprightSolid(kind, PlaceInView(context), 0.0, Eigen::Vector3d(size, size, size));
+      const double size = 0.12 * view.focus.radius;
+      solid.solid = UprightSolid(kind, PlaceInView(*this), 0.0, Eigen::Vector3d(size, size, size));
       if (tool.ground && tool.standing) {
         SnapToGround(solid.solid, *tool.ground, GroundSnap::kMove);
       }
     }
-    Do(context, "Add " + std::string(NameOf(kind)),
+    Do(*this, "Add " + std::string(NameOf(kind)),
        [&](Annotation& annotation) { tool.selected = annotation.Add(solid); });
     tool.chosen.clear();
   });
 }
 
-void AddSolidOf(const EditContext& context, const SnapshotObject& object) {
+void EditContext::AddSolidOf(const SnapshotObject& object) const {
   AnnotatedSolid solid;
   solid.label = object.label;
   solid.solid = Solid::FromSuperquadric(object.superquadric);
-  Do(context, "Add " + object.label,
-     [&](Annotation& annotation) { context.editing.annotation.selected = annotation.Add(solid); });
+  Do(*this, "Add " + object.label, [&](Annotation& annotation) { tool.selected = annotation.Add(solid); });
 }
 
-void RemoveSolid(const EditContext& context) {
-  if (const AnnotatedSolid* solid = SelectedSolid(context)) {
+void EditContext::RemoveSolid() const {
+  if (const AnnotatedSolid* solid = SelectedSolid()) {
     const int id = solid->id;
-    Do(context, "Remove " + WhatOf(*solid), [&](Annotation& annotation) { annotation.Remove(id); });
-    context.editing.annotation.selected.reset();
+    Do(*this, "Remove " + WhatOf(*solid), [&](Annotation& annotation) { annotation.Remove(id); });
+    tool.selected.reset();
   }
 }
 
-void ChangeSolid(const EditContext& context, const AnnotatedSolid& solid) {
+void EditContext::ChangeSolid(const AnnotatedSolid& solid) const {
   Do(
-      context, "Change " + WhatOf(solid), [&](Annotation& annotation) { annotation.Replace(solid); },
+      *this, "Change " + WhatOf(solid), [&](Annotation& annotation) { annotation.Replace(solid); },
       fmt::format("solid {}", solid.id));
 }
 
-void StandOnGround(const EditContext& context) {
-  const AnnotatedSolid* solid = SelectedSolid(context);
-  const std::optional<double> ground = context.editing.annotation.ground;
+void EditContext::StandOnGround() const {
+  const AnnotatedSolid* solid = SelectedSolid();
+  const std::optional<double> ground = tool.ground;
   if (solid == nullptr || !ground) {
     return;
   }
   AnnotatedSolid moved = *solid;
   SnapToGround(moved.solid, *ground, GroundSnap::kMove);
-  Replace(context, "Put " + WhatOf(moved) + " on the ground", moved);
+  Replace(*this, "Put " + WhatOf(moved) + " on the ground", moved);
 }
 
-void FitSolid(const EditContext& context) {
-  AnnotationTool& tool = context.editing.annotation;
-  const AnnotatedSolid* solid = SelectedSolid(context);
+void EditContext::FitSolid() const {
+  const AnnotatedSolid* solid = SelectedSolid();
   if (solid == nullptr || !tool.cloud) {
     return;
   }
-  context.messages.Try([&] {
+  messages.Try([&] {
     AnnotatedSolid fitted = *solid;
-    fitted.solid = Fit(context, solid->solid.kind, PointsFor(tool, solid->solid));
-    Replace(context, "Fit " + WhatOf(fitted), fitted);
+    fitted.solid = Fit(*this, solid->solid.kind, PointsFor(tool, solid->solid));
+    Replace(*this, "Fit " + WhatOf(fitted), fitted);
   });
 }
 
-void FinishLasso(const EditContext& context, SelectMode mode) {
-  AnnotationTool& tool = context.editing.annotation;
+void EditContext::FinishLasso(SelectMode mode) const {
   const std::vector<Eigen::Vector2d> outline = std::exchange(tool.outline, {});
   if (!tool.cloud || outline.size() < 3) {
     return;
   }
-  std::vector<int> inside = SelectInLasso(
-      *tool.cloud, outline, PinholeOf(context.view.camera, context.view.size), PoseOf(context.view.camera));
-  if (const std::optional<ClipPlane> cut = context.view.Cut()) {
+  std::vector<int> inside =
+      SelectInLasso(*tool.cloud, outline, PinholeOf(view.camera, view.size), PoseOf(view.camera));
+  if (const std::optional<ClipPlane> cut = view.Cut()) {
     std::erase_if(inside,
                   [&](int index) { return !cut->Keeps((*tool.cloud)[static_cast<std::size_t>(index)]); });
   }
   tool.chosen = Combine(tool.chosen, inside, mode);
 }
 
-std::optional<SolidHandle> HandleAt(const EditContext& context, const Eigen::Vector2d& pixel, double reach) {
-  const AnnotatedSolid* solid = SelectedSolid(context);
+std::optional<SolidHandle> EditContext::HandleAt(const Eigen::Vector2d& pixel, double reach) const {
+  const AnnotatedSolid* solid = SelectedSolid();
   std::optional<SolidHandle> best;
   if (solid == nullptr) {
     return best;
   }
-  const Camera camera = PinholeOf(context.view.camera, context.view.size);
-  const Rigid3d T_view_map = PoseOf(context.view.camera).Inverse();
+  const Camera camera = PinholeOf(view.camera, view.size);
+  const Rigid3d T_view_map = PoseOf(view.camera).Inverse();
   for (const SolidHandle& handle : SolidHandles()) {
     const Eigen::Vector3d p = T_view_map * HandlePosition(solid->solid, handle);
     const double distance = p.z() > 0.0 ? (camera.Project(p) - pixel).norm() : reach;
@@ -198,11 +192,11 @@ std::optional<SolidHandle> HandleAt(const EditContext& context, const Eigen::Vec
   return best;
 }
 
-std::optional<int> SolidAt(const EditContext& context, const Eigen::Vector2d& pixel) {
-  const Ray ray = RayAt(context.view, pixel);
+std::optional<int> EditContext::SolidAt(const Eigen::Vector2d& pixel) const {
+  const Ray ray = RayAt(view, pixel);
   std::optional<int> best;
   double nearest = std::numeric_limits<double>::infinity();
-  for (const AnnotatedSolid& solid : context.editing.Solids().solids) {
+  for (const AnnotatedSolid& solid : editing.Solids().solids) {
     const std::optional<double> at = Meet(ray, AsSuperquadric(solid.solid));
     if (at && *at < nearest) {
       nearest = *at;
@@ -212,61 +206,56 @@ std::optional<int> SolidAt(const EditContext& context, const Eigen::Vector2d& pi
   return best;
 }
 
-void BeginDrag(const EditContext& context, const SolidHandle& handle, const Eigen::Vector2d& pixel) {
-  if (const AnnotatedSolid* solid = SelectedSolid(context)) {
-    context.editing.document.EndGroup();
-    context.editing.annotation.drag = AnnotationTool::Drag{handle, *solid, RayAt(context.view, pixel)};
+void EditContext::BeginDrag(const SolidHandle& handle, const Eigen::Vector2d& pixel) const {
+  if (const AnnotatedSolid* solid = SelectedSolid()) {
+    editing.document.EndGroup();
+    tool.drag = AnnotationTool::Drag{handle, *solid, RayAt(view, pixel)};
   }
 }
 
-void DragTo(const EditContext& context, const Eigen::Vector2d& pixel) {
-  const std::optional<AnnotationTool::Drag>& drag = context.editing.annotation.drag;
+void EditContext::DragTo(const Eigen::Vector2d& pixel) const {
+  const std::optional<AnnotationTool::Drag>& drag = tool.drag;
   if (drag) {
     AnnotatedSolid changed = drag->start;
-    changed.solid = DragHandle(drag->start.solid, drag->handle, drag->from, RayAt(context.view, pixel));
-    ChangeSolid(context, changed);
+    changed.solid = DragHandle(drag->start.solid, drag->handle, drag->from, RayAt(view, pixel));
+    ChangeSolid(changed);
   }
 }
 
-void EndDrag(const EditContext& context) {
-  context.editing.annotation.drag.reset();
-  context.editing.document.EndGroup();
+void EditContext::EndDrag() const {
+  tool.drag.reset();
+  editing.document.EndGroup();
 }
 
-void OpenAnnotationFile(const EditContext& context) {
-  AnnotationTool& tool = context.editing.annotation;
-  context.messages.Try([&] {
-    context.editing.document.OpenAnnotation(tool.file, FileFrame(tool));
+void EditContext::OpenAnnotationFile() const {
+  messages.Try([&] {
+    editing.document.OpenAnnotation(tool.file, FileFrame(tool));
     tool.selected.reset();
-    context.messages.Say(fmt::format("{} solids read", context.editing.Solids().solids.size()));
+    messages.Say(fmt::format("{} solids read", editing.Solids().solids.size()));
   });
 }
 
-void SaveAnnotationFile(const EditContext& context) {
-  AnnotationTool& tool = context.editing.annotation;
-  context.messages.Try([&] {
-    context.editing.document.SaveAnnotation(tool.file, FileFrame(tool));
-    context.messages.Say(tool.file + " saved");
+void EditContext::SaveAnnotationFile() const {
+  messages.Try([&] {
+    editing.document.SaveAnnotation(tool.file, FileFrame(tool));
+    messages.Say(tool.file + " saved");
   });
 }
 
-void OpenCloudFile(const EditContext& context) {
-  AnnotationTool& tool = context.editing.annotation;
-  context.messages.Try([&] {
-    tool.cloud = std::make_shared<Points>(
-        tool.cloud_file.empty() ? (context.document.last ? PositionsOf(*context.document.last) : Points())
-                                : ReadPoints(tool.cloud_file, FileFrame(tool).Inverse()));
+void EditContext::OpenCloudFile() const {
+  messages.Try([&] {
+    tool.cloud = std::make_shared<Points>(tool.cloud_file.empty()
+                                              ? (document.last ? PositionsOf(*document.last) : Points())
+                                              : ReadPoints(tool.cloud_file, FileFrame(tool).Inverse()));
     tool.chosen.clear();
-    context.messages.Say(fmt::format("{} points", tool.cloud->size()));
+    messages.Say(fmt::format("{} points", tool.cloud->size()));
   });
 }
 
-bool AlignWithWorld(const EditContext& context) {
-  AnnotationTool& tool = context.editing.annotation;
+bool EditContext::AlignWithWorld() const {
   if (!tool.S_world_map) {
-    context.messages.Try([&] {
-      tool.S_world_map =
-          AlignToGroundTruth(context.document.file.parent_path(), context.document.info.sequence_path);
+    messages.Try([&] {
+      tool.S_world_map = AlignToGroundTruth(document.file.parent_path(), document.info.sequence_path);
     });
   }
   return tool.S_world_map.has_value();

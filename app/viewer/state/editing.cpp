@@ -32,64 +32,62 @@ bool Editing::Postpone(const Request& request) {
   return true;
 }
 
-void RenameObject(const EditContext& context, int id, const std::string& name) {
-  Edit(context, "Rename " + NameOf(context.document, id),
-       [&](ObjectEdits& edits) { edits.Rename(id, name); });
+void EditContext::RenameObject(int id, const std::string& name) const {
+  Edit(*this, "Rename " + NameOf(document, id), [&](ObjectEdits& edits) { edits.Rename(id, name); });
 }
 
-void RelabelObject(const EditContext& context, int id, const std::string& label) {
-  const SnapshotObject* recorded = context.document.RecordedObject(id);
+void EditContext::RelabelObject(int id, const std::string& label) const {
+  const SnapshotObject* recorded = document.RecordedObject(id);
   const bool same = recorded != nullptr && recorded->label == label;
-  Edit(context, "Label of " + NameOf(context.document, id),
+  Edit(*this, "Label of " + NameOf(document, id),
        [&](ObjectEdits& edits) { edits.SetLabel(id, same ? "" : label); });
 }
 
-void HideObject(const EditContext& context, int id, bool hidden) {
-  Edit(context, (hidden ? "Hide " : "Show ") + NameOf(context.document, id),
+void EditContext::HideObject(int id, bool hidden) const {
+  Edit(*this, (hidden ? "Hide " : "Show ") + NameOf(document, id),
        [&](ObjectEdits& edits) { edits.Hide(id, hidden); });
-  if (hidden && context.selection.selected == id) {
-    context.selection.selected.reset();
+  if (hidden && selection.selected == id) {
+    selection.selected.reset();
   }
 }
 
-void DeleteObject(const EditContext& context, int id) {
-  const std::string name = NameOf(context.document, id);
-  Edit(context, "Delete " + name, [&](ObjectEdits& edits) { edits.Delete(id); });
-  if (context.selection.selected == id) {
-    context.selection.selected.reset();
+void EditContext::DeleteObject(int id) const {
+  const std::string name = NameOf(document, id);
+  Edit(*this, "Delete " + name, [&](ObjectEdits& edits) { edits.Delete(id); });
+  if (selection.selected == id) {
+    selection.selected.reset();
   }
-  context.messages.Say(name + " deleted; Ctrl Z brings it back");
+  messages.Say(name + " deleted; Ctrl Z brings it back");
 }
 
-void MergeObjects(const EditContext& context, int kept, int absorbed) {
-  Edit(context,
-       fmt::format("Merge {} into {}", NameOf(context.document, absorbed), NameOf(context.document, kept)),
+void EditContext::MergeObjects(int kept, int absorbed) const {
+  Edit(*this, fmt::format("Merge {} into {}", NameOf(document, absorbed), NameOf(document, kept)),
        [&](ObjectEdits& edits) { edits.Merge(kept, absorbed); });
-  context.selection.selected = context.editing.Edits().KeptIdOf(kept);
+  selection.selected = editing.Edits().KeptIdOf(kept);
 }
 
-void SeparateObject(const EditContext& context, int absorbed) {
-  Edit(context, "Separate " + NameOf(context.document, absorbed),
+void EditContext::SeparateObject(int absorbed) const {
+  Edit(*this, "Separate " + NameOf(document, absorbed),
        [&](ObjectEdits& edits) { edits.Separate(absorbed); });
 }
 
-void DeleteSelected(const EditContext& context) {
-  if (context.editing.annotation.active) {
-    RemoveSolid(context);
-  } else if (context.selection.selected) {
-    DeleteObject(context, *context.selection.selected);
+void EditContext::DeleteSelected() const {
+  if (tool.active) {
+    RemoveSolid();
+  } else if (selection.selected) {
+    DeleteObject(*selection.selected);
   }
 }
 
-void SaveAll(const EditContext& context) {
-  EditedDocument& document = context.editing.document;
-  context.messages.Try([&] {
-    if (document.EditsModified()) {
-      document.SaveEdits();
-      context.messages.Say("Edits saved beside the map");
+void EditContext::SaveAll() const {
+  EditedDocument& edited = editing.document;
+  messages.Try([&] {
+    if (edited.EditsModified()) {
+      edited.SaveEdits();
+      messages.Say("Edits saved beside the map");
     }
-    if (document.AnnotationModified()) {
-      SaveAnnotationFile(context);
+    if (edited.AnnotationModified()) {
+      SaveAnnotationFile();
     }
   });
 }

@@ -74,28 +74,66 @@ struct Editing {
   bool Postpone(const Request& request);
 };
 
-// The parts of the viewer that editing works on.
+// The parts of the viewer that editing works on, with the actions of buttons, menus, keys and mouse. Errors
+// become messages.
 struct EditContext {
   const Document& document;
   const SceneView& view;
   Selection& selection;
   Editing& editing;
   Messages& messages;
+  AnnotationTool& tool = editing.annotation;
+
+  void RenameObject(int id, const std::string& name) const;
+  void RelabelObject(int id, const std::string& label) const;
+  void HideObject(int id, bool hidden) const;
+  void DeleteObject(int id) const;
+  void MergeObjects(int kept, int absorbed) const;
+  void SeparateObject(int absorbed) const;
+
+  // Handles the Delete key: removes the selected solid while annotating, else the selected object.
+  void DeleteSelected() const;
+
+  // Saves modified edits and a modified annotation.
+  void SaveAll() const;
+
+  // Annotating a ground truth on a map, for the panel's buttons and the mouse in the scene. Pixels are
+  // relative to the top-left corner of the scene.
+
+  // Computes points and ground of the open map, once per map; the chosen points belong to them.
+  void PrepareAnnotation() const;
+
+  const AnnotatedSolid* SelectedSolid() const;  // null if there is none
+
+  // Adds and selects a solid, fitted to the chosen points or, without any, on the ground in mid-view.
+  void AddSolid(SolidKind kind) const;
+  void RemoveSolid() const;                             // the selected one
+  void ChangeSolid(const AnnotatedSolid& solid) const;  // typed or dragged numbers
+  void StandOnGround() const;
+  // Fits the selected solid to the chosen points or, without any, to those in and close around it.
+  void FitSolid() const;
+  // Adds a solid with the shape of an object of the map.
+  void AddSolidOf(const SnapshotObject& object) const;
+
+  void FinishLasso(SelectMode mode) const;
+
+  // Return the handle of the selected solid within `reach` pixels of the mouse, and the nearest solid under
+  // it.
+  std::optional<SolidHandle> HandleAt(const Eigen::Vector2d& pixel, double reach) const;
+  std::optional<int> SolidAt(const Eigen::Vector2d& pixel) const;
+
+  void BeginDrag(const SolidHandle& handle, const Eigen::Vector2d& pixel) const;
+  void DragTo(const Eigen::Vector2d& pixel) const;
+  void EndDrag() const;
+
+  // Files are in the world frame if the tool says so, else in the map frame.
+  void OpenAnnotationFile() const;
+  void SaveAnnotationFile() const;
+  void OpenCloudFile() const;  // no file name: the map's points
+
+  // Computes S_world_map from the ground-truth camera poses of the sequence, once; false if that fails.
+  bool AlignWithWorld() const;
 };
-
-// Actions on objects, for buttons, menus and keys. Errors become messages.
-void RenameObject(const EditContext& context, int id, const std::string& name);
-void RelabelObject(const EditContext& context, int id, const std::string& label);
-void HideObject(const EditContext& context, int id, bool hidden);
-void DeleteObject(const EditContext& context, int id);
-void MergeObjects(const EditContext& context, int kept, int absorbed);
-void SeparateObject(const EditContext& context, int absorbed);
-
-// Handles the Delete key: removes the selected solid while annotating, else the selected object.
-void DeleteSelected(const EditContext& context);
-
-// Saves modified edits and a modified annotation.
-void SaveAll(const EditContext& context);
 
 // Applies the edits to the maps of the document, after they are read and before panels see them.
 class EditingSession {
@@ -118,42 +156,5 @@ class EditingSession {
   MapSnapshotPtr given_last_;
   MapSnapshotPtr recorded_last_;
 };
-
-// Annotating a ground truth on a map: actions of the panel's buttons and of the mouse in the scene. Pixels
-// are relative to the top-left corner of the scene. Errors become messages.
-
-// Computes points and ground of the open map, once per map; the chosen points belong to them.
-void PrepareAnnotation(const EditContext& context);
-
-const AnnotatedSolid* SelectedSolid(const EditContext& context);  // null if there is none
-
-// Adds and selects a solid, fitted to the chosen points or, without any, on the ground in mid-view.
-void AddSolid(const EditContext& context, SolidKind kind);
-void RemoveSolid(const EditContext& context);  // the selected one
-void ChangeSolid(const EditContext& context,
-                 const AnnotatedSolid& solid);  // typed or dragged numbers
-void StandOnGround(const EditContext& context);
-// Fits the selected solid to the chosen points or, without any, to those in and close around it.
-void FitSolid(const EditContext& context);
-// Adds a solid with the shape of an object of the map.
-void AddSolidOf(const EditContext& context, const SnapshotObject& object);
-
-void FinishLasso(const EditContext& context, SelectMode mode);
-
-// Return the handle of the selected solid within `reach` pixels of the mouse, and the nearest solid under it.
-std::optional<SolidHandle> HandleAt(const EditContext& context, const Eigen::Vector2d& pixel, double reach);
-std::optional<int> SolidAt(const EditContext& context, const Eigen::Vector2d& pixel);
-
-void BeginDrag(const EditContext& context, const SolidHandle& handle, const Eigen::Vector2d& pixel);
-void DragTo(const EditContext& context, const Eigen::Vector2d& pixel);
-void EndDrag(const EditContext& context);
-
-// Files are in the world frame if the tool says so, else in the map frame.
-void OpenAnnotationFile(const EditContext& context);
-void SaveAnnotationFile(const EditContext& context);
-void OpenCloudFile(const EditContext& context);  // no file name: the map's points
-
-// Computes S_world_map from the ground-truth camera poses of the sequence, once; false if that fails.
-bool AlignWithWorld(const EditContext& context);
 
 }  // namespace sqslam::viewer

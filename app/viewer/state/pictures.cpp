@@ -1,6 +1,7 @@
 #include "app/viewer/state/pictures.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
@@ -28,7 +29,7 @@ std::string ValueText(const OptionField& field) {
 
 std::string VectorText(const Eigen::Vector3d& v) {
   // Seven digits: differences beyond them move no pixel by a thousandth.
-  return fmt::format("{:.7g},{:.7g},{:.7g}", v.x(), v.y(), v.z());
+  return fmt::format("{:.7g}", fmt::join(v, ","));
 }
 
 bool IsThroughCamera(const SceneView& view, const Document& document) {

@@ -1,12 +1,13 @@
 #include "app/viewer/state/scene_view.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
 #include <limits>
 #include <utility>
 
-#include "render/picture/outlines.h"
+#include "render/picture/photo.h"
 #include "slam/geometry/angles.h"
 
 namespace sqslam::viewer {
@@ -27,9 +28,7 @@ void CameraKeys::Remove(std::size_t index) {
 }
 
 std::string CameraKeys::Yaml() const {
-  const auto triple = [](const Eigen::Vector3d& v) {
-    return fmt::format("[{:.7g}, {:.7g}, {:.7g}]", v.x(), v.y(), v.z());
-  };
+  const auto triple = [](const Eigen::Vector3d& v) { return fmt::format("[{:.7g}]", fmt::join(v, ", ")); };
   std::string text =
       "# Set by hand in sqslam-viewer; sqslam render --camera-path plays it.\neasing: smooth\n";
   if (loop && !keys.empty()) {

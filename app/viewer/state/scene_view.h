@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "app/viewer/model/annotation.h"
-#include "render/camera/camera_control.h"
+#include "render/camera/camera_path.h"
 #include "render/camera/scene_framing.h"
 #include "render/scene/clip_plane.h"
 #include "render/scene/style.h"

@@ -194,10 +194,10 @@ std::vector<Shortcut> MakeShortcuts() {
       On('T', "T", "dark or light", [](State& s) { SwitchTheme(s.window, s.view, s.messages); }),
       On('H', "H", "this help", Flip([](State& s) -> bool& { return s.window.show_help; })),
       On('O', "Ctrl O", "open a result", Flip([](State& s) -> bool& { return s.window.show_open; })),
-      On(key::kDelete, "Delete", "delete what is selected", [](State& s) { DeleteSelected(s.Editor()); }),
+      On(key::kDelete, "Delete", "delete what is selected", [](State& s) { s.Editor().DeleteSelected(); }),
       On('Z', "Ctrl Z", "undo", [](State& s) { s.editing.document.Undo(); }),
       On('Y', "Ctrl Y", "redo", [](State& s) { s.editing.document.Redo(); }),
-      On('S', "Ctrl S", "save edits and annotation", [](State& s) { SaveAll(s.Editor()); }),
+      On('S', "Ctrl S", "save edits and annotation", [](State& s) { s.Editor().SaveAll(); }),
       On(key::kEscape, "Escape", "unselect, close", Escape),
       On('Q', "Ctrl Q", "quit", [](State& s) { s.requests.push_back(QuitRequest{}); }),
   };

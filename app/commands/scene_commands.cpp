@@ -1,5 +1,8 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <filesystem>
+#include <limits>
 #include <string>
 
 #include "app/commands/commands.h"
@@ -7,15 +10,44 @@
 #include "app/report/report.h"
 #include "app/run/terminal_run.h"
 #include "app/terminal/terminal.h"
+#include "render/synthetic/synthetic_sequence.h"
 #include "slam/evaluation/evaluation.h"
+#include "slam/geometry/angles.h"
+#include "slam/io/frame_source.h"
 #include "slam/run/run_pipeline.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/data_path.h"
 #include "slam/util/stopwatch.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
 namespace {
+
+// Options of a scene that is rendered to a sequence.
+struct SceneArguments {
+  std::string frames;
+  SynthesisOptions options;
+  bool quiet = false;
+
+  // Returns 0 for all frames. Throws UsageError if --frames does not begin at frame 0.
+  int Frames() const {
+    const FrameRange range = ParseFrameRange(frames);
+    ThrowIf<UsageError>(range.start > 0,
+                        "--frames {}: a scene is rendered from its first frame on, expected N", frames);
+    const std::int64_t longest = std::numeric_limits<int>::max();
+    return frames.empty() ? 0 : static_cast<int>(std::min(range.count, longest));
+  }
+
+  SynthesisSummary Render(const fs::path& file, const fs::path& output) const {
+    SynthesisOptions chosen = options;
+    chosen.frames = Frames();
+    const SceneDescription scene = ReadScene(file);
+    Progress progress(quiet);
+    return WriteSyntheticSequence(scene, output, chosen,
+                                  [&](int done, int total) { progress.Update(done, total, "rendering"); });
+  }
+};
 
 constexpr const char* kDemoExamples = R"(
 Renders the bundled desk to OUTPUT/desk, maps it to OUTPUT/result, evaluates the map against the exact ground
@@ -107,6 +139,28 @@ int Demo(const DemoArguments& arguments) {
   return 0;
 }
 
+constexpr const char* kSynthNotes = R"(
+Writes rgb/, rgb.txt, camera.yaml, groundtruth.txt, objects_gt.json, boxes.txt and boxes_noisy.txt.
+
+Examples:
+  sqslam synth assets/scenes/desk.yaml -o out/desk
+  sqslam synth my_scene.yaml -o out/mine --frames 60 --noise --seed 7
+)";
+
+struct SynthArguments : SceneArguments {
+  std::string scene;
+  std::string output;
+};
+
+void Synthesize(const SynthArguments& arguments) {
+  const SynthesisSummary summary = arguments.Render(arguments.scene, arguments.output);
+  if (!arguments.quiet) {
+    fmt::print("{}: {} frames, {} boxes of {} objects, {:.2f} m at {:.2f} m/s, turning {:.0f} deg/s\n",
+               arguments.output, summary.frames, summary.boxes, summary.objects, summary.path_length,
+               summary.mean_speed, summary.mean_turn_rate * kDegreesPerRadian);
+  }
+}
+
 }  // namespace
 
 void AddDemoCommand(Command& program) {
@@ -123,6 +177,24 @@ void AddDemoCommand(Command& program) {
                "Run tracking and mapping in turn, and record no times: all files are the same byte for byte");
   AddBackendOption(command, a.scene.options.backend);
   command.QuietFlag(a.scene.quiet, "Print only the paths of the results");
+}
+
+void AddSynthCommand(Command& program) {
+  const auto [command, a] = program.AddCommand(
+      "synth", "Render a scene into an image sequence with exact ground truth", kSynthNotes, Synthesize);
+  command.Group("Input");
+  command.Positional("SCENE", a.scene, "Scene description (YAML)").Required();
+  command.Option("--frames N", a.frames, "Only the first N frames of the scene");
+  command.Flag("--noise", a.options.noisy_detections,
+               "Make boxes.txt like that of a detector: inaccurate edges, misses, wrong labels");
+  command.Option("--seed N", a.options.seed, "Seed of camera shake, image noise and detector");
+  command.Group("Output");
+  command.Option("--output,-o DIR", a.output, "Output folder").Required();
+  command.Option("--supersampling N", a.options.supersampling, "Render N times larger, then average")
+      .Range(1, 4);
+  command.Group("General");
+  AddBackendOption(command, a.options.backend);
+  command.QuietFlag(a.quiet, "No progress and no summary");
 }
 
 }  // namespace sqslam::app
