@@ -170,7 +170,7 @@ class FinishedCell : public ::testing::Test {
     folder_.Write("e/runs/" + Cell().name + "/eval.json",
                   R"({"summary": {"mapped": 3, "doubles": 0, "extra": 1,
                        "coverage": [{"min_detections": 60, "mapped": 1, "total": 2}]},
-                      "objects": {"matched": [{"ground_truth": 5, "name": "red cup", "label": "cup", "scored": true, "iou": 0.5}],
+                      "objects": {"matched": [{"ground_truth": 5, "name": "red cup", "label": "cup", "scored": true, "iou": 0.5, "iou_ellipsoid": 0.4}],
                                   "missed": [{"ground_truth": 2, "name": "tv", "label": "tv", "scored": true}]}})");
     WriteCellRecord(run, Settings(), 1, "build");
   }
