@@ -174,8 +174,7 @@ bool ShareTheirPlace(const Landmark& a, const Landmark& b, const Camera& camera)
   }
   const double shared = OverlapOfSmaller(a.superquadric, b.superquadric);
   if (a.labels.Best() == b.labels.Best()) {
-    return shared >
-           (apart == 0 || (shared > kLeastShared && ExplainEachOther(a, b, camera)) ? kLeastShared : kShared);
+    return shared > kShared || (shared > kLeastShared && (apart == 0 || ExplainEachOther(a, b, camera)));
   }
   return shared > (AreSeenTogether(a, b, limit) ? kLeastShared : kFlatShared) &&
          AgreementWith(a, b, camera) >= kAgrees && AgreementWith(b, a, camera) >= kAgrees;

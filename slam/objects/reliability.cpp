@@ -24,7 +24,7 @@ double Reliability(const ReliabilityEvidence& evidence) {
   constexpr double kUsualSurprise = 9.0;
   constexpr double kLabelIsWrong = 0.2;
   constexpr double kHalfConvinced = 10.0;  // boxes
-  constexpr double kImpossible = 0.5;
+  constexpr double kImpossible = 0.5;      // factor; not 0, as the label may be wrong
   const double agreement = std::clamp((evidence.held_out_agreement - kUseless) / (1.0 - kUseless), 0.0, 1.0);
   const double sharpness = 1.0 / (1.0 + std::pow(evidence.log_size_sigma / kUsualSigma, 2));
   const double plausible =

@@ -22,8 +22,8 @@ inline PaceClock SteadyPaceClock(std::function<bool()> stop) {
 }
 
 // Plays a recording like a live camera: a frame is available from its time on, and a late reader gets the
-// newest one; older ones are dropped. Who cannot even read the frames in time gets one of them now and then.
-// The first frame's time is when it is first requested.
+// newest one; older ones are dropped. A reader slower than the frames gets one every half second. The first
+// frame's time is when it is first requested.
 class Pace {
  public:
   explicit Pace(PaceClock clock) : clock_(std::move(clock)) {}

@@ -3,7 +3,6 @@
 
 #include <numbers>
 
-#include "app/viewer/frames/timeline.h"
 #include "app/viewer/input/input_events.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/state/pictures.h"
@@ -19,84 +18,6 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-
-Timeline TenSeconds() {
-  Timeline timeline;
-  for (int i = 0; i <= 100; ++i) {
-    timeline.moments.push_back({i, 5.0 + 0.1 * i, i / 10});
-  }
-  return timeline;
-}
-
-TEST(TimelineTest, FindsTheNewestMomentAtATime) {
-  const Timeline timeline = TenSeconds();
-  EXPECT_EQ(timeline.At(0.0), 0);
-  EXPECT_EQ(timeline.At(5.0), 0);
-  EXPECT_EQ(timeline.At(6.05), 10);
-  EXPECT_EQ(timeline.At(99.0), 100);
-  EXPECT_EQ(timeline.OfSnapshot(3), 30);
-  EXPECT_EQ(Timeline().At(1.0), -1);
-}
-
-TEST(TimelineTest, HasGapsWhereNoPoseIsKnown) {
-  Timeline timeline = TenSeconds();
-  EXPECT_TRUE(timeline.Gaps().empty());
-  for (const int frame : {3, 4, 5, 99, 100}) {
-    timeline.moments[static_cast<std::size_t>(frame)].tracked = false;
-  }
-  const auto gaps = timeline.Gaps();
-  ASSERT_EQ(gaps.size(), 2U);
-  EXPECT_NEAR(gaps[0].first, 5.3, 1e-9);
-  EXPECT_NEAR(gaps[0].second, 5.6, 1e-9) << "to the first frame that is there again";
-  EXPECT_NEAR(gaps[1].second, timeline.End(), 1e-9);
-}
-
-TEST(TimelineTest, IsThinnedWithoutLosingGaps) {
-  Timeline timeline = TenSeconds();
-  for (const int frame : {33, 34, 35, 71}) {
-    timeline.moments[static_cast<std::size_t>(frame)].tracked = false;
-  }
-  const auto gaps = timeline.Gaps();
-  timeline.Thin(101);
-  EXPECT_EQ(timeline.moments.size(), 101U);
-  timeline.Thin(100);
-  EXPECT_LE(timeline.moments.size(), 58U);
-  EXPECT_EQ(timeline.Gaps(), gaps);
-  EXPECT_EQ(timeline.Begin(), 5.0);
-  EXPECT_EQ(timeline.End(), 15.0);
-}
-
-TEST(PlaybackTest, PlaysForwardAndBackwardAndStopsAtTheEnds) {
-  const Timeline timeline = TenSeconds();
-  Playback playback;
-  playback.time = timeline.End();
-  playback.Toggle(1.0, timeline);
-  EXPECT_EQ(playback.time, 5.0);  // begins again
-  playback.speed = 2.0;
-  playback.Advance(1.0, timeline);
-  EXPECT_DOUBLE_EQ(playback.time, 7.0);
-  playback.speed = -1.0;
-  playback.Advance(1.5, timeline);
-  EXPECT_DOUBLE_EQ(playback.time, 5.5);
-  EXPECT_TRUE(playback.playing);
-  playback.Advance(9.0, timeline);
-  EXPECT_DOUBLE_EQ(playback.time, 5.0);
-  EXPECT_FALSE(playback.playing);
-}
-
-TEST(PlaybackTest, StepsByFramesAndByStatesOfTheMap) {
-  const Timeline timeline = TenSeconds();
-  Playback playback;
-  playback.time = 6.0;
-  playback.Step(1, timeline);
-  EXPECT_EQ(timeline.At(playback.time), 11);
-  playback.StepSnapshot(1, timeline);
-  EXPECT_EQ(timeline.At(playback.time), 20);
-  playback.StepSnapshot(-1, timeline);
-  EXPECT_EQ(timeline.At(playback.time), 10);
-  playback.Step(-99, timeline);
-  EXPECT_EQ(timeline.At(playback.time), 0);
-}
 
 const cv::Size kWindow(800, 600);
 
