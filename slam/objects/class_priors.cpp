@@ -24,6 +24,7 @@ struct ClassEntry {
   double handle = 0.0;  // share of those with a handle on one side
   bool hollow = false;  // one sees into or through the hull
   bool floor = false;   // stands on the floor
+  bool back = false;    // a seat with a back
 
   void VisitFields(auto&& visit) {
     visit("size", size, 1e-4, 100.0);
@@ -35,6 +36,7 @@ struct ClassEntry {
     visit("handle", handle, 0.0, 0.99);
     visit("hollow", hollow);
     visit("floor", floor);
+    visit("back", back);
   }
 };
 
@@ -52,6 +54,7 @@ ClassPrior ToPrior(const ClassEntry& entry) {
   prior.handle = entry.handle;
   prior.hollow = entry.hollow;
   prior.on_floor = entry.floor;
+  prior.back = entry.back;
   prior.shapes = {entry.box, entry.cylinder, entry.ellipsoid};
   double sum = 0.0;
   for (double& share : prior.shapes) {
@@ -69,6 +72,21 @@ ClassPrior ToPrior(const ClassEntry& entry) {
 std::array<double, 2> ExponentsOf(ShapeKind kind) {
   constexpr double kFlat = 0.15;
   return {kind == ShapeKind::kEllipsoid ? 1.0 : kFlat, kind == ShapeKind::kBox ? kFlat : 1.0};
+}
+
+ClassPrior BackOf(const ClassPrior& seat) {
+  constexpr double kDepthSigma = 0.5;        // of the logarithm
+  const double log_thinner = std::log(5.0);  // than the seat is deep
+  ClassPrior back = seat;
+  back.log_width_ratio += log_thinner;
+  back.width_sigma = kDepthSigma;
+  back.log_height_ratio += 0.5 * log_thinner;
+  back.height_sigma = std::hypot(seat.height_sigma, 0.5 * kDepthSigma);
+  if (back.log_metres) {
+    *back.log_metres -= log_thinner / 3.0;
+  }
+  back.size_sigma = std::hypot(seat.size_sigma, kDepthSigma / 3.0);
+  return back;
 }
 
 ShapeKind NearestKind(double e1, double e2) {

@@ -32,7 +32,11 @@ struct ClassPrior {
   double handle = 0.0;               // share of those with a handle on one side
   bool hollow = false;               // lines of sight pass through its hull, as below the top of a table
   bool on_floor = false;             // stands on the lowest surface, not on furniture
+  bool back = false;                 // has a back, which is all that shows over a table
 };
+
+// Returns the prior over the back alone of a seat: as wide and high, a fifth as deep.
+ClassPrior BackOf(const ClassPrior& seat);
 
 class ClassPriors {
  public:

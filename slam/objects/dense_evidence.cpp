@@ -271,7 +271,7 @@ std::vector<int> EstimateWithCloud(std::map<int, Landmark>& landmarks, std::span
                                    EstimationContext context) {
   std::vector<int> changed;
   const std::vector<int> ids = ToVector(landmarks | std::views::keys);
-  for (const int id : LargestFirst(landmarks, ids)) {
+  for (const int id : LargestFirst(landmarks, ids, *context.classes, context.scale)) {
     Landmark& landmark = landmarks.at(id);
     std::vector<const Landmark*> others;
     std::vector<SizedObject> sized;

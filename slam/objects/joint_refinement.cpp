@@ -137,7 +137,7 @@ void AddPrior(const Superquadric& start, const YawMode* yaw, const RefinementInp
   constexpr double kCupTaper = 0.3;
   constexpr double kProfile = 2.0;  // the tapers explain most of what e1 would
   constexpr double kRound = 4.0;    // turned on a lathe or a wheel
-  const ClassPrior& known = input.prior;
+  const ClassPrior known = input.shows_back ? BackOf(input.prior) : input.prior;
   RefinementProblem::Prior& prior = problem.prior;
   const double longer = start.half_size.x() >= start.half_size.y() ? 1.0 : -1.0;
   prior.log_width_ratio = longer * known.log_width_ratio;

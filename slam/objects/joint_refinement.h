@@ -41,6 +41,8 @@ struct RefinementInput {
   std::optional<double> top_height;         // z of its top, if other objects stand on it
   Camera camera;
   ClassPrior prior;
+  bool may_show_back = false;  // something hides the lower part of a seat: perhaps only its back is seen
+  bool shows_back = false;     // only its back is seen: the size is that of BackOf(prior)
   std::optional<MetricScale> scale;  // empty: the prior's metric size is ignored
   double support_sigma = 0.0;        // standard deviation of the surfaces' heights, map units
 

@@ -41,49 +41,6 @@ void CompleteHiddenPart(Landmark& landmark, const std::vector<BoxView>& views,
   }
 }
 
-// Returns the horizontal direction from the object to the nearest part of `other`, map frame.
-Eigen::Vector3d DirectionTo(const PosedSuperquadric& other, const PosedSuperquadric& object) {
-  const Eigen::Vector3d& centre = object.T_map_object.translation;
-  const Eigen::Vector3d p = other.T_map_object.Inverse() * centre;
-  const Eigen::Vector3d nearest =
-      other.T_map_object * p.cwiseMin(other.shape.half_size).cwiseMax(-other.shape.half_size);
-  const bool outside = (nearest - centre).head<2>().norm() > 1e-3 * other.shape.half_size.norm();
-  Eigen::Vector3d way = (outside ? nearest : other.T_map_object.translation) - centre;
-  way.z() = 0.0;
-  return way.normalized();
-}
-
-// Returns the edges of the view's box around `object` that `other` hides.
-std::array<bool, 4> HiddenEdges(const BoxView& view, const PosedSuperquadric& object,
-                                const PosedSuperquadric& other, const Camera& camera) {
-  const double depth = (view.T_map_camera.Inverse() * object.T_map_object.translation).z();
-  return depth <= 0.0
-             ? std::array<bool, 4>()
-             : EdgesHiddenBy(UndistortBox(view.box, camera), depth, view.T_map_camera, camera, other);
-}
-
-// Returns that of the surrounding objects which hides the lower edge of the most boxes; null if none hides
-// half of them.
-const PosedSuperquadric* HiderOfBottom(const Landmark& landmark, const std::vector<BoxView>& views,
-                                       const EstimationContext& context) {
-  const bool on_floor = context.classes->Of(landmark.labels.Best()).on_floor;
-  const PosedSuperquadric* hider = nullptr;
-  auto most = static_cast<std::ptrdiff_t>(views.size() / 2);
-  for (const PosedSuperquadric& other : context.surroundings.others) {
-    if (!MayHide(other, landmark.visible, landmark.points, on_floor)) {  // the visible part is new
-      continue;
-    }
-    const auto hidden = std::ranges::count_if(views, [&](const BoxView& view) {
-      return HiddenEdges(view, landmark.visible, other, context.camera)[kBottomEdge];
-    });
-    if (hidden > most) {
-      most = hidden;
-      hider = &other;
-    }
-  }
-  return hider;
-}
-
 // Extent along an axis of an object, from its centre.
 struct Span {
   double low = 0.0;
@@ -137,7 +94,7 @@ void CompleteHiddenDepth(Landmark& landmark, const std::vector<BoxView>& views,
   }
   landmark.superquadric.shape = completed;
   const Eigen::Vector3d axis = landmark.superquadric.T_map_object.rotation * Eigen::Vector3d::Unit(thin);
-  const bool along = axis.dot(DirectionTo(*hider, landmark.superquadric)) > 0.0;
+  const bool along = axis.dot(WayToMiddle(*hider, landmark.superquadric.T_map_object.translation)) > 0.0;
   const double middle = along ? seen.low + usual : seen.high - usual;
   landmark.superquadric.T_map_object.translation += middle * axis;
   Eigen::Matrix<double, 9, 1> effect = Eigen::Matrix<double, 9, 1>::Zero();
@@ -368,13 +325,37 @@ std::vector<int> MostOutdated(const std::map<int, Landmark>& landmarks, int most
   return ids;
 }
 
-std::vector<int> LargestFirst(const std::map<int, Landmark>& landmarks, const std::vector<int>& ids) {
-  std::vector<std::pair<double, int>> by_volume;
+const PosedSuperquadric* HiderOfBottom(const Landmark& landmark, const std::vector<BoxView>& views,
+                                       const EstimationContext& context) {
+  const bool on_floor = context.classes->Of(landmark.labels.Best()).on_floor;
+  const PosedSuperquadric* hider = nullptr;
+  auto most = static_cast<std::ptrdiff_t>(views.size() / 2);
+  for (const PosedSuperquadric& other : context.surroundings.others) {
+    if (!MayHide(other, landmark.visible, landmark.points, on_floor)) {  // the visible part is new
+      continue;
+    }
+    const auto hidden = std::ranges::count_if(views, [&](const BoxView& view) {
+      return HiddenEdges(view, landmark.visible, other, context.camera)[kBottomEdge];
+    });
+    if (hidden > most) {
+      most = hidden;
+      hider = &other;
+    }
+  }
+  return hider;
+}
+
+std::vector<int> LargestFirst(const std::map<int, Landmark>& landmarks, const std::vector<int>& ids,
+                              const ClassPriors& classes, const std::optional<MetricScale>& scale) {
+  std::vector<std::pair<double, int>> by_size;
   for (const int id : ids) {
     const Landmark& landmark = landmarks.at(id);
-    by_volume.emplace_back(landmark.estimated ? -landmark.superquadric.shape.Volume() : 0.0, id);
+    const std::optional<double>& log_metres = classes.Of(landmark.labels.Best()).log_metres;
+    const double mapped = 2.0 / std::sqrt(3.0) * landmark.superquadric.shape.half_size.norm();
+    const double size = log_metres && scale ? std::exp(*log_metres - scale->log_scale) : mapped;
+    by_size.emplace_back(landmark.estimated ? -size : 0.0, id);
   }
-  return IdsInOrder(std::move(by_volume));
+  return IdsInOrder(std::move(by_size));
 }
 
 }  // namespace sqslam

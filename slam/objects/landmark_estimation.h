@@ -46,6 +46,11 @@ void EstimateLandmark(Landmark& landmark, const EstimationContext& context);
 void TakeFit(Landmark& landmark, const StandingFit& fit, const std::vector<BoxView>& views,
              const EstimationContext& context);
 
+// Returns that of the surrounding objects which hides the lower edge of the most boxes; null if none hides
+// half of them.
+const PosedSuperquadric* HiderOfBottom(const Landmark& landmark, const std::vector<BoxView>& views,
+                                       const EstimationContext& context);
+
 // Marks view edges as not free if an object that is now known to stand in front hides them: it may not have
 // been mapped yet when the box was seen.
 void MarkHiddenEdges(const Landmark& landmark, const EstimationContext& context, std::vector<BoxView>& views);
@@ -75,7 +80,10 @@ std::vector<BoxView> SpreadViews(const std::vector<BoxView>& views, int count);
 std::vector<int> MostOutdated(const std::map<int, Landmark>& landmarks, int most);
 
 // Sorts the ids in the order of estimation, largest first: small objects profit from the new estimates of the
-// large ones that hide or support them.
-std::vector<int> LargestFirst(const std::map<int, Landmark>& landmarks, const std::vector<int>& ids);
+// large ones that hide or support them. The size is that of the class if it and the scale of the map are
+// known, as estimates during a run may be far off; otherwise the mapped diagonal, as a table of which only
+// the top was found has hardly a volume.
+std::vector<int> LargestFirst(const std::map<int, Landmark>& landmarks, const std::vector<int>& ids,
+                              const ClassPriors& classes, const std::optional<MetricScale>& scale);
 
 }  // namespace sqslam

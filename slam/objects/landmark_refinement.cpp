@@ -79,6 +79,13 @@ std::vector<PosedSuperquadric> RefinementStarts(const Landmark& landmark,
   return starts;
 }
 
+// True for the back of a seat, false for a seat.
+bool IsPlate(const Superquadric& shape) {
+  constexpr double kThin = 0.5;
+  const auto& horizontal = shape.half_size.head<2>();
+  return horizontal.minCoeff() < kThin * horizontal.maxCoeff();
+}
+
 // Stands in for the points of an object without any: the corners of an upright cube at the position and of
 // the size that its boxes show. Empty if they do not determine the position.
 NamedPoints CornersOf(const std::vector<BoxView>& views, const Camera& camera) {
@@ -113,6 +120,8 @@ RefinementInput InputOf(const Landmark& landmark, const std::vector<BoxView>& vi
   input.support_sigma = 0.5 * context.supports->Tolerance();
   input.top_height = context.surroundings.stood_on;
   const bool bottom_seen = IsBottomSeen(views);
+  input.may_show_back = input.prior.back && landmark.estimated && !bottom_seen &&
+                        HiderOfBottom(landmark, views, context) != nullptr;
   for (const BoxView& view : views) {
     std::array<bool, 4> exact = view.edge_free;
     exact[kBottomEdge] = exact[kBottomEdge] && bottom_seen;
@@ -130,6 +139,7 @@ struct Candidate {
 void Assume(const Assumption& assumption, RefinementInput& input) {
   input.support_height = assumption.support;
   input.lowest = assumption.lowest;
+  input.shows_back = assumption.shows_back;
 }
 
 std::vector<Candidate> AllCandidates(std::span<const PosedSuperquadric> starts,
@@ -279,6 +289,7 @@ std::optional<StandingFit> RefineLandmark(const Landmark& landmark, const std::v
   if (!input.support_height) {
     input.lowest = LowestOf(supports, input.prior);
   }
+  input.shows_back = input.may_show_back && IsPlate(landmark.visible.shape);
   const std::optional<double> support = input.support_height;
   const RefinementResult result = RefineJointly(landmark.visible, input, options.refinement);
   return StandingFit{result.superquadric, support, result.cost, result.covariance};

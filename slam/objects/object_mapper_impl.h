@@ -101,7 +101,7 @@ struct ObjectMapper::Impl {
   }
 
   void Estimate(const std::vector<int>& ids, const PoseLookup& poses, EstimationContext& context) {
-    for (const int id : LargestFirst(landmarks, ids)) {
+    for (const int id : LargestFirst(landmarks, ids, classes, ScaleWithout(-1, SizedObjects()))) {
       Landmark& landmark = landmarks.at(id);
       if (poses) {
         landmark.ForEachPose([&](std::int64_t frame, Rigid3d& T_map_camera) {

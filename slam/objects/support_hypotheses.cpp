@@ -103,6 +103,10 @@ std::vector<Assumption> Assumptions(const SupportHeights& supports, const Refine
       assumptions.push_back({height, {}, cost_of(height, 2.0)});
     }
   }
+  for (std::size_t i = 0, count = input.may_show_back ? assumptions.size() : 0; i < count; ++i) {
+    assumptions.push_back(assumptions[i]);
+    assumptions.back().shows_back = true;
+  }
   return assumptions;
 }
 

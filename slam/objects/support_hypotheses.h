@@ -28,11 +28,12 @@ std::optional<double> SupportOf(const Landmark& landmark, const SupportHeights& 
 // reach down to a floor that was not found.
 std::optional<double> LowestOf(const SupportHeights& supports, const ClassPrior& prior);
 
-// Hypothesis about what the object stands on.
+// Hypothesis about what the object stands on and how much of it is seen.
 struct Assumption {
   std::optional<double> support;  // on a surface of this height
   std::optional<double> lowest;   // or on none, but nowhere below this height
   double cost = 0.0;              // half the chi square that it must save
+  bool shows_back = false;        // RefinementInput::shows_back
 };
 
 // Returns the hypotheses for an object. `all_far`: with all far surfaces, not only those above the lowest

@@ -64,17 +64,28 @@ bool IsBlocked(const Eigen::Vector2d& pixel, double depth, const Rigid3d& T_othe
   return false;
 }
 
-// True if `other` stands on the object: above it, on a surface about as high as its top.
-bool StandsOn(const Landmark& other, const PosedSuperquadric& object) {
-  constexpr double kAbout = 0.15;  // of the object's height
+// True if `other` may stand on the object: above it, on a surface `tolerance` from its top.
+bool MayStandOn(const Landmark& other, const PosedSuperquadric& object, double tolerance) {
   if (!other.support) {
     return false;
   }
   const double top = object.T_map_object.translation.z() + object.shape.half_size.z();
   Eigen::Vector3d p = object.T_map_object.Inverse() * other.superquadric.T_map_object.translation;
   p.z() = 0.0;
-  return std::abs(*other.support - top) < kAbout * 2.0 * object.shape.half_size.z() &&
-         object.shape.RadialScale(p) < 1.0;
+  return std::abs(*other.support - top) < tolerance && object.shape.RadialScale(p) < 1.0;
+}
+
+// True if `other` stands on the landmark and not on a wider one: cups over a chair that is pushed under a
+// table stand on the table.
+bool StandsOn(const Landmark& other, const Landmark& landmark, std::span<const Landmark* const> shown) {
+  constexpr double kAbout = 0.15;  // of the landmark's height
+  const auto area = [](const Landmark& l) { return l.superquadric.shape.half_size.head<2>().prod(); };
+  const double tolerance = kAbout * 2.0 * landmark.superquadric.shape.half_size.z();
+  return MayStandOn(other, landmark.superquadric, tolerance) &&
+         std::ranges::none_of(shown, [&](const Landmark* third) {
+           return third->id != other.id && area(*third) > area(landmark) &&
+                  MayStandOn(other, third->superquadric, tolerance);
+         });
 }
 
 // True if at least half of a better known object of a larger class lies in the landmark.
@@ -122,7 +133,7 @@ Surroundings SurroundingsOf(const Landmark& landmark, std::span<const Landmark* 
     result.holds_larger = result.holds_larger || Holds(landmark, *other, classes);
     if (other->superquadric.shape.Volume() < kMuchSmaller * volume) {
       result.smaller.push_back(other->superquadric);
-      if (StandsOn(*other, landmark.superquadric)) {
+      if (StandsOn(*other, landmark, shown)) {
         tops.push_back(*other->support);
       }
     }
@@ -193,7 +204,28 @@ std::array<bool, 4> EdgesHiddenBy(const Box2d& box, double depth, const Rigid3d&
   for (std::size_t edge = 0; edge < 4; ++edge) {
     hidden[edge] = blocked[edge] && !blocked[(edge + 2) % 4];
   }
+  const double bottom = other.T_map_object.translation.z() - other.shape.half_size.z();
+  if (bottom < (T_map_camera * far_end).z()) {
+    hidden[kTopEdge] = false;
+  }
   return hidden;
+}
+
+std::array<bool, 4> HiddenEdges(const BoxView& view, const PosedSuperquadric& object,
+                                const PosedSuperquadric& other, const Camera& camera) {
+  const double depth = (view.T_map_camera.Inverse() * object.T_map_object.translation).z();
+  return depth <= 0.0
+             ? std::array<bool, 4>()
+             : EdgesHiddenBy(UndistortBox(view.box, camera), depth, view.T_map_camera, camera, other);
+}
+
+Eigen::Vector3d WayToMiddle(const PosedSuperquadric& table, const Eigen::Vector3d& p_map) {
+  const Eigen::Vector3d p = table.T_map_object.Inverse() * p_map;
+  const Eigen::Array2d half = table.shape.half_size.head<2>();
+  const Eigen::Array2d reach = half - half.minCoeff();
+  Eigen::Vector3d middle = p;
+  middle.head<2>() = p.head<2>().array().max(-reach).min(reach);
+  return table.T_map_object.rotation * (middle - p);
 }
 
 }  // namespace sqslam

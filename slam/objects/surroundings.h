@@ -41,8 +41,17 @@ bool MayHide(const PosedSuperquadric& other, const PosedSuperquadric& object,
 
 // Returns the edges of a box (undistorted px: left, top, right, bottom) around an object at `depth` (map
 // units along the optical axis) that arise because `other` hides the object: just outside the edge the line
-// of sight meets `other` first, but not outside the opposite edge.
+// of sight meets `other` first, but not outside the opposite edge. Only what hangs above the middle of the
+// box hides its top alone: if something that stands before it seems to, the two are in each other's place.
 std::array<bool, 4> EdgesHiddenBy(const Box2d& box, double depth, const Rigid3d& T_map_camera,
                                   const Camera& camera, const PosedSuperquadric& other);
+
+// The same for the view's box around `object`.
+std::array<bool, 4> HiddenEdges(const BoxView& view, const PosedSuperquadric& object,
+                                const PosedSuperquadric& other, const Camera& camera);
+
+// Returns the horizontal way from `p_map` to the middle line of a table, which runs along the table and ends
+// as far from its ends as from its sides: what stands at the table faces this way.
+Eigen::Vector3d WayToMiddle(const PosedSuperquadric& table, const Eigen::Vector3d& p_map);
 
 }  // namespace sqslam

@@ -44,6 +44,18 @@ TEST(ClassPriors, TakeAScreenWithItsFootForNoStranger) {
   }
 }
 
+TEST(BackOf, IsAsWideAndHighAsTheSeatAndAFifthAsDeep) {
+  const ClassPrior chair =
+      ClassPriors::Read(FileWith("chair: {size: [0.5, 0.4, 0.9], back: true}\n")).Of("chair");
+  EXPECT_TRUE(chair.back);
+  const ClassPrior back = BackOf(chair);
+  EXPECT_NEAR(back.log_width_ratio, std::log(0.5 / 0.08), 1e-12);
+  EXPECT_NEAR(back.log_height_ratio, std::log(0.9 / std::sqrt(0.5 * 0.08)), 1e-12);
+  EXPECT_NEAR(*back.log_metres, std::log(0.5 * 0.08 * 0.9) / 3.0, 1e-12);
+  EXPECT_GT(back.width_sigma, chair.width_sigma);
+  EXPECT_FALSE(BackOf(ClassPrior()).log_metres);
+}
+
 TEST(ClassPriors, NameTheLineOfWhatTheyCannotRead) {
   const auto message = [](const std::string& text) -> std::string {
     try {

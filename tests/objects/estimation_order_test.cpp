@@ -50,11 +50,21 @@ TEST(MostOutdated, NoLandmarkWaitsForEver) {
   EXPECT_EQ(last.size(), landmarks.size());
 }
 
-TEST(LargestFirst, OrdersByVolumeAndPutsThoseWithoutEstimateLast) {
-  const std::map<int, Landmark> landmarks = {
+TEST(LargestFirst, OrdersByDiagonalAndPutsThoseWithoutEstimateLast) {
+  std::map<int, Landmark> landmarks = {
       {1, With(9, 9, 0.1)}, {2, With(9, 0)}, {3, With(9, 9, 0.5)}, {4, With(9, 9, 0.2)}};
-  EXPECT_THAT(LargestFirst(landmarks, {1, 2, 3, 4}), ElementsAre(3, 4, 1, 2));
-  EXPECT_THAT(LargestFirst(landmarks, {1, 4}), ElementsAre(4, 1));
+  landmarks.at(1).superquadric.shape.half_size = {0.8, 0.5, 0.001};  // the top of a table
+  EXPECT_THAT(LargestFirst(landmarks, {1, 2, 3, 4}, {}, {}), ElementsAre(1, 3, 4, 2));
+  EXPECT_THAT(LargestFirst(landmarks, {3, 4}, {}, {}), ElementsAre(3, 4));
+}
+
+TEST(LargestFirst, KnowsTablesToBeLargerThanChairs) {
+  std::map<int, Landmark> landmarks = {{1, With(9, 9, 0.9)}, {2, With(9, 9, 0.3)}, {3, With(9, 9, 0.4)}};
+  landmarks.at(1).labels.Add("chair", 1.0);  // far too large so far
+  landmarks.at(2).labels.Add("dining_table", 1.0);
+  const ClassPriors classes = ClassPriors::Named("default");
+  EXPECT_THAT(LargestFirst(landmarks, {1, 2, 3}, classes, MetricScale{0.0, 0.1}), ElementsAre(2, 3, 1));
+  EXPECT_THAT(LargestFirst(landmarks, {1, 2, 3}, classes, {}), ElementsAre(1, 3, 2)) << "of no known scale";
 }
 
 }  // namespace

@@ -1,6 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
+
 #include "seen_landmark.h"
 #include "slam/objects/landmark_estimation.h"
 #include "slam/objects/landmark_geometry.h"
@@ -66,6 +69,13 @@ TEST(EdgesHiddenBy, ATableTakenTooHighHidesNothingAtItsRim) {
   // A cup that stands 2 cm deep in the table, a hand's breadth before the far rim.
   const PosedSuperquadric cup = Box({0.1, 2.42, kTableTop + 0.03}, {0.04, 0.04, 0.05});
   EXPECT_THAT(HiddenByTheTable(cup), ElementsAre(false, false, false, false));
+}
+
+TEST(EdgesHiddenBy, WhatStandsOnTheFloorHidesNoTopAlone) {
+  const PosedSuperquadric chair = Box({0.1, 2.8, 0.7}, {0.22, 0.2, 0.18});
+  const Eigen::Vector3d half_size(0.6, 0.6, 0.5);  // far too large, and where the chair is
+  EXPECT_FALSE(HiddenBy(Box({-0.1, 2.6, 0.5}, half_size), chair)[kTopEdge]);
+  EXPECT_TRUE(HiddenBy(Box({0.1, 1.8, 1.1}, {0.5, 0.1, 0.22}), chair)[kTopEdge]) << "a lamp does";
 }
 
 TEST(MayHide, IsNotTheTableForWhatSinksIntoItsTop) {
@@ -159,6 +169,48 @@ TEST(TakeFit, WhatIsSeenWholeOrHasNoKnownDepthKeepsIt) {
   EXPECT_EQ(depth(FittedBehindTheTable("chair", beside, false)), 0.03) << "nothing hides it";
   const PosedSuperquadric row = Box({0.1, 2.8, 0.44}, {0.8, 0.03, 0.44});
   EXPECT_EQ(depth(FittedBehindTheTable("chair", row, false)), 0.03) << "far wider than high: no chair";
+}
+
+// Returns the depth of the visible part of a chair of which the boxes show the back over the table's far rim.
+// `classes`: the text of a file of classes.
+double DepthSeenOverTheTable(const std::string& classes_text) {
+  const std::filesystem::path path = std::filesystem::path(::testing::TempDir()) / "chairs.yaml";
+  std::ofstream(path) << classes_text;
+  const ClassPriors classes = ClassPriors::Read(path);
+  const PosedSuperquadric back = Box({0.1, 2.8, 0.44}, {0.22, 0.03, 0.44});
+  const PosedSuperquadric shown = StretchedTo(back, kTableTop - 0.1);
+  Landmark landmark;
+  landmark.estimated = true;
+  landmark.visible = landmark.superquadric = shown;
+  for (int frame = 0; frame < 20; ++frame) {
+    const Rigid3d aside(Eigen::Quaterniond::Identity(), {0.06 * (frame - 10), 0.0, 0.01 * (frame % 5)});
+    const Rigid3d pose = aside * Pose();
+    ObjectObservation seen = testing::ObservationOf("chair", *ProjectToBox(shown, pose, TestCamera()), frame);
+    seen.T_map_camera = pose;
+    seen.edge_free = {true, true, true, false};
+    landmark.Add(seen);
+    const Eigen::Vector3d p(0.1 + 0.02 * (frame - 9.5), 2.77, kTableTop + 0.008 * frame);
+    landmark.points.emplace_back(frame, p);
+    landmark.votes[frame].SeeInside(pose.translation);
+  }
+  const ObjectOptions options;
+  const SupportSurfaces supports = SupportSurfaces::Everywhere(0.0);
+  EstimationContext context;
+  context.options = &options;
+  context.classes = &classes;
+  context.supports = &supports;
+  context.camera = TestCamera();
+  context.upright = context.thorough = true;
+  context.surroundings.others = {Table()};
+  const StandingFit fit = *RefineLandmark(landmark, landmark.views, true, context);
+  return 2.0 * fit.superquadric.shape.half_size.head<2>().minCoeff();
+}
+
+TEST(RefineLandmark, OverATableOneMaySeeTheBackOfAChairAlone) {
+  const std::string chair =
+      "chair: {size: [0.48, 0.52, 0.88], spread: 0.2, aspect: [0.2, 0.2], box: 1, hollow: true";
+  EXPECT_LT(DepthSeenOverTheTable(chair + ", floor: true, back: true}\n"), 0.12);
+  EXPECT_GT(DepthSeenOverTheTable(chair + ", floor: true}\n"), 0.25) << "a whole chair";
 }
 
 }  // namespace

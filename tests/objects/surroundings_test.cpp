@@ -51,6 +51,28 @@ TEST(Surroundings, TellATopByWhatStandsOnIt) {
   EXPECT_EQ(SurroundingsOf(cup, shown, ClassPriors()).stood_on, std::nullopt);
 }
 
+TEST(Surroundings, CupsOverAChairThatIsPushedUnderATableStandOnTheTable) {
+  const Landmark chair = MappedBox(1, {0.0, 2.4, 0.4}, {0.25, 0.25, 0.4});
+  Landmark cup = MappedBox(2, {0.0, 2.3, 0.76}, {0.04, 0.04, 0.05});
+  cup.support = 0.71;
+  std::vector<const Landmark*> shown = {&chair, &cup};
+  EXPECT_EQ(SurroundingsOf(chair, shown, ClassPriors()).stood_on, 0.71);
+  const Landmark top = MappedBox(3, {0.0, 2.0, 0.7}, {0.8, 0.5, 0.01});  // all that is known of a table
+  shown.push_back(&top);
+  EXPECT_EQ(SurroundingsOf(chair, shown, ClassPriors()).stood_on, std::nullopt);
+}
+
+TEST(WayToMiddle, IsAcrossTheTableFromItsSideAndAlongItFromItsEnd) {
+  PosedSuperquadric table = MappedBox(1, {1.0, 2.0, 0.35}, {0.8, 0.5, 0.35}).superquadric;
+  EXPECT_TRUE(WayToMiddle(table, {1.2, 2.7, 0.4}).isApprox(Eigen::Vector3d(0.0, -0.7, 0.0)));
+  EXPECT_TRUE(WayToMiddle(table, {1.2, 2.4, 0.4}).isApprox(Eigen::Vector3d(0.0, -0.4, 0.0))) << "under it";
+  EXPECT_TRUE(WayToMiddle(table, {2.1, 2.0, 0.4}).isApprox(Eigen::Vector3d(-0.8, 0.0, 0.0)));
+  const Rigid3d turn(Eigen::Quaterniond(Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitZ())), {0.3, -0.2, 0.1});
+  table.T_map_object = turn * table.T_map_object;
+  EXPECT_TRUE(WayToMiddle(table, turn * Eigen::Vector3d(1.2, 2.7, 0.4))
+                  .isApprox(turn.rotation * Eigen::Vector3d(0.0, -0.7, 0.0)));
+}
+
 TEST(Surroundings, ASinkHoldsCupsButNoBetterKnownChair) {
   Landmark sink = MappedBox(1, {0.0, 2.0, 0.5}, {0.5, 0.8, 0.5});
   sink.labels.Add("sink", 0.9);
