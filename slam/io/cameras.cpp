@@ -218,14 +218,19 @@ CameraGuess GuessCamera(int width, int height, double fps) {
 }
 
 std::optional<CameraGuess> GuessCamera(const std::filesystem::path& image, double fps) {
+  const auto check = [&](const cv::Size& size) {
+    ThrowIf<InputError>(std::min(size.width, size.height) < kMinImageSide || IsTooLarge(size),
+                        "{}: {}x{} pixels, expected sides from {} to {}", image.string(), size.width,
+                        size.height, kMinImageSide, kMaxImageSide);
+  };
+  if (const std::optional<cv::Size> claimed = ClaimedSize(image)) {
+    check(*claimed);
+  }
   const cv::Mat read = ReadImage(image, cv::IMREAD_COLOR);  // rotated as its EXIF says
   if (read.empty()) {
     return std::nullopt;
   }
-  ThrowIf<InputError>(
-      std::min(read.cols, read.rows) < kMinImageSide || std::max(read.cols, read.rows) > kMaxImageSide,
-      "{}: {}x{} pixels, expected sides from {} to {}", image.string(), read.cols, read.rows, kMinImageSide,
-      kMaxImageSide);
+  check(read.size());
   if (const std::optional<double> film = FocalLength35mm(image)) {
     // By the diagonal, as the standard defines it for aspect ratios other than the film's.
     return WithFocal(read.cols, read.rows, fps, *film / kFilmDiagonal * std::hypot(read.cols, read.rows),

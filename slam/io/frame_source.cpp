@@ -63,6 +63,10 @@ Decoded DecodeFile(const std::filesystem::path& path) {
   if (bytes.empty() || IsCutOff(bytes)) {
     return {{}, bytes.empty() ? "is empty" : "is cut off"};
   }
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  if (IsTooLarge(ClaimedSize(text).value_or(cv::Size()))) {
+    return {{}, "claims to be too large"};
+  }
   try {
     Decoded decoded{cv::imdecode(bytes, cv::IMREAD_COLOR), ""};
     decoded.problem = decoded.bgr.empty() ? "is no readable image" : "";

@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "slam/io/cameras.h"
+#include "slam/util/error.h"
+#include "slam/util/text_lines.h"
 #include "tests/io/temporary_folder.h"
 
 namespace sqslam {
@@ -51,6 +53,26 @@ TEST(CameraGuess, TakesTheFocalLengthOfAPhotographByItsDiagonal) {
   EXPECT_NEAR(guess->camera.fx, 26.0 / std::hypot(36.0, 24.0) * 500.0, 0.01);
   EXPECT_EQ(guess->camera.fx, guess->camera.fy);
   EXPECT_NE(guess->source.find("26 mm"), std::string::npos) << guess->source;
+}
+
+TEST(CameraGuess, RefusesASizeThatIsOnlyClaimed) {
+  const TemporaryFolder folder;
+  std::string bytes = ReadFile(WritePhotograph(folder, {64, 48}, 26), "a photograph");
+  const std::size_t frame = bytes.find("\xFF\xC0");
+  ASSERT_NE(frame, std::string::npos);
+  bytes.replace(frame + 5, 4, "\xFD\xE8\xFD\xE8");  // 65000 by 65000
+  const std::string png =
+      std::string("\x89PNG\r\n\x1A\n\0\0\0\rIHDR", 16) + std::string("\0\0\xFD\xE8\0\0\xFD\xE8", 8);
+  for (const auto& file : {folder.Write("large.jpg", bytes), folder.Write("large.png", png)}) {
+    try {
+      GuessCamera(file, 30.0);
+      ADD_FAILURE() << file;
+    } catch (const InputError& e) {
+      EXPECT_NE(std::string(e.what()).find("65000x65000 pixels, expected sides from 16 to 16384"),
+                std::string::npos)
+          << e.what();
+    }
+  }
 }
 
 TEST(CameraGuess, IsSixtyDegreesAlongTheLongerSideOtherwise) {

@@ -101,14 +101,18 @@ TEST_F(FrameSourceTest, UnusableImagesAreSkippedAndNamed) {
   std::vector<unsigned char> png;
   cv::imencode(".png", noise, png);
   folder_.Write("6.png", std::string(png.begin(), png.begin() + std::ssize(png) / 2));
+  std::string large(jpeg.begin(), jpeg.end());
+  large.replace(large.find("\xFF\xC0") + 5, 4, "\xFD\xE8\xFD\xE8");  // claims 65000 by 65000 pixels
+  folder_.Write("7.png", large);
   FrameSource source(sequence_);
-  EXPECT_THAT(Play(source), ElementsAre(0, 7));
-  EXPECT_EQ(source.Skipped(), 6);
+  EXPECT_THAT(Play(source), ElementsAre(0));
+  EXPECT_EQ(source.Skipped(), 7);
   EXPECT_THAT(log.Text(),
               HasSubstr("frame 1 skipped: " + sequence_.frames[1].image_path.string() + " cannot be opened"));
   EXPECT_THAT(log.Text(), HasSubstr("frame 2 skipped"));
   EXPECT_THAT(log.Text(), HasSubstr("is 32x24, expected the camera's 64x48"));
   EXPECT_THAT(log.Text(), HasSubstr("5.png is cut off"));
+  EXPECT_THAT(log.Text(), HasSubstr("7.png claims to be too large"));
 }
 
 TEST_F(FrameSourceTest, MasksAreBlackWhereNothingIsLookedAt) {
