@@ -245,22 +245,17 @@ std::vector<PosedSuperquadric> Neighbours(const PosedSuperquadric& s) {
   return neighbours;
 }
 
-struct Followed {
-  StandingFit fit;
-  Assumption assumption;
-
-  double Cost() const { return fit.cost; }
-};
-
-// Refines all candidates and appends the results.
+// Refines all candidates; updates `best` and its hypothesis if one is better.
 void FollowAll(const std::vector<Candidate>& candidates, const RefinementOptions& options,
-               RefinementInput& input, std::vector<Followed>& followed) {
-  for (const auto& [start, assumption, quick_cost] : candidates) {
-    Assume(assumption, input);
-    const RefinementResult result = RefineJointly(start, input, options);
-    followed.push_back(
-        {{result.superquadric, assumption.support, result.cost + assumption.cost, result.covariance},
-         assumption});
+               RefinementInput& input, StandingFit& best, Assumption& best_assumption) {
+  for (const Candidate& candidate : candidates) {
+    Assume(candidate.assumption, input);
+    const RefinementResult result = RefineJointly(candidate.start, input, options);
+    const double cost = result.cost + candidate.assumption.cost;
+    if (cost < best.cost) {
+      best = {result.superquadric, candidate.assumption.support, cost, result.covariance};
+      best_assumption = candidate.assumption;
+    }
   }
 }
 
@@ -332,26 +327,18 @@ StandingFit RefineStanding(std::span<const PosedSuperquadric> starts, Refinement
   if (effort == SearchEffort::kPromising) {
     KeepPromising(input, options, candidates);
   }
-  std::vector<Followed> followed;
-  FollowAll(candidates, options, input, followed);
+  StandingFit best;
+  best.cost = std::numeric_limits<double>::infinity();
+  Assumption assumption;
+  FollowAll(candidates, options, input, best, assumption);
   double before = std::numeric_limits<double>::infinity();
-  for (int round = 0; effort == SearchEffort::kThorough && round < kMostRounds; ++round) {
-    const auto [best, assumption] = *std::ranges::min_element(followed, {}, &Followed::Cost);
-    if (best.cost >= before - kEnough) {
-      break;
-    }
+  for (int round = 0;
+       effort == SearchEffort::kThorough && round < kMostRounds && best.cost < before - kEnough; ++round) {
     before = best.cost;
     const std::vector<PosedSuperquadric> neighbours = Neighbours(best.superquadric);
-    FollowAll(AllCandidates(neighbours, {&assumption, 1}), options, input, followed);
+    FollowAll(AllCandidates(neighbours, {&assumption, 1}), options, input, best, assumption);
   }
-  return SmallestOfTheBest(ToVector(followed, &Followed::fit), kEnough);
-}
-
-StandingFit SmallestOfTheBest(std::span<const StandingFit> fits, double margin) {
-  const double limit = std::ranges::min_element(fits, {}, &StandingFit::cost)->cost + margin;
-  return *std::ranges::min_element(fits, {}, [&](const StandingFit& fit) {
-    return fit.cost <= limit ? fit.superquadric.shape.Volume() : std::numeric_limits<double>::infinity();
-  });
+  return best;
 }
 
 }  // namespace sqslam

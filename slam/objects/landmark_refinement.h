@@ -30,15 +30,10 @@ enum class SearchEffort {
 // are stretched down to the assumed support: the lower part of a chair behind a table is never seen.
 //
 // Most local minima differ by one side of the object, by an eighth of a turn or by the kind of shape.
-// `kThorough` repeatedly tries these variants of the best one until none is better. Of results that the
-// evidence does not tell apart, within half a chi square, the smallest is returned.
+// `kThorough` repeatedly tries these variants of the best one until none is better.
 StandingFit RefineStanding(std::span<const PosedSuperquadric> starts, RefinementInput input,
                            const SupportHeights& supports, const RefinementOptions& options,
                            SearchEffort effort);
-
-// Returns the smallest of the fits that cost at most `margin` more than the best: of two that the evidence
-// does not tell apart, the smaller one claims less. `fits`: at least one.
-StandingFit SmallestOfTheBest(std::span<const StandingFit> fits, double margin);
 
 // True if the lower box edges show where the object ends. If they are hidden in most views, the other views
 // probably missed the occluder.

@@ -100,17 +100,6 @@ TEST(RefineStanding, ThoroughSearchLeavesAWrongStartBehind) {
   EXPECT_GT(SolidIoU(fit(SearchEffort::kThorough).superquadric, truth), 0.9);
 }
 
-TEST(SmallestOfTheBest, IsTheSmallestThatCostsLittleMore) {
-  const auto fit = [](double size, double cost) {
-    PosedSuperquadric solid;
-    solid.shape.half_size.setConstant(size);
-    return StandingFit{solid, {}, cost};
-  };
-  const std::vector<StandingFit> fits = {fit(0.2, 10.3), fit(0.3, 10.0), fit(0.25, 10.4), fit(0.1, 10.6)};
-  EXPECT_EQ(SmallestOfTheBest(fits, 0.5).cost, 10.3);
-  EXPECT_EQ(SmallestOfTheBest(fits, 0.0).cost, 10.0);
-}
-
 // Views of which the lower part is hidden; `shown`: the rest as share of the box.
 RefinementInput HiddenBelow(const SyntheticDesk& desk, const PosedSuperquadric& truth, double shown) {
   RefinementInput input = InputOf(desk, truth);
