@@ -19,6 +19,7 @@
 #include <thread>
 
 #include "slam/io/image_files.h"
+#include "slam/util/limits.h"
 #include "slam/util/text_lines.h"
 #include "slam/util/throw_if.h"
 
@@ -64,8 +65,10 @@ Decoded DecodeFile(const std::filesystem::path& path) {
     return {{}, bytes.empty() ? "is empty" : "is cut off"};
   }
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  if (IsTooLarge(ClaimedSize(text).value_or(cv::Size()))) {
-    return {{}, "claims to be too large"};
+  if (const auto size = ClaimedSize(text); size && IsTooLarge(*size)) {
+    return {{},
+            fmt::format("claims {}x{} pixels, expected at most {} a side", size->width, size->height,
+                        kMaxImageSide)};
   }
   try {
     Decoded decoded{cv::imdecode(bytes, cv::IMREAD_COLOR), ""};

@@ -159,12 +159,14 @@ std::optional<cv::Size> ClaimedSize(std::string_view bytes) {
   for (std::size_t at = 2; bytes.starts_with("\xFF\xD8") && at + kFrameHeader <= bytes.size();) {
     const int marker = number(at + 1, 1);
     const bool starts_segment = bytes[at] == '\xFF' && marker > 0x01 && marker < 0xFF;
+    const bool is_table = marker == 0xC4 || marker == 0xC8 || marker == 0xCC;  // among the headers of frames
+    const bool has_length = marker < 0xD0 || marker > 0xD9;                    // not a restart, start or end
     if (!starts_segment) {  // decoders look for the next one
       ++at;
-    } else if (marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC) {
+    } else if (marker >= 0xC0 && marker <= 0xCF && !is_table) {
       return cv::Size(number(at + 7, 2), number(at + 5, 2));
     } else {
-      at += 2 + (marker >= 0xD0 && marker <= 0xD9 ? 0 : static_cast<std::size_t>(number(at + 2, 2)));
+      at += 2 + (has_length ? static_cast<std::size_t>(number(at + 2, 2)) : 0);
     }
   }
   return std::nullopt;

@@ -32,7 +32,7 @@ struct ClassPrior {
   double handle = 0.0;               // share of those with a handle on one side
   bool hollow = false;               // lines of sight pass through its hull, as below the top of a table
   bool on_floor = false;             // stands on the lowest surface, not on furniture
-  bool back = false;                 // has a back, which is all that shows over a table
+  bool back = false;                 // a seat with a back, which may be all that shows over a table
 };
 
 // Returns the prior over the back alone of a seat: as wide and high, a fifth as deep.
@@ -69,7 +69,7 @@ struct SizedObject {
 };
 
 // Estimates the map's scale from all objects but `id`, with Cauchy weights; empty if fewer than three remain.
-std::optional<MetricScale> ScaleWithout(int id, const std::vector<SizedObject>& objects);
+std::optional<MetricScale> ScaleWithout(std::optional<int> id, const std::vector<SizedObject>& objects);
 
 // Mean of the logarithms of the three full sizes.
 double LogSize(const Superquadric& shape);

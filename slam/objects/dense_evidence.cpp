@@ -271,18 +271,15 @@ std::vector<int> EstimateWithCloud(std::map<int, Landmark>& landmarks, std::span
                                    EstimationContext context) {
   std::vector<int> changed;
   const std::vector<int> ids = ToVector(landmarks | std::views::keys);
-  for (const int id : LargestFirst(landmarks, ids, *context.classes, context.scale)) {
+  std::vector<const Landmark*> all;
+  for (const auto& [id, landmark] : landmarks) {
+    all.push_back(&landmark);
+  }
+  const ClassPriors& classes = *context.classes;
+  for (const int id : LargestFirst(landmarks, ids, classes, ScaleWithout({}, SizedAmong(all, classes)))) {
     Landmark& landmark = landmarks.at(id);
-    std::vector<const Landmark*> others;
-    std::vector<SizedObject> sized;
-    for (const auto& [other_id, other] : landmarks) {
-      others.push_back(&other);
-      if (const auto size = SizedBy(other, *context.classes)) {
-        sized.push_back(*size);
-      }
-    }
-    context.surroundings = SurroundingsOf(landmark, others, *context.classes);
-    context.scale = ScaleWithout(id, sized);
+    context.surroundings = SurroundingsOf(landmark, all, classes);
+    context.scale = ScaleWithout(id, SizedAmong(all, classes));
     if (EstimateWithSurface(landmark, SurfaceOf(landmark, cloud, context), context)) {
       changed.push_back(id);
     }

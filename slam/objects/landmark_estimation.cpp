@@ -219,6 +219,16 @@ std::optional<SizedObject> SizedBy(const Landmark& landmark, const ClassPriors& 
                      std::hypot(known.size_sigma, kMapped)};
 }
 
+std::vector<SizedObject> SizedAmong(std::span<const Landmark* const> landmarks, const ClassPriors& classes) {
+  std::vector<SizedObject> sized;
+  for (const Landmark* landmark : landmarks) {
+    if (const std::optional<SizedObject> size = SizedBy(*landmark, classes)) {
+      sized.push_back(*size);
+    }
+  }
+  return sized;
+}
+
 double BoxAgreement(const PosedSuperquadric& superquadric, const std::vector<BoxView>& views,
                     const Camera& camera) {
   double sum = 0.0;

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <span>
 #include <vector>
 
 #include "slam/geometry/camera.h"
@@ -63,6 +64,9 @@ std::vector<BoxView> HeldOutViews(const std::vector<BoxView>& all, const std::ve
 // Estimates the map's scale from an object whose class has a metric size; empty for others, and for one that
 // has its depth from its class.
 std::optional<SizedObject> SizedBy(const Landmark& landmark, const ClassPriors& classes);
+
+// The same for those of the landmarks that have one.
+std::vector<SizedObject> SizedAmong(std::span<const Landmark* const> landmarks, const ClassPriors& classes);
 
 // Mean IoU of the superquadric's projections and the boxes of the views, in [0, 1].
 double BoxAgreement(const PosedSuperquadric& superquadric, const std::vector<BoxView>& views,

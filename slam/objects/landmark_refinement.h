@@ -26,7 +26,8 @@ enum class SearchEffort {
 };
 
 // Runs the joint refinement from several starts under several hypotheses: that the object stands on one of
-// the surfaces, or on none, which must then fit the boxes and points better by options.floating_cost. Starts
+// the surfaces, or on none, which must then fit the boxes and points better by options.floating_cost; and, of
+// a seat whose lower part is hidden, that its boxes show the whole or the back alone. Starts
 // are stretched down to the assumed support: the lower part of a chair behind a table is never seen.
 //
 // Most local minima differ by one side of the object, by an eighth of a turn or by the kind of shape.

@@ -101,7 +101,8 @@ struct ObjectMapper::Impl {
   }
 
   void Estimate(const std::vector<int>& ids, const PoseLookup& poses, EstimationContext& context) {
-    for (const int id : LargestFirst(landmarks, ids, classes, ScaleWithout(-1, SizedObjects()))) {
+    for (const int id :
+         LargestFirst(landmarks, ids, classes, ScaleWithout({}, SizedAmong(Shown(), classes)))) {
       Landmark& landmark = landmarks.at(id);
       if (poses) {
         landmark.ForEachPose([&](std::int64_t frame, Rigid3d& T_map_camera) {
@@ -109,7 +110,7 @@ struct ObjectMapper::Impl {
         });
       }
       context.surroundings = SurroundingsOf(landmark, Shown(), classes);
-      context.scale = ScaleWithout(id, SizedObjects());
+      context.scale = ScaleWithout(id, SizedAmong(Shown(), classes));
       EstimateLandmark(landmark, context);
       if (options.representation == Representation::kQuadric) {
         const std::vector<BoxView> views = SpreadViews(landmark.views, options.refinement.max_views);
@@ -130,17 +131,6 @@ struct ObjectMapper::Impl {
       }
     }
     return shown;
-  }
-
-  // The shown objects whose class has a size.
-  std::vector<SizedObject> SizedObjects() const {
-    std::vector<SizedObject> sized;
-    for (const Landmark* landmark : Shown()) {
-      if (const std::optional<SizedObject> size = SizedBy(*landmark, classes)) {
-        sized.push_back(*size);
-      }
-    }
-    return sized;
   }
 
   // Returns the survivors, which must be re-estimated.
