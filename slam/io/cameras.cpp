@@ -17,6 +17,7 @@
 #include "slam/io/image_files.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/data_path.h"
+#include "slam/util/image_decoding.h"
 #include "slam/util/limits.h"
 #include "slam/util/text_lines.h"
 #include "slam/util/throw_if.h"
@@ -223,10 +224,11 @@ std::optional<CameraGuess> GuessCamera(const std::filesystem::path& image, doubl
                         "{}: {}x{} pixels, expected sides from {} to {}", image.string(), size.width,
                         size.height, kMinImageSide, kMaxImageSide);
   };
-  if (const std::optional<cv::Size> claimed = ClaimedSize(image)) {
+  const std::string bytes = ImageBytes(image);
+  if (const std::optional<cv::Size> claimed = SizeInHeader(bytes)) {
     check(*claimed);
   }
-  const cv::Mat read = ReadImage(image, cv::IMREAD_COLOR);  // rotated as its EXIF says
+  const cv::Mat read = DecodeImage(bytes, cv::IMREAD_COLOR).pixels;  // rotated as its EXIF says
   if (read.empty()) {
     return std::nullopt;
   }

@@ -19,7 +19,7 @@
 #include <thread>
 
 #include "slam/io/image_files.h"
-#include "slam/util/limits.h"
+#include "slam/util/image_decoding.h"
 #include "slam/util/text_lines.h"
 #include "slam/util/throw_if.h"
 
@@ -27,26 +27,20 @@ namespace sqslam {
 namespace {
 
 // A truncated file can decode to a half-grey image without any error, so look for the format's end marker.
-bool IsCutOff(const std::vector<unsigned char>& bytes) {
+bool IsCutOff(std::string_view text) {
   struct Format {
     std::string_view start;
     std::string_view end;
   };
   constexpr std::array<Format, 2> kFormats = {{{"\xFF\xD8", "\xFF\xD9"}, {"\x89PNG", "IEND"}}};
   constexpr std::size_t kTail = 4096;  // some writers append bytes
-  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   return std::ranges::any_of(kFormats, [&](const Format& format) {
     return text.starts_with(format.start) &&
            text.substr(text.size() - std::min(kTail, text.size())).find(format.end) == std::string_view::npos;
   });
 }
 
-struct Decoded {
-  cv::Mat bgr;
-  std::string problem;  // empty if the image is fine
-};
-
-Decoded DecodeFile(const std::filesystem::path& path) {
+DecodedImage DecodeFile(const std::filesystem::path& path) {
   std::error_code none;
   if (std::filesystem::is_fifo(path, none)) {  // reading it would block
     return {{}, "is a pipe"};
@@ -55,7 +49,7 @@ Decoded DecodeFile(const std::filesystem::path& path) {
   if (!file) {
     return {{}, "cannot be opened"};
   }
-  std::vector<unsigned char> bytes;
+  std::string bytes;
   try {
     bytes.assign(std::istreambuf_iterator<char>(file), {});
   } catch (const std::exception&) {  // a folder, or a failing medium
@@ -64,19 +58,7 @@ Decoded DecodeFile(const std::filesystem::path& path) {
   if (bytes.empty() || IsCutOff(bytes)) {
     return {{}, bytes.empty() ? "is empty" : "is cut off"};
   }
-  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  if (const auto size = ClaimedSize(text); size && IsTooLarge(*size)) {
-    return {{},
-            fmt::format("claims {}x{} pixels, expected at most {} a side", size->width, size->height,
-                        kMaxImageSide)};
-  }
-  try {
-    Decoded decoded{cv::imdecode(bytes, cv::IMREAD_COLOR), ""};
-    decoded.problem = decoded.bgr.empty() ? "is no readable image" : "";
-    return decoded;
-  } catch (const cv::Exception&) {
-    return {{}, "is no readable image"};
-  }
+  return DecodeImage(bytes, cv::IMREAD_COLOR);
 }
 
 }  // namespace
@@ -138,13 +120,13 @@ struct FrameSource::Impl {
     thread = std::jthread([this](const std::stop_token& stop) { Run(stop); });
   }
 
-  Decoded DecodeVideo(std::int64_t index) {
-    Decoded decoded;
+  DecodedImage DecodeVideo(std::int64_t index) {
+    DecodedImage decoded;
     // Seeking in videos is inexact with many codecs; reading on is exact and, with strides of a few, as fast.
     while (video_position < index && video.grab()) {
       ++video_position;
     }
-    if (video_position != index || !video.read(decoded.bgr)) {
+    if (video_position != index || !video.read(decoded.pixels)) {
       video_ended = true;
       return decoded;
     }
@@ -153,24 +135,24 @@ struct FrameSource::Impl {
       constexpr std::array<int, 3> kTurns = {cv::ROTATE_90_CLOCKWISE, cv::ROTATE_180,
                                              cv::ROTATE_90_COUNTERCLOCKWISE};
       cv::Mat turned;
-      cv::rotate(decoded.bgr, turned, kTurns[static_cast<std::size_t>(sequence.quarter_turns - 1)]);
-      decoded.bgr = turned;
+      cv::rotate(decoded.pixels, turned, kTurns[static_cast<std::size_t>(sequence.quarter_turns - 1)]);
+      decoded.pixels = turned;
     }
     return decoded;
   }
 
   std::optional<Frame> Decode(std::int64_t index) {
     const SequenceFrame& listed = sequence.frames[static_cast<std::size_t>(index)];
-    Decoded decoded = sequence.video_path.empty() ? DecodeFile(listed.image_path) : DecodeVideo(index);
+    DecodedImage decoded = sequence.video_path.empty() ? DecodeFile(listed.image_path) : DecodeVideo(index);
     if (video_ended) {
       return std::nullopt;
     }
     const cv::Size size(sequence.camera.width, sequence.camera.height);
     const cv::Size expected =
         sequence.image_width > 0 ? cv::Size(sequence.image_width, sequence.image_height) : size;
-    if (decoded.problem.empty() && !sequence.any_image_size && decoded.bgr.size() != expected) {
-      decoded.problem = fmt::format("is {}x{}, expected the camera's {}x{}", decoded.bgr.cols,
-                                    decoded.bgr.rows, expected.width, expected.height);
+    if (decoded.problem.empty() && !sequence.any_image_size && decoded.pixels.size() != expected) {
+      decoded.problem = fmt::format("is {}x{}, expected the camera's {}x{}", decoded.pixels.cols,
+                                    decoded.pixels.rows, expected.width, expected.height);
     }
     if (!decoded.problem.empty()) {
       ++skipped;
@@ -183,10 +165,10 @@ struct FrameSource::Impl {
     frame.index = index;
     frame.timestamp = listed.timestamp;
     frame.image_path = listed.image_path.string();
-    frame.bgr = Resized(decoded.bgr, size);
+    frame.bgr = Resized(decoded.pixels, size);
     cv::cvtColor(frame.bgr, frame.gray, cv::COLOR_BGR2GRAY);
     frame.detections = listed.detections;
-    frame.ignored = Ignored(index, listed.mask_path, decoded.bgr.size(), size);
+    frame.ignored = Ignored(index, listed.mask_path, decoded.pixels.size(), size);
     return frame;
   }
 

@@ -5,13 +5,13 @@
 #include <boost/algorithm/string/case_conv.hpp>
 #include <cmath>
 #include <fstream>
-#include <limits>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
 
+#include "slam/util/image_decoding.h"
 #include "slam/util/limits.h"
 #include "slam/util/text_lines.h"
 #include "slam/util/throw_if.h"
@@ -144,59 +144,19 @@ cv::Mat Resized(const cv::Mat& image, cv::Size size) {
   return resized;
 }
 
-std::optional<cv::Size> ClaimedSize(std::string_view bytes) {
-  const auto number = [&](std::size_t at, std::size_t count) {
-    std::int64_t value = 0;
-    for (const char c : bytes.substr(at, count)) {
-      value = 256 * value + static_cast<unsigned char>(c);
-    }
-    return static_cast<int>(std::min<std::int64_t>(value, std::numeric_limits<int>::max()));
-  };
-  if (bytes.starts_with("\x89PNG") && bytes.size() >= 24) {
-    return cv::Size(number(16, 4), number(20, 4));
-  }
-  constexpr std::size_t kFrameHeader = 9;
-  for (std::size_t at = 2; bytes.starts_with("\xFF\xD8") && at + kFrameHeader <= bytes.size();) {
-    const int marker = number(at + 1, 1);
-    const bool starts_segment = bytes[at] == '\xFF' && marker > 0x01 && marker < 0xFF;
-    const bool is_table = marker == 0xC4 || marker == 0xC8 || marker == 0xCC;  // among the headers of frames
-    const bool has_length = marker < 0xD0 || marker > 0xD9;                    // not a restart, start or end
-    if (!starts_segment) {  // decoders look for the next one
-      ++at;
-    } else if (marker >= 0xC0 && marker <= 0xCF && !is_table) {
-      return cv::Size(number(at + 7, 2), number(at + 5, 2));
-    } else {
-      at += 2 + (has_length ? static_cast<std::size_t>(number(at + 2, 2)) : 0);
-    }
-  }
-  return std::nullopt;
-}
-
-std::optional<cv::Size> ClaimedSize(const fs::path& image) {
-  constexpr std::size_t kMost = std::size_t{1} << 18;  // colour profiles and thumbnails come before the size
+std::string ImageBytes(const fs::path& path) {
   std::error_code none;
-  if (!fs::is_regular_file(image, none)) {  // reading a pipe would block
-    return std::nullopt;
-  }
-  std::string head(kMost, '\0');
-  std::ifstream file(image, std::ios::binary);
-  file.read(head.data(), static_cast<std::streamsize>(head.size()));
-  return ClaimedSize(std::string_view(head).substr(0, static_cast<std::size_t>(file.gcount())));
-}
-
-bool IsTooLarge(const cv::Size& size) { return std::max(size.width, size.height) > kMaxImageSide; }
-
-cv::Mat ReadImage(const fs::path& path, int flags) {
-  std::error_code none;
-  if (!fs::is_regular_file(path, none) || IsTooLarge(ClaimedSize(path).value_or(cv::Size()))) {
+  if (!fs::is_regular_file(path, none)) {  // reading a pipe would block
     return {};
   }
   try {
-    return cv::imread(path.string(), flags);
-  } catch (const cv::Exception&) {  // a header that claims more pixels than OpenCV reads
+    return ReadFile(path, "an image");
+  } catch (const InputError&) {
     return {};
   }
 }
+
+cv::Mat ReadImage(const fs::path& path, int flags) { return DecodeImage(ImageBytes(path), flags).pixels; }
 
 std::string EncodedImage(const std::string& extension, const cv::Mat& image,
                          const std::vector<int>& parameters) {

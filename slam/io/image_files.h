@@ -50,16 +50,10 @@ ImageResize ParseImageResize(const std::string& text);
 // or `size` is empty.
 cv::Mat Resized(const cv::Mat& image, cv::Size size);
 
-// Returns the size that the header of a JPEG or PNG file claims, which decides how much memory reading it
-// takes. Empty for other files. `bytes`: the file or its beginning.
-std::optional<cv::Size> ClaimedSize(std::string_view bytes);
-std::optional<cv::Size> ClaimedSize(const std::filesystem::path& image);
+// Returns the bytes of a regular file; empty if it cannot be read.
+std::string ImageBytes(const std::filesystem::path& path);
 
-// True if a side is longer than kMaxImageSide.
-bool IsTooLarge(const cv::Size& size);
-
-// Reads an image with OpenCV's flags (cv::IMREAD_COLOR, ...); empty if it cannot be read or claims to be too
-// large.
+// Reads an image file as DecodeImage() (util/image_decoding.h) does; empty if it cannot be read.
 cv::Mat ReadImage(const std::filesystem::path& path, int flags);
 
 // Reads an image in this size, 8UC3; empty if it cannot be read.

@@ -9,6 +9,7 @@
 #include "slam/snapshot/byte_archive.h"
 #include "slam/snapshot/map_scale.h"
 #include "slam/snapshot/sqlite_file.h"
+#include "slam/util/image_decoding.h"
 #include "slam/util/limits.h"
 
 namespace sqslam {
@@ -154,7 +155,7 @@ struct DepthRecording::Impl {
     map.T_map_camera = {Eigen::Quaterniond(h[9], h[6], h[7], h[8]), {h[10], h[11], h[12]}};
     const std::string image = select.Bytes(2);
     if (!image.empty()) {
-      map.bgr = cv::imdecode(std::vector<char>(image.begin(), image.end()), cv::IMREAD_COLOR);
+      map.bgr = DecodeImage(image, cv::IMREAD_COLOR).pixels;
     }
     if (map.bgr.empty() || map.bgr.size() != cv::Size(map.camera.width, map.camera.height)) {
       ThrowCutOff();
