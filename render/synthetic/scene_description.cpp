@@ -3,7 +3,9 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "slam/geometry/angles.h"
@@ -15,18 +17,40 @@ namespace {
 Eigen::Vector3d ReadVector(const YAML::Node& node, const std::string& what) {
   ThrowIf<InputError>(!node || !node.IsSequence() || node.size() != 3,
                       "'{}': expected three numbers [x, y, z]", what);
-  return {node[0].as<double>(), node[1].as<double>(), node[2].as<double>()};
+  const Eigen::Vector3d vector(node[0].as<double>(), node[1].as<double>(), node[2].as<double>());
+  ThrowIf<InputError>(!vector.allFinite(), "'{}': expected finite numbers", what);
+  return vector;
+}
+
+// Returns the value of a key, or `otherwise` if the map has no such key. Throws if it is of another type.
+template <typename T>
+T ReadValue(const YAML::Node& node, const char* key, T otherwise) {
+  const YAML::Node value = node[key];
+  return value ? value.as<T>() : std::move(otherwise);
+}
+
+double ReadNumber(const YAML::Node& node, const char* key, double otherwise) {
+  const double number = ReadValue(node, key, otherwise);
+  ThrowIf<InputError>(!std::isfinite(number), "'{}': expected a finite number", key);
+  return number;
+}
+
+std::vector<double> ReadNumbers(const YAML::Node& node, const char* key, std::vector<double> otherwise) {
+  auto numbers = ReadValue(node, key, std::move(otherwise));
+  ThrowIf<InputError>(!std::ranges::all_of(numbers, [](double number) { return std::isfinite(number); }),
+                      "'{}': expected finite numbers", key);
+  return numbers;
 }
 
 TextureDescription ReadTexture(const YAML::Node& node) {
   ThrowIf<InputError>(!node || !node["pattern"], "'texture': expected a map with at least 'pattern'");
   TextureDescription texture;
   texture.pattern = node["pattern"].as<std::string>();
-  texture.title = node["title"].as<std::string>("");
-  texture.seed = node["seed"].as<std::uint64_t>(0);
+  texture.title = ReadValue<std::string>(node, "title", "");
+  texture.seed = ReadValue<std::uint64_t>(node, "seed", 0);
   for (const YAML::Node& color : node["colors"]) {
     const Eigen::Vector3d rgb = ReadVector(color, "colors");
-    ThrowIf<InputError>(!(rgb.minCoeff() >= 0.0 && rgb.maxCoeff() <= 255.0),
+    ThrowIf<InputError>(rgb.minCoeff() < 0.0 || rgb.maxCoeff() > 255.0,
                         "'colors': expected red, green and blue from 0 to 255");
     texture.colors.push_back({static_cast<std::uint8_t>(rgb.x()), static_cast<std::uint8_t>(rgb.y()),
                               static_cast<std::uint8_t>(rgb.z())});
@@ -40,21 +64,23 @@ TextureDescription ReadTexture(const YAML::Node& node) {
 // 'base' (the height of the lowest point), if given, replaces the z of 'center'.
 SceneBody ReadBody(const YAML::Node& node) {
   SceneBody body;
-  body.id = node["id"].as<std::int32_t>(0);
-  body.label = node["label"].as<std::string>("");
+  body.id = ReadValue<std::int32_t>(node, "id", 0);
+  body.label = ReadValue<std::string>(node, "label", "");
   ThrowIf<InputError>(body.id > 0 && body.label.empty(), "object {}: expected a 'label'", body.id);
   Superquadric& shape = body.superquadric.shape;
   shape.half_size = ReadVector(node["half_size"], "half_size");
-  const auto exponents = node["shape"].as<std::vector<double>>(std::vector{0.1, 0.1});
+  const auto exponents = ReadNumbers(node, "shape", {0.1, 0.1});
   ThrowIf<InputError>(exponents.size() != 2 || shape.half_size.minCoeff() <= 0.0,
                       "expected 'shape: [e1, e2]' and a 'half_size' of positive numbers");
+  ThrowIf<InputError>(std::ranges::min(exponents) < 0.0 || std::ranges::max(exponents) > 2.0,
+                      "'shape': expected exponents from 0 to 2");
   shape.e1 = exponents[0];
   shape.e2 = exponents[1];
   Eigen::Vector3d center = ReadVector(node["center"], "center");
   if (node["base"]) {
-    center.z() = node["base"].as<double>() + shape.half_size.z();
+    center.z() = ReadNumber(node, "base", 0.0) + shape.half_size.z();
   }
-  body.yaw = node["yaw"].as<double>(0.0) * kRadiansPerDegree;
+  body.yaw = ReadNumber(node, "yaw", 0.0) * kRadiansPerDegree;
   body.superquadric.T_map_object = {Eigen::Quaterniond(Eigen::AngleAxisd(body.yaw, Eigen::Vector3d::UnitZ())),
                                     center};
   body.texture = ReadTexture(node["texture"]);
@@ -63,7 +89,7 @@ SceneBody ReadBody(const YAML::Node& node) {
 
 ScenePanel ReadPanel(const YAML::Node& node) {
   return {ReadVector(node["corner"], "corner"), ReadVector(node["u"], "u"), ReadVector(node["v"], "v"),
-          node["shading_step"].as<double>(0.05), ReadTexture(node["texture"])};
+          ReadNumber(node, "shading_step", 0.05), ReadTexture(node["texture"])};
 }
 
 SceneLight ReadLight(const YAML::Node& node) {
@@ -73,20 +99,20 @@ SceneLight ReadLight(const YAML::Node& node) {
 
 Camera ReadCamera(const YAML::Node& node) {
   Camera camera;
-  camera.width = node["width"].as<int>(640);
-  camera.height = node["height"].as<int>(480);
-  camera.fx = node["fx"].as<double>(525.0);
-  camera.fy = node["fy"].as<double>(camera.fx);
-  camera.cx = node["cx"].as<double>(0.5 * (camera.width - 1));
-  camera.cy = node["cy"].as<double>(0.5 * (camera.height - 1));
-  camera.fps = node["fps"].as<double>(30.0);
-  const auto model = node["distortion_model"].as<std::string>("");
+  camera.width = ReadValue<int>(node, "width", 640);
+  camera.height = ReadValue<int>(node, "height", 480);
+  camera.fx = ReadNumber(node, "fx", 525.0);
+  camera.fy = ReadNumber(node, "fy", camera.fx);
+  camera.cx = ReadNumber(node, "cx", 0.5 * (camera.width - 1));
+  camera.cy = ReadNumber(node, "cy", 0.5 * (camera.height - 1));
+  camera.fps = ReadNumber(node, "fps", 30.0);
+  const auto model = ReadValue<std::string>(node, "distortion_model", "");
   ThrowIf<InputError>(!model.empty() && model != "fisheye",
                       "'camera: distortion_model': {}, expected fisheye, or none for a pinhole camera",
                       model);
   if (model == "fisheye") {
     camera.lens = LensModel::kFisheye;
-    const auto coefficients = node["distortion"].as<std::vector<double>>(std::vector<double>(4, 0.0));
+    const auto coefficients = ReadNumbers(node, "distortion", {0.0, 0.0, 0.0, 0.0});
     ThrowIf<InputError>(coefficients.size() != 4, "'camera: distortion': expected [k1, k2, k3, k4]");
     std::ranges::copy(coefficients, camera.distortion.begin());
   }
@@ -110,8 +136,8 @@ auto ReadList(const YAML::Node& node, const char* name, const auto& reader) {
 
 SceneDescription ReadNode(const YAML::Node& root) {
   SceneDescription scene;
-  scene.name = root["name"].as<std::string>("scene");
-  scene.frames = root["frames"].as<int>(240);
+  scene.name = ReadValue<std::string>(root, "name", "scene");
+  scene.frames = ReadValue<int>(root, "frames", 240);
   scene.camera = ReadCamera(root["camera"]);
   scene.bodies = ReadList(root, "furniture", ReadBody);
   for (SceneBody& body : scene.bodies) {
@@ -125,8 +151,8 @@ SceneDescription ReadNode(const YAML::Node& root) {
     return SceneWaypoint{ReadVector(node["position"], "position"), ReadVector(node["look_at"], "look_at")};
   });
   ThrowIf<InputError>(scene.waypoints.size() < 2, "'motion: waypoints': expected two at least");
-  scene.tremor_position = root["motion"]["tremor_position"].as<double>(scene.tremor_position);
-  scene.tremor_angle = root["motion"]["tremor_angle"].as<double>(0.25) * kRadiansPerDegree;
+  scene.tremor_position = ReadNumber(root["motion"], "tremor_position", scene.tremor_position);
+  scene.tremor_angle = ReadNumber(root["motion"], "tremor_angle", 0.25) * kRadiansPerDegree;
   if (root["ambient"]) {
     scene.ambient = ReadVector(root["ambient"], "ambient");
   }

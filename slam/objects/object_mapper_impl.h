@@ -54,9 +54,9 @@ struct ObjectMapper::Impl {
     }
     for (const auto& [id, landmark] : landmarks) {
       const auto& [shape, T_map_object] = landmark.superquadric;
-      const bool sound = shape.half_size.minCoeff() > 0.0 && shape.half_size.maxCoeff() <= kMaxMapUnits &&
-                         shape.e1 > 0.0 && shape.e1 < 2.0 && shape.e2 > 0.0 && shape.e2 < 2.0 &&
-                         T_map_object.translation.norm() <= kMaxMapUnits;
+      const bool sound = shape.half_size.allFinite() && shape.half_size.minCoeff() > 0.0 &&
+                         shape.half_size.maxCoeff() <= kMaxMapUnits && shape.e1 > 0.0 && shape.e1 < 2.0 &&
+                         shape.e2 > 0.0 && shape.e2 < 2.0 && T_map_object.translation.norm() <= kMaxMapUnits;
       if (id < 0 || id != landmark.id || landmark.views.empty() || !sound) {
         reader.Refuse(fmt::format("has an impossible object {}", id));
       }

@@ -115,7 +115,8 @@ void Visit(auto& archive, auto& snapshot, int version) {
 void Check(MapSnapshot& snapshot) {
   for (SnapshotObject& object : snapshot.objects) {
     const auto& [shape, T_map_object] = object.superquadric;
-    const bool sized = shape.half_size.minCoeff() >= 0.0 && shape.half_size.maxCoeff() <= kMaxMapUnits;
+    const bool sized = shape.half_size.allFinite() && shape.half_size.minCoeff() >= 0.0 &&
+                       shape.half_size.maxCoeff() <= kMaxMapUnits;
     const bool shaped = shape.e1 >= 0.0 && shape.e1 <= 2.0 && shape.e2 >= 0.0 && shape.e2 <= 2.0;
     if (!sized || !shaped || !(T_map_object.translation.norm() <= kMaxMapUnits)) {
       throw InputError("object {} of a snapshot has an impossible size, shape or place", object.id);

@@ -1,5 +1,6 @@
 #include "render/synthetic/synthetic_sequence.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -17,6 +18,7 @@ namespace sqslam {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::HasSubstr;
 
 std::string FileText(const fs::path& path) {
   std::ifstream stream(path, std::ios::binary);
@@ -218,22 +220,33 @@ TEST(ReadSceneTest, SaysWhichFileCannotBeRead) {
   }
 }
 
-TEST_F(SyntheticSequenceTest, AColorOfASceneBeyondAByteIsRefusedByName) {
-  std::ifstream desk(std::string(SQSLAM_SOURCE_DIR) + "/assets/scenes/desk.yaml");
-  std::string scene(std::istreambuf_iterator<char>(desk), {});
-  const std::size_t color = scene.find("colors: [[") + 10;
-  ASSERT_LT(color, scene.size());
-  scene.replace(color, scene.find(',', color) - color, "832");
+// Each number of a scene can be one that no picture can be made of.
+TEST_F(SyntheticSequenceTest, NumbersThatASceneCannotHaveAreRefusedByName) {
+  const std::string desk = FileText(std::string(SQSLAM_SOURCE_DIR) + "/assets/scenes/desk.yaml");
   fs::create_directories(folder_);
-  std::ofstream(folder_ / "scene.yaml") << scene;
-  try {
-    ReadScene(folder_ / "scene.yaml");
-    FAIL() << "no exception";
-  } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("'colors': expected red, green and blue from 0 to 255"),
-              std::string::npos)
-        << error.what();
-  }
+  const auto error_with = [&](const std::string& after, char until, const std::string& number) {
+    std::string scene = desk;
+    const std::size_t at = scene.find(after) + after.size();
+    scene.replace(at, scene.find(until, at) - at, number);
+    std::ofstream(folder_ / "scene.yaml") << scene;
+    try {
+      ReadScene(folder_ / "scene.yaml");
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string("none");
+  };
+  EXPECT_THAT(error_with("colors: [[", ',', "832"),
+              HasSubstr("'colors': expected red, green and blue from 0 to 255"));
+  EXPECT_THAT(error_with("colors: [[", ']', "1, 2, .nan"), HasSubstr("'colors': expected finite numbers"));
+  EXPECT_THAT(error_with("half_size: [", ']', "1, .inf, 1"),
+              HasSubstr("'half_size': expected finite numbers"));
+  EXPECT_THAT(error_with("shape: [", ',', ".nan"), HasSubstr("'shape': expected finite numbers"));
+  EXPECT_THAT(error_with("shape: [", ',', "2.5"), HasSubstr("'shape': expected exponents from 0 to 2"));
+  EXPECT_THAT(error_with("yaw: ", '\n', ".nan,"), HasSubstr("'yaw': expected a finite number"));
+  EXPECT_THAT(error_with("fx: ", ',', ".inf"), HasSubstr("'fx': expected a finite number"));
+  EXPECT_THAT(error_with("fx: ", ',', "wide"), HasSubstr("scene.yaml:"));  // with its line
+  EXPECT_THAT(error_with("width: ", ',', "wide"), HasSubstr("scene.yaml:"));
 }
 
 }  // namespace
