@@ -56,17 +56,29 @@ function(sqslam_library name)
   target_link_libraries(sqslam_${name} PUBLIC ${ARG_DEPENDS})
   target_compile_options(sqslam_${name} PRIVATE -Wall -Wextra -Wshadow -Wnon-virtual-dtor)
   sqslam_group_sources(sqslam_${name})
-  sqslam_reuse_precompiled(sqslam_${name} sqslam_common_headers)
   cmake_path(RELATIVE_PATH CMAKE_CURRENT_SOURCE_DIR BASE_DIRECTORY ${PROJECT_SOURCE_DIR} OUTPUT_VARIABLE folder)
   if(folder MATCHES "^(slam|render)")
     sqslam_export(${name} sqslam_${name})
     set_property(GLOBAL APPEND PROPERTY SQSLAM_LIBRARIES sqslam_${name})
+    sqslam_reuse_precompiled(sqslam_${name} sqslam_common_headers)
+  else()
+    sqslam_compile_quickly(sqslam_${name})
   endif()
 endfunction()
 
-# Test code runs only briefly, and -O1 compiles it in a quarter less time than -O3. The code under test keeps its
-# optimisation level.
-set(SQSLAM_TEST_OPTIONS $<$<CONFIG:Release>:-O1>)
+# Code that parses, prints and tests runs only briefly, and -O1 compiles it in a quarter less time than -O3. What it
+# calls in slam/ and render/ keeps its optimisation level.
+set(SQSLAM_QUICK_OPTIONS $<$<CONFIG:Release>:-O1>)
+if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)  # which at -O1 takes variants for uninitialised
+  list(APPEND SQSLAM_QUICK_OPTIONS -Wno-maybe-uninitialized)
+endif()
+set(SQSLAM_TEST_OPTIONS ${SQSLAM_QUICK_OPTIONS})
+
+# sqslam_compile_quickly(<target>): for programs and libraries outside of slam/ and render/.
+function(sqslam_compile_quickly target)
+  target_compile_options(${target} PRIVATE ${SQSLAM_QUICK_OPTIONS})
+  sqslam_reuse_precompiled(${target} sqslam_program_headers)
+endfunction()
 
 # UBSan's checks of the tests' own code, in which it is not to find anything, take two fifths of its compilation.
 option(SQSLAM_SANITIZE_TESTS "Have UBSan check the tests' own code too" ON)
