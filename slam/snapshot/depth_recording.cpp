@@ -291,7 +291,7 @@ std::string DepthRecording::Text(const std::string& name) const {
 void DepthRecording::Close() {
   const sqlite::Database db = std::move(impl_->db);
   if (db && impl_->access == Access::kWrite) {
-    sqlite::Execute(db.get(), impl_->path, "PRAGMA journal_mode=DELETE");
+    sqlite::AbsorbLog(db.get(), impl_->path);
   }
 }
 

@@ -165,8 +165,7 @@ void RecordingWriter::Close() {
   }
   impl_->CompleteLast();
   const Database db = std::move(impl_->db);
-  Execute(db.get(), impl_->path,
-          "PRAGMA journal_mode=DELETE");  // one plain file, readable from read-only media
+  sqlite::AbsorbLog(db.get(), impl_->path);
 }
 
 void AppendToRecording(const fs::path& path, const MapSnapshot& snapshot) {
@@ -258,10 +257,29 @@ std::string RecordingReader::Impl::ReadRaw(std::int64_t id) {
   return raw;
 }
 
+namespace {
+
+// A program that was killed, or that ended while another one read, leaves a log beside the recording.
+void AbsorbLogOfOthers(const fs::path& path) {
+  std::error_code none;
+  if (!fs::exists(path.string() + "-wal", none)) {
+    return;
+  }
+  try {
+    const Database db = sqlite::OpenRecording(path, SQLITE_OPEN_READWRITE);
+    sqlite3_busy_timeout(db.get(), 0);
+    sqlite::AbsorbLog(db.get(), path);
+  } catch (const InputError&) {  // in a folder that is read-only: the recording is read with its log
+  }
+}
+
+}  // namespace
+
 RecordingReader::RecordingReader(const fs::path& path, Edit edit) : impl_(std::make_unique<Impl>()) {
   if (!fs::is_regular_file(path)) {
     throw InputError("{}: does not exist or is no file, expected a map.sqmap", path.string());
   }
+  AbsorbLogOfOthers(path);
   impl_->path = path;
   impl_->edit = std::move(edit);
   impl_->db = sqlite::OpenRecording(path, SQLITE_OPEN_READONLY);

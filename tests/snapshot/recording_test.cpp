@@ -223,6 +223,22 @@ TEST(Recording, CanBeReadWhileItIsWritten) {
   EXPECT_EQ(RecordingReader(path).Last()->sequence_number, 1);
 }
 
+TEST(Recording, AReaderDoesNotKeepItsWriterFromClosing) {
+  const TemporaryFolder folder;
+  const auto path = folder.Path() / "map.sqmap";
+  RecordingWriter writer(path, {});
+  writer.Add(MakeSnapshot(0));
+  {
+    const RecordingReader reader(path);
+    writer.Add(MakeSnapshot(1));
+    EXPECT_NO_THROW(writer.Close());
+    EXPECT_EQ(reader.Last()->sequence_number, 0);
+  }
+  EXPECT_EQ(RecordingReader(path).Last()->sequence_number, 1);
+  EXPECT_FALSE(std::filesystem::exists(folder.Path() / "map.sqmap-wal"));
+  EXPECT_FALSE(std::filesystem::exists(folder.Path() / "map.sqmap-shm"));
+}
+
 TEST(Recording, AFullDiskIsReportedAndKeepsWhatWasAdded) {
   const TemporaryFolder folder;
   const auto path = folder.Path() / "map.sqmap";
