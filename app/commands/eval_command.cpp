@@ -10,9 +10,8 @@
 #include "slam/evaluation/dense_evaluation.h"
 #include "slam/evaluation/error_budget.h"
 #include "slam/evaluation/evaluation.h"
-#include "slam/snapshot/recording.h"
+#include "slam/run/known_map.h"
 #include "slam/system_options.h"
-#include "slam/util/options.h"
 
 namespace sqslam::app {
 namespace {
@@ -96,9 +95,8 @@ void EvaluateBudgets(const EvalArguments& arguments, const std::vector<std::stri
   const auto options = OptionsSetBy<EvaluationOptions>(arguments);
   for (std::size_t i = 0; i < names.size(); ++i) {
     const std::filesystem::path result = arguments.results[i];
-    SystemOptions run;
-    ParseOptions(RecordingReader(result / "map.sqmap").Info().config, (result / "map.sqmap").string(), run);
-    const ErrorBudget budget = ComputeErrorBudget(result, arguments.ground_truth, run.objects, options);
+    const ErrorBudget budget =
+        ComputeErrorBudget(result, arguments.ground_truth, OptionsOfRun(result).objects, options);
     WriteBudget(result / "budget.json", budget);
     if (!arguments.quiet) {
       fmt::print("{}{}written: {}\n", names.size() > 1 ? names[i] + "\n" : "", FormatBudget(budget),

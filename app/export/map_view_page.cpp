@@ -1,11 +1,10 @@
 #include <fmt/format.h>
-#include <zlib.h>
 
 #include <array>
 #include <filesystem>
-#include <stdexcept>
 
 #include "app/export/map_view.h"
+#include "slam/snapshot/byte_archive.h"
 #include "slam/util/data_path.h"
 #include "slam/util/markup.h"
 #include "slam/util/text_lines.h"
@@ -37,17 +36,8 @@ constexpr const char* kLicence =
     "FOR ANY CLAIM, DAMAGES OR OTHER LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING "
     "FROM, OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE SOFTWARE.";
 
-// Compresses for the browser's DecompressionStream("deflate"): zlib, then base64.
-std::string Packed(const std::string& bytes) {
-  uLongf size = compressBound(bytes.size());
-  std::string packed(size, '\0');
-  if (compress2(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(bytes.data()),
-                bytes.size(), Z_BEST_COMPRESSION) != Z_OK) {
-    throw std::runtime_error("zlib cannot compress");
-  }
-  packed.resize(size);
-  return Base64(packed);
-}
+// Compresses for the browser's DecompressionStream("deflate").
+std::string Packed(const std::string& bytes) { return Base64(Deflate(bytes, 9)); }
 
 std::string DataElement(const char* id, const std::string& text) {
   return fmt::format("<script type=\"text/plain\" id=\"{}\">{}</script>\n", id, text);

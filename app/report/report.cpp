@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <cctype>
 #include <iterator>
+#include <opencv2/imgcodecs.hpp>
 
+#include "slam/io/image_files.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/data_path.h"
 #include "slam/util/markup.h"
@@ -18,6 +20,21 @@ namespace fs = std::filesystem;
 namespace {
 
 using Output = std::back_insert_iterator<std::string>;
+
+// Return pictures and videos as "data:image/webp;base64,...".
+std::string PictureUri(const cv::Mat& picture) {
+  return "data:image/webp;base64," + Base64(EncodedImage(".webp", picture, {cv::IMWRITE_WEBP_QUALITY, 86}));
+}
+
+std::string PictureUri(const fs::path& file) {
+  const cv::Mat picture = ReadImage(file, cv::IMREAD_COLOR);
+  ThrowIf<InputError>(picture.empty(), "{}: cannot be read, expected a picture", file.string());
+  return PictureUri(picture);
+}
+
+std::string VideoUri(const fs::path& file) {
+  return "data:video/mp4;base64," + Base64(ReadFile(file, "a video"));
+}
 
 constexpr std::uintmax_t kLargestVideo = 3u << 20;  // bytes: the interactive map shows the growth too
 
@@ -96,7 +113,7 @@ void AppendPictures(Output out, const ReportInputs& inputs, bool has_view) {
         out,
         "<figure><video controls muted playsinline preload=\"metadata\" src=\"{}\"></video><figcaption>"
         "The growth of the map along the run.</figcaption></figure>\n",
-        DataUri(*video, "video/mp4"));
+        VideoUri(*video));
   }
 }
 

@@ -52,13 +52,6 @@ void WriteReport(const ReportInputs& inputs);
 
 // Parts of the page.
 
-// Returns a file as "data:image/png;base64,...". Throws InputError if it cannot be read.
-std::string DataUri(const std::filesystem::path& file, std::string_view mime_type);
-
-// The same for a picture, compressed as WebP.
-std::string PictureUri(const cv::Mat& picture);
-std::string PictureUri(const std::filesystem::path& file);
-
 // The input image that best shows the reliable objects, with outlines and names.
 struct OutlinedPhoto {
   cv::Mat picture;
@@ -78,8 +71,5 @@ void AppendRun(std::string& page, const ReportData& data);
 // Returns an SVG element with the top view (x right, y up) of the camera path, the true path if known, and
 // the objects' outlines in their colours; empty if there is nothing to show.
 std::string TopViewSvg(const ReportData& data, const LabelColors& colors);
-
-// Returns the cross-section and the side view of one object as two small outlines.
-std::string ShapeGlyphSvg(const SnapshotObject& object, const Eigen::Vector3d& color);
 
 }  // namespace sqslam::app

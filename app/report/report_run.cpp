@@ -12,7 +12,6 @@
 #include "render/picture/photo.h"
 #include "slam/evaluation/trajectory_error.h"
 #include "slam/geometry/angles.h"
-#include "slam/io/image_files.h"
 #include "slam/io/input_images.h"
 #include "slam/util/markup.h"
 #include "slam/util/options.h"
@@ -160,16 +159,6 @@ std::optional<OutlinedPhoto> BestPhoto(const RecordingReader& reader, const View
                        fmt::format("Frame {} of the input, with the outlines of the mapped objects that the "
                                    "detector saw in it.",
                                    keyframe.frame_index)};
-}
-
-std::string PictureUri(const cv::Mat& picture) {
-  return "data:image/webp;base64," + Base64(EncodedImage(".webp", picture, {cv::IMWRITE_WEBP_QUALITY, 86}));
-}
-
-std::string PictureUri(const fs::path& file) {
-  const cv::Mat picture = cv::imread(file.string());
-  ThrowIf<InputError>(picture.empty(), "{}: cannot be read, expected a picture", file.string());
-  return PictureUri(picture);
 }
 
 }  // namespace sqslam::app

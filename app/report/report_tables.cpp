@@ -15,7 +15,6 @@
 #include "slam/snapshot/snapshot.h"
 #include "slam/util/largest.h"
 #include "slam/util/markup.h"
-#include "slam/util/text_lines.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam::app {
@@ -36,10 +35,6 @@ TrajectoryFigure::Footprint FootprintOf(const SnapshotObject& object, const Eige
 }
 
 }  // namespace
-
-std::string DataUri(const std::filesystem::path& file, std::string_view mime_type) {
-  return fmt::format("data:{};base64,{}", mime_type, Base64(ReadFile(file, "a picture or a video")));
-}
 
 std::string TopViewSvg(const ReportData& data, const LabelColors& colors) {
   const double scale = data.Scale();
@@ -72,6 +67,9 @@ std::string TopViewSvg(const ReportData& data, const LabelColors& colors) {
   return SvgElement(DrawTrajectories(figure, options));
 }
 
+namespace {
+
+// Returns the cross-section and the side view of one object as two small outlines.
 std::string ShapeGlyphSvg(const SnapshotObject& object, const Eigen::Vector3d& color) {
   const Superquadric& shape = object.superquadric.shape;
   constexpr double kHalf = 9.0;  // points
@@ -95,8 +93,6 @@ std::string ShapeGlyphSvg(const SnapshotObject& object, const Eigen::Vector3d& c
   }
   return SvgElement(page);
 }
-
-namespace {
 
 using TableOutput = std::back_insert_iterator<std::string>;
 

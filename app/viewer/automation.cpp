@@ -8,13 +8,11 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <tuple>
 #include <utility>
 
 #include "app/viewer/state/pictures.h"
 #include "slam/util/atomic_file.h"
-#include "slam/util/statistics.h"
 #include "slam/util/throw_if.h"
 
 namespace sqslam::viewer {
@@ -291,21 +289,6 @@ void ScriptPlayer::Expect(const ScriptLine& line, const Viewer& viewer) const {
                       value, wanted);
 }
 
-namespace {
-
-std::string Summary(const char* name, std::vector<double> seconds) {
-  if (seconds.empty()) {
-    return "";
-  }
-  const double mean =
-      std::accumulate(seconds.begin(), seconds.end(), 0.0) / static_cast<double>(seconds.size());
-  const double longest = *std::ranges::max_element(seconds);
-  return fmt::format("{}: {} times, mean {:.1f} ms, 95 % within {:.1f} ms, longest {:.1f} ms\n", name,
-                     seconds.size(), 1e3 * mean, 1e3 * LowerQuantile(seconds, 0.95), 1e3 * longest);
-}
-
-}  // namespace
-
 void FrameTiming::Add(const ViewerState& state, std::optional<double> seconds) {
   const Document& document = state.document;
   const Clock::time_point now = Clock::now();
@@ -313,7 +296,7 @@ void FrameTiming::Add(const ViewerState& state, std::optional<double> seconds) {
     return std::chrono::duration<double>(now - from).count();
   };
   if (seconds) {
-    drawing_.push_back(*seconds);
+    times_.Add("window drawn", 1e3 * *seconds);
   }
   if (!opened_ && document.Map() != nullptr) {
     opened_ = since(start_);
@@ -331,7 +314,7 @@ void FrameTiming::Add(const ViewerState& state, std::optional<double> seconds) {
   if (timeline.MomentAt(state.playback.time).frame_index != document.shown->frame_index) {
     wanted_ = wanted_.value_or(now);
   } else if (wanted_) {
-    latencies_.push_back(since(*wanted_));
+    times_.Add("another frame on the screen", 1e3 * since(*wanted_));
     wanted_.reset();
   }
 }
@@ -341,8 +324,10 @@ std::string FrameTiming::Text() const {
   if (opened_) {
     text += fmt::format("first map on the screen after {:.0f} ms\n", 1e3 * *opened_);
   }
-  text += Summary("window drawn", drawing_);
-  text += Summary("another frame on the screen", latencies_);
+  for (const auto& [name, times] : times_.Summaries()) {
+    text += fmt::format("{}: {} times, mean {:.1f} ms, 95 % within {:.1f} ms, longest {:.1f} ms\n", name,
+                        times.count, times.mean, times.p95, times.max);
+  }
   if (run_seconds_ > 0.0) {
     text += fmt::format("during the run: {:.1f} window frames per second\n", run_frames_ / run_seconds_);
   }

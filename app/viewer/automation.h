@@ -9,6 +9,7 @@
 #include "app/viewer/input/input_events.h"
 #include "app/viewer/state/viewer_state.h"
 #include "app/viewer/viewer.h"
+#include "slam/util/stage_times.h"
 
 namespace sqslam::viewer {
 
@@ -55,9 +56,8 @@ class FrameTiming {
   using Clock = std::chrono::steady_clock;
 
   Clock::time_point start_ = Clock::now();
-  std::optional<double> opened_;             // seconds until the first map was shown
-  std::vector<double> drawing_;              // seconds per frame
-  std::vector<double> latencies_;            // seconds from a change of the time to its frame on screen
+  std::optional<double> opened_;  // seconds until the first map was shown
+  StageTimes times_;              // of drawing, and from a change of the time to its frame on screen
   std::optional<Clock::time_point> wanted_;  // since when the frame on screen is outdated
   std::optional<Clock::time_point> run_start_;
   double run_seconds_ = 0.0;

@@ -31,6 +31,8 @@ struct Rigid3d {
     matrix.topRightCorner<3, 1>() = translation;
     return matrix;
   }
+
+  bool operator==(const Rigid3d&) const = default;
 };
 
 // Returns the smallest rotation from the direction of `a` to that of `b`, neither zero; for opposite

@@ -24,6 +24,8 @@ struct Solid {
   static Solid FromSuperquadric(const PosedSuperquadric& superquadric);
   PosedSuperquadric ToSuperquadric() const;  // of the same surface; the exponents of sharp edges are 0
 
+  bool operator==(const Solid&) const = default;
+
   bool IsUsable() const;  // sizes positive, all numbers finite
 
   // Norm of a point of the object frame whose unit ball is the solid: < 1 inside, 1 on the surface, > 1

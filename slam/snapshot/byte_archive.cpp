@@ -18,11 +18,13 @@ struct FreeContext {
 
 }  // namespace
 
-std::string Deflate(std::string_view raw) {
+std::string Deflate(std::string_view raw, int level) {
   uLongf size = compressBound(raw.size());
   std::string packed(size, '\0');
-  compress2(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(raw.data()),
-            raw.size(), 1);
+  if (compress2(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(raw.data()),
+                raw.size(), level) != Z_OK) {
+    throw std::runtime_error("zlib cannot compress");
+  }
   packed.resize(size);
   return packed;
 }

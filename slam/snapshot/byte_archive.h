@@ -248,7 +248,7 @@ class ByteReader {
 
 // Compresses bytes with zlib. Level 1 is three times as fast as the default for 10 % more bytes (floats
 // hardly compress at all).
-std::string Deflate(std::string_view raw);
+std::string Deflate(std::string_view raw, int level = 1);
 
 // Throws InputError that begins with `what` if Deflate did not make the bytes from `size` bytes.
 std::string Inflate(std::string_view packed, std::size_t size, const std::string& what);

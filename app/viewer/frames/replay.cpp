@@ -18,26 +18,6 @@ namespace sqslam::viewer {
 namespace fs = std::filesystem;
 namespace {
 
-// Used without the sequence: times are those of keyframes, at which most snapshots are taken.
-std::vector<Moment> MomentsOfSnapshots(const RecordingReader& recording, const MapSnapshot& last) {
-  std::map<std::int64_t, double> times;
-  for (const SnapshotKeyframe& keyframe : last.keyframes) {
-    times[keyframe.frame_index] = keyframe.timestamp;
-  }
-  std::vector<Moment> moments;
-  for (int i = 0; i < recording.Size(); ++i) {
-    const std::int64_t frame = recording.FrameIndex(i);
-    const auto known = times.find(frame);
-    double time = moments.empty() ? 0.0 : moments.back().timestamp;
-    try {
-      time = known != times.end() ? known->second : recording.Read(i)->timestamp;
-    } catch (const InputError&) {  // damaged; reported when it is shown
-    }
-    moments.push_back({frame, time, i});
-  }
-  return moments;
-}
-
 // The frames behind a recording, as far as they are still available: times, images and boxes from the mapped
 // sequence, poses from trajectory.txt beside the recording.
 class RunFrames {
@@ -46,7 +26,7 @@ class RunFrames {
   RunFrames(const RecordingReader& recording, const fs::path& map_file);
 
   // Returns every frame from the first snapshot to the last; only the snapshots if the sequence is gone.
-  std::vector<Moment> Moments(const RecordingReader& recording, const MapSnapshot& last) const;
+  std::vector<Moment> Moments(const RecordingReader& recording) const;
 
   // T_map_camera in the finished map.
   std::optional<Rigid3d> PoseOf(std::int64_t frame) const {
@@ -85,12 +65,15 @@ RunFrames::RunFrames(const RecordingReader& recording, const fs::path& map_file)
   }
 }
 
-std::vector<Moment> RunFrames::Moments(const RecordingReader& recording, const MapSnapshot& last) const {
-  if (!sequence_) {
-    return MomentsOfSnapshots(recording, last);
-  }
+std::vector<Moment> RunFrames::Moments(const RecordingReader& recording) const {
   std::vector<Moment> moments;
   const int snapshots = recording.Size();
+  if (!sequence_) {
+    for (int i = 0; i < snapshots; ++i) {
+      moments.push_back({recording.FrameIndex(i), recording.Timestamp(i), i});
+    }
+    return moments;
+  }
   const std::int64_t end = std::min<std::int64_t>(recording.FrameIndex(snapshots - 1) + 1,
                                                   static_cast<std::int64_t>(sequence_->frames.size()));
   int snapshot = 0;
@@ -117,7 +100,7 @@ class Reader {
 
   Timeline MakeTimeline() {
     frames_.emplace(recording_, file_);
-    return {frames_->Moments(recording_, *last_), {}};
+    return {frames_->Moments(recording_), {}};
   }
 
   int Size() const { return recording_.Size(); }

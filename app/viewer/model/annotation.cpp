@@ -4,7 +4,6 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
-#include <tuple>
 
 #include "slam/geometry/silhouette.h"
 #include "slam/util/throw_if.h"
@@ -85,15 +84,6 @@ Solid DragYaw(const Solid& start, const Ray& from, const Ray& to) {
 }
 
 }  // namespace
-
-bool AnnotatedSolid::operator==(const AnnotatedSolid& other) const {
-  const auto values = [](const Solid& s) {
-    return std::tie(s.kind, s.half_size, s.e1, s.e2, s.T_map_object.rotation.coeffs(),
-                    s.T_map_object.translation);
-  };
-  return std::tie(id, label, name, more) == std::tie(other.id, other.label, other.name, other.more) &&
-         values(solid) == values(other.solid);
-}
 
 int Annotation::Add(AnnotatedSolid solid) {
   CheckSolid(solid.solid);

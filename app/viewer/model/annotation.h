@@ -21,7 +21,7 @@ struct AnnotatedSolid {
   Solid solid;       // primitives have the exponents of their kind (SetKind)
   std::string more;  // JSON object of its other keys in the file ("scored", ...), or empty
 
-  bool operator==(const AnnotatedSolid& other) const;
+  bool operator==(const AnnotatedSolid&) const = default;
 };
 
 // A ground truth of objects. A value type: undo keeps copies of it (EditedDocument).

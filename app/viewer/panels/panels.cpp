@@ -195,7 +195,6 @@ Layout LayOut(cv::Size window, double menu_height, const LayoutSettings& setting
   const double width = window.width;
   const double height = window.height;
   const double gap = kGap * scale;
-  layout.menu = {0.0, 0.0, width, menu_height};
   const double bottom = has_bottom ? std::min(settings.bottom * scale, 0.4 * height) : 0.0;
   const double side = std::min(settings.side * scale, 0.5 * width);
   const double body_bottom = height - (has_bottom ? bottom + gap : 0.0);

@@ -90,7 +90,7 @@ void DrawImageMarks(const EditContext& context, const WindowState& window,
 
 // Areas of the parts, pixels of the window; empty if they don't fit.
 struct Layout {
-  cv::Rect2d menu, scene, top, side, bottom;
+  cv::Rect2d scene, top, side, bottom;
   cv::Rect2d side_line, bottom_line, top_line;  // dividers, dragged with the mouse
 };
 

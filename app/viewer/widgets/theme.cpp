@@ -37,12 +37,12 @@ ImU32 PackedRgb(unsigned rgb, float alpha = 1.0F) {
 
 // Colours of surfaces from back to front, and of what is on them.
 struct Shades {
-  unsigned window, panel, field, hovered, active, border, text, dim, accent, on_accent;
+  unsigned window, panel, field, hovered, active, border, text, dim, accent;
 };
 constexpr Shades kDark = {0x14171c, 0x1b1f26, 0x262c36, 0x313947, 0x3d4757,
-                          0x2b323d, 0xe4e8ee, 0x98a3b3, 0x56b4e9, 0x0b1a26};
+                          0x2b323d, 0xe4e8ee, 0x98a3b3, 0x56b4e9};
 constexpr Shades kLight = {0xe9ecf0, 0xf7f8fa, 0xe7eaef, 0xdbe0e8, 0xcdd4de,
-                           0xd2d8e0, 0x1c2530, 0x5c6876, 0x0072b2, 0xffffff};
+                           0xd2d8e0, 0x1c2530, 0x5c6876, 0x0072b2};
 
 void ApplyColors(const Shades& s) {
   const auto paint = [](const ImVec4& color, std::initializer_list<ImGuiCol> parts) {
@@ -75,7 +75,6 @@ void ApplyColors(const Shades& s) {
 
 Palette MakePalette(const Shades& s, bool dark) {
   return {PackedRgb(s.accent),
-          PackedRgb(s.border),
           PackedRgb(s.text),
           PackedRgb(s.dim),
           PackedRgb(dark ? 0x3fc9a0 : 0x00795a),

@@ -26,7 +26,6 @@ void ApplyTheme(Theme theme, double scale);
 // Colours that ImGui's style has no name for.
 struct Palette {
   ImU32 accent;  // selection, position on the timeline
-  ImU32 faint;   // frames of plots
   ImU32 text;
   ImU32 dim_text;
   ImU32 good, bad;  // states; never told by colour alone
