@@ -15,10 +15,10 @@
 #include <limits>
 #include <map>
 #include <set>
-#include <unordered_map>
 
 #include "render/solids/poly_data.h"
 #include "slam/util/disjoint_sets.h"
+#include "slam/util/key_index.h"
 #include "slam/util/parallel.h"
 #include "slam/util/to_vector.h"
 
@@ -132,16 +132,6 @@ class SurfaceBuilder {
   SurfaceMesh Take() { return std::move(mesh_); }
 
  private:
-  struct KeyHash {
-    std::size_t operator()(const std::array<std::int32_t, 4>& key) const {
-      std::size_t hash = 0;
-      for (const std::int32_t number : key) {
-        hash = hash * 1000003U + static_cast<std::uint32_t>(number);
-      }
-      return hash;
-    }
-  };
-
   // Returns -1 if one of the edge's voxels was not seen.
   std::int64_t Vertex(const Chunk& chunk, const Place& place, const GridEdge& edge) {
     Place upper = edge.voxel;
@@ -153,14 +143,14 @@ class SurfaceBuilder {
     if (a == nullptr || b == nullptr) {
       return -1;
     }
-    std::array<std::int32_t, 4> key{};
+    KeyIndex<4>::Key key{};
     Eigen::Vector3d p;
     for (std::size_t i = 0; i < 3; ++i) {
       key[i] = place[i] * kChunk * kVoxels + edge.voxel[i];
       p[static_cast<int>(i)] = key[i] + (edge.axis == static_cast<int>(i) ? edge.share : 0.0);
     }
     key[3] = edge.axis;
-    const auto [found, is_new] = places_.try_emplace(key, mesh_.vertices.size());
+    const auto [vertex, is_new] = places_.Insert(key);
     if (is_new) {
       mesh_.vertices.push_back((voxel_ * p).cast<float>());
       std::array<std::uint8_t, 3> rgb{};
@@ -170,12 +160,12 @@ class SurfaceBuilder {
       }
       mesh_.rgb.push_back(rgb);
     }
-    return static_cast<std::int64_t>(found->second);
+    return vertex;
   }
 
   double voxel_;
   SurfaceMesh mesh_;
-  std::unordered_map<std::array<std::int32_t, 4>, std::size_t, KeyHash> places_;
+  KeyIndex<4> places_;  // of the vertices
 };
 
 // Removes the triangles marked in `drop`, and unused vertices.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <unordered_set>
 
+#include "slam/util/key_index.h"
 #include "slam/util/parallel.h"
 #include "slam/util/statistics.h"
 
@@ -40,13 +41,7 @@ double PixelAtMedianDepth(const DepthRecording& depths, const std::vector<std::i
 }
 
 struct PlaceHash {
-  std::size_t operator()(const SurfaceVolume::Place& place) const {
-    std::size_t hash = 0;
-    for (const std::int32_t coordinate : place) {
-      hash = hash * 73856093U + static_cast<std::uint32_t>(coordinate);
-    }
-    return hash;
-  }
+  std::size_t operator()(const SurfaceVolume::Place& place) const { return KeyIndex<3>::HashOf(place); }
 };
 
 using Places = std::unordered_set<SurfaceVolume::Place, PlaceHash>;

@@ -181,7 +181,7 @@ LearntCamera LearnCamera(Map& map, const Camera& camera, const CameraLearningOpt
   BundleProblem problem = ExtractBundleProblem(map, camera);
   problem.learnt = BundleCamera{.distortion = options.what == LearntPart::kFocalAndRadial};
   SolveBundle(problem, {options.iterations, options.iterations, threads}, {});
-  LearntCamera learnt{camera, problem.camera.fx, FocalDeviation(problem, options.iterations, {}), false};
+  LearntCamera learnt{camera, problem.camera.fx, FocalDeviation(problem, options.iterations), false};
   learnt.trusted = learnt.focal_deviation <= options.max_deviation * learnt.focal;
   if (learnt.trusted) {
     ApplyBundle(problem, map);

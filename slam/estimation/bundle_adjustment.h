@@ -150,8 +150,7 @@ bool SolveBundle(BundleProblem& problem, const BundleSolverOptions& options,
 
 // Returns the standard deviation of the focal length of a solved problem with `learnt`, px, from how much the
 // errors grow, relative to their size, when the focal length is changed and everything else is re-optimised.
-// Returns infinity early if `stop` returns true.
-double FocalDeviation(const BundleProblem& solved, int iterations, const std::function<bool()>& stop);
+double FocalDeviation(const BundleProblem& solved, int iterations);
 
 // Writes the poses and points of a solved problem that still exist into the map and removes outlier
 // observations. Keyframes and points that are newer than the problem stay unchanged; the map frame must be

@@ -211,13 +211,13 @@ bool SolveBundle(BundleProblem& problem, const BundleSolverOptions& options,
   return finished;
 }
 
-double FocalDeviation(const BundleProblem& solved, int iterations, const std::function<bool()>& stop) {
+double FocalDeviation(const BundleProblem& solved, int iterations) {
   constexpr double kStep = 0.02;  // of the logarithm: far above the convergence error of the solver
   const auto cost_at = [&](double step) {
     BundleProblem problem = solved;
     BundleSolver solver(problem, step);
-    const bool finished = solver.Round(iterations, false, 1, stop);
-    return finished ? solver.Cost() : 0.0;
+    solver.Round(iterations, false, 1, {});
+    return solver.Cost();
   };
   const double at = cost_at(0.0);
   const double rise = 0.5 * (cost_at(kStep) + cost_at(-kStep)) - at;

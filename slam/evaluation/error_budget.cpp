@@ -264,7 +264,6 @@ struct RecordedEvidence {
   SupportSurfaces supports;
   ClassPriors classes;
   std::map<int, Landmark> landmarks;  // by id
-  std::vector<SizedObject> sized;     // for the scale of the map
 
   RecordedEvidence(const RecordingReader& recording, const PoseAtTime& poses, const PoseAtTime& true_poses,
                    const ObjectOptions& options)
@@ -275,9 +274,6 @@ struct RecordedEvidence {
         landmarks(RecordedLandmarks(recording, *map, poses, supports, options)) {
     for (auto& [id, landmark] : landmarks) {
       AddLines(frames, map->camera, options.yaw, landmark);
-      if (const auto size = SizedBy(landmark, classes)) {
-        sized.push_back(*size);
-      }
     }
   }
 
@@ -290,7 +286,7 @@ struct RecordedEvidence {
             .supports = &supports,
             .surroundings = SurroundingsOf(landmarks.at(id), all, classes),
             .classes = &classes,
-            .scale = ScaleWithout(id, sized),
+            .scale = ScaleWithout(id, SizedAmong(all, classes)),
             .thorough = true};
   }
 };

@@ -4,11 +4,11 @@
 #include <array>
 #include <cmath>
 #include <ranges>
-#include <unordered_map>
 
 #include "slam/objects/landmark_geometry.h"
 #include "slam/objects/landmark_outliers.h"
 #include "slam/objects/landmark_refinement.h"
+#include "slam/util/key_index.h"
 #include "slam/util/statistics.h"
 #include "slam/util/to_vector.h"
 
@@ -24,17 +24,7 @@ std::vector<bool> InBoxes(std::span<const SurfacePoint> points, const std::vecto
                   [](const BoxVotes& v) { return v.seen > 0 && v.inside >= kNearlyAll * v.seen; });
 }
 
-using CellKey = std::array<int, 3>;
-
-struct CellHash {
-  std::size_t operator()(const CellKey& key) const {
-    std::size_t hash = 0;
-    for (const int k : key) {
-      hash = hash * 0x9E3779B97F4A7C15ULL + static_cast<std::size_t>(k);
-    }
-    return hash ^ (hash >> 29U);
-  }
-};
+using CellKey = KeyIndex<3>::Key;
 
 CellKey CellOf(const Eigen::Vector3d& p, double edge) {
   const Eigen::Array3i k = (p / edge).array().floor().cast<int>();
@@ -53,23 +43,23 @@ struct Cell {
 struct Cells {
   std::vector<Cell> all;  // in the order of their first points
   std::vector<CellKey> keys;
-  std::unordered_map<CellKey, std::size_t, CellHash> places;
+  KeyIndex<3> places;
   std::vector<std::size_t> of_point;
 
   Cells(std::span<const SurfacePoint> points, const std::vector<bool>& inside, double edge) {
     for (std::size_t i = 0; i < points.size(); ++i) {
       const CellKey key = CellOf(points[i].p_map, edge);
-      const auto [place, is_new] = places.emplace(key, all.size());
+      const auto [place, is_new] = places.Insert(key);
       if (is_new) {
         all.emplace_back();
         keys.push_back(key);
       }
-      Cell& cell = all[place->second];
+      Cell& cell = all[place];
       cell.p += points[i].p_map;
       cell.normal += points[i].normal;
       ++cell.points;
       cell.inside += inside[i] ? 1 : 0;
-      of_point.push_back(place->second);
+      of_point.push_back(place);
     }
     for (Cell& cell : all) {
       cell.p /= cell.points;
@@ -83,10 +73,11 @@ struct Cells {
     for (std::size_t k = 0; k < grown.size(); ++k) {
       const CellKey key = keys[grown[k]];
       for (int n = 0; n < 27; ++n) {
-        const auto next = places.find({key[0] + n % 3 - 1, key[1] + n / 3 % 3 - 1, key[2] + n / 9 - 1});
-        if (next != places.end() && all[next->second].piece < 0 && joins(all[next->second])) {
-          all[next->second].piece = piece;
-          grown.push_back(next->second);
+        const CellKey beside = {key[0] + n % 3 - 1, key[1] + n / 3 % 3 - 1, key[2] + n / 9 - 1};
+        const std::uint32_t next = places.Find(KeyIndex<3>::HashOf(beside), beside);
+        if (next != KeyIndex<3>::kNone && all[next].piece < 0 && joins(all[next])) {
+          all[next].piece = piece;
+          grown.push_back(next);
         }
       }
     }
