@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "slam/snapshot/byte_archive.h"
 #include "slam/util/error.h"
 #include "tests/snapshot/sample_snapshots.h"
@@ -136,6 +138,14 @@ TEST(SnapshotCodec, BrokenBytesAreRefused) {
   EXPECT_THROW(DecodeSnapshot(bytes.substr(0, 4)), InputError);
   EXPECT_THROW(DecodeSnapshot(bytes.substr(0, bytes.size() / 2)), InputError);
   EXPECT_THROW(DecodeSnapshot(bytes + 'x'), InputError);
+}
+
+TEST(SnapshotCodec, SizesThatAreNoNumbersAreRefused) {
+  for (int axis = 0; axis < 3; ++axis) {
+    MapSnapshot snapshot = MakeSnapshot(1);
+    snapshot.objects[0].superquadric.shape.half_size[axis] = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_THROW(DecodeSnapshot(EncodeSnapshot(snapshot)), InputError) << axis;
+  }
 }
 
 }  // namespace
