@@ -125,9 +125,9 @@ inline Database OpenRecording(const std::filesystem::path& path, int access) {
   return db;
 }
 
-// Puts what the write-ahead log beside a recording holds into the recording, so that it is one plain file that
-// read-only media can hold. Does nothing while another connection, such as that of a program that draws it,
-// is open: the log then stays, and the next reader that finds it alone does the same.
+// Puts what the write-ahead log beside a recording holds into the recording, so that it is one plain file
+// that read-only media can hold. Does nothing while another connection, such as that of a program that draws
+// it, is open: the log then stays, and the next reader that finds it alone does the same.
 inline void AbsorbLog(sqlite3* db, const std::filesystem::path& path) {
   const int code = sqlite3_exec(db, "PRAGMA journal_mode=DELETE", nullptr, nullptr, nullptr);
   if (code != SQLITE_OK && code != SQLITE_BUSY) {
