@@ -271,8 +271,8 @@ struct ObjectTracker::Impl {
   }
 
   // Extracts lines in some of the boxes; returns the lines of each box, none for the others. To save time
-  // objects take turns, those waiting longest first, except that objects with few line views need not wait.
-  // Large boxes are skipped: the lines in the box of a table are those of the things on it.
+  // objects take turns, those waiting longest first; those with few line views need not wait, except in a
+  // crowd. Large boxes are skipped: the lines in the box of a table are those of the things on it.
   std::vector<std::vector<LineSegment>> Lines(const ObjectFrame& frame,
                                               const std::vector<BoxCandidate>& boxes,
                                               const std::vector<int>& ids) {
@@ -289,12 +289,15 @@ struct ObjectTracker::Impl {
       }
     }
     std::ranges::sort(waiting);
+    constexpr std::size_t kCrowd = 32;  // boxes at once; more would take longer than the rest of tracking
+    const bool new_ones_wait = waiting.size() > kCrowd;
     line_credit = std::min(line_credit, 0.0) + yaw.line_pixels;
     std::vector<Box2d> regions;
     std::vector<std::size_t> chosen;
     for (const auto& [since, i] : waiting) {
       KnownLandmark& track = tracks.at(ids[i]);
-      if (yaw.line_pixels > 0 && line_credit <= 0.0 && track.line_views >= yaw.line_views) {
+      const bool may_wait = new_ones_wait || track.line_views >= yaw.line_views;
+      if (yaw.line_pixels > 0 && line_credit <= 0.0 && may_wait) {
         continue;
       }
       track.lines_frame = frame.frame_index;

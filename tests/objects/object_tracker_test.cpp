@@ -13,6 +13,17 @@ namespace {
 
 using testing::SyntheticDesk;
 
+// Squares with sharp edges all over the image.
+cv::Mat Tiles(const Camera& camera) {
+  cv::Mat image(camera.height, camera.width, CV_8U, cv::Scalar(40));
+  for (int y = 0; y < image.rows; y += 32) {
+    for (int x = 0; x < image.cols; x += 32) {
+      cv::rectangle(image, {x, y}, {x + 23, y + 23}, cv::Scalar(220), cv::FILLED);
+    }
+  }
+  return image;
+}
+
 TEST(ObjectTracker, TellsOfPointsOutsideAsItsOptionSays) {
   const SyntheticDesk desk(1, 0.12);
   const auto outside_points = [&](ReprojectionVotes reprojection) {
@@ -53,12 +64,7 @@ TEST(ObjectTracker, LooksForLinesWithinItsBudgetButAlwaysInNewObjects) {
     std::map<int, int> views_with_lines;  // by object
     for (int i = 0; i < 20; ++i) {
       ObjectFrame frame = desk.Frame(i);
-      frame.gray = cv::Mat(frame.camera.height, frame.camera.width, CV_8U, cv::Scalar(40));
-      for (int y = 0; y < frame.gray.rows; y += 32) {
-        for (int x = 0; x < frame.gray.cols; x += 32) {
-          cv::rectangle(frame.gray, {x, y}, {x + 23, y + 23}, cv::Scalar(220), cv::FILLED);
-        }
-      }
+      frame.gray = Tiles(frame.camera);
       for (const ObjectObservation& observation : tracker.Track(frame, ObjectMapView())) {
         views_with_lines[observation.object_id] += observation.lines.empty() ? 0 : 1;
       }
@@ -76,6 +82,25 @@ TEST(ObjectTracker, LooksForLinesWithinItsBudgetButAlwaysInNewObjects) {
   EXPECT_EQ(most(few), 3);
   EXPECT_GE(sum(few), 2 * static_cast<int>(few.size()));
   EXPECT_GT(most(looks(0, 0)), 10);
+}
+
+TEST(ObjectTracker, NewObjectsOfACrowdTakeTurnsInTheSearchForLines) {
+  const SyntheticDesk desk(1);
+  ObjectFrame frame = desk.Frame(0);
+  frame.gray = Tiles(frame.camera);
+  const auto with_lines = [&](int objects) {
+    frame.detections.clear();
+    for (int i = 0; i < objects; ++i) {
+      frame.detections.push_back({"cup", 0.9, {34.0 + 64.0 * (i % 8), 34.0 + 64.0 * (i / 8), 40.0, 40.0}});
+    }
+    ObjectOptions options;
+    options.yaw.line_interval = 1;
+    const auto seen = ObjectTracker(options).Track(frame, ObjectMapView());
+    EXPECT_EQ(seen.size(), static_cast<std::size_t>(objects));
+    return std::ranges::count_if(seen, [](const ObjectObservation& o) { return !o.lines.empty(); });
+  };
+  EXPECT_EQ(with_lines(32), 32);
+  EXPECT_LT(with_lines(40), 8);
 }
 
 // But not a second time where it is known, or where something else is expected.
