@@ -108,7 +108,7 @@ struct Keyframe {
 
 // Keyframes and map points with consistent mutual references. Owned by one thread; others get TrackingView
 // and MapSnapshot. Ids are never reused. Iteration is in the order of ids, for repeatable runs. Memory
-// follows what is alive: a fused point leaves eight bytes, a removed one two bits.
+// follows what is alive: a fused point leaves eight bytes (see ForgetFusedFrom()), a removed one two bits.
 class Map {
  public:
   // `ids`: shared with the other submaps of a run; null: the map's own.
@@ -122,6 +122,8 @@ class Map {
   void RemoveObservation(PointId point, KeyframeId keyframe);  // and the point if fewer than 2 are left
   void RemovePoint(PointId point);
   void Fuse(PointId dropped, PointId kept);
+  // Forgets into what points from `first` on were fused: ids that nobody else was told yet.
+  void ForgetFusedFrom(PointId first) { points_.ForgetReplacedFrom(first); }
   void RemoveKeyframe(KeyframeId keyframe);  // its pose stays known, relative to its parent
 
   // Makes a keyframe the root of its spanning tree, and hangs the tree below `parent`, if given: a keyframe

@@ -41,6 +41,26 @@ class PointTable {
     values_[slot] = Value{};
     free_.push_back(slot);
     entries_.Set(id, replaced_by == kNoPoint ? kGone : kFirstReplaced - replaced_by);
+    if (replaced_by != kNoPoint) {
+      replaced_.push_back(id);
+    }
+  }
+
+  // Forgets what replaced ids from `first` on, which the caller has told nobody. To be called before any
+  // later id is told: looks only at the ids replaced since the last call.
+  void ForgetReplacedFrom(PointId first) {
+    for (const PointId id : replaced_) {
+      if (id < first) {
+        const PointId last = Resolve(id);
+        entries_.Set(id, last == kNoPoint ? kGone : kFirstReplaced - last);
+      }
+    }
+    for (const PointId id : replaced_) {
+      if (id >= first) {
+        entries_.Set(id, kGone);
+      }
+    }
+    replaced_.clear();
   }
 
   // Takes over all values and replacements of another table; no id may be alive in both.
@@ -118,6 +138,7 @@ class PointTable {
     visit(entries, self.values_, self.free_);
     if constexpr (!std::is_const_v<std::remove_reference_t<decltype(self)>>) {
       self.entries_ = SharedPages<std::int64_t, kGone>(entries);
+      self.replaced_.clear();
     }
   }
 
@@ -168,6 +189,7 @@ class PointTable {
   SharedPages<std::int64_t, kGone> entries_;  // by id: index into values_, or kGone, or a replacement
   std::vector<Value> values_;
   std::vector<std::int64_t> free_;  // unused indices of values_
+  std::vector<PointId> replaced_;   // since the last ForgetReplacedFrom()
 };
 
 }  // namespace sqslam

@@ -231,6 +231,15 @@ std::vector<PointId> CreateNewPoints(Map& map, const Camera& camera, KeyframeId 
   return created;
 }
 
+std::vector<PointId> AddNewPoints(Map& map, const Camera& camera, KeyframeId id,
+                                  const NewPointOptions& new_points, const FusionOptions& fusion) {
+  const PointId first = map.Points().IdBound();
+  std::vector<PointId> created = CreateNewPoints(map, camera, id, new_points);
+  FuseWithNeighbours(map, camera, id, fusion);
+  map.ForgetFusedFrom(first);
+  return created;
+}
+
 int CullPoints(Map& map, std::set<PointId>& young, KeyframeId newest, const CullingOptions& options) {
   constexpr KeyframeId kTrial = 2;   // keyframes after which a point must be seen often enough
   constexpr KeyframeId kPassed = 3;  // keyframes after which it is no longer young

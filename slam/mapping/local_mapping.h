@@ -45,6 +45,11 @@ int FuseWithNeighbours(Map& map, const Camera& camera, KeyframeId keyframe, cons
 std::vector<PointId> CreateNewPoints(Map& map, const Camera& camera, KeyframeId keyframe,
                                      const NewPointOptions& options);
 
+// Creates new points and fuses them and the keyframe's other ones with its neighbours'. Returns the new ones,
+// of which most have been fused already: the map does not remember into what.
+std::vector<PointId> AddNewPoints(Map& map, const Camera& camera, KeyframeId keyframe,
+                                  const NewPointOptions& new_points, const FusionOptions& fusion);
+
 // Removes young points that tracking rarely finds or that too few keyframes observe (VI-B). Erases from
 // `young` the points that are removed or proven. Returns the number removed.
 int CullPoints(Map& map, std::set<PointId>& young, KeyframeId newest, const CullingOptions& options);

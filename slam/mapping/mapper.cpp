@@ -184,9 +184,9 @@ KeyframeId Mapper::AddKeyframe(const TrackedFrame& frame, std::vector<FrameMatch
   active_->RecordFrame(frame.index, frame.timestamp, {id, {}, map.At(id).scale}, std::move(matches));
   const StageTimes::Scope timer(times_, "mapping.new_points");
   CullPoints(map, active_->YoungPoints(), id, options_.mapping.culling);
-  const std::vector<PointId> created = CreateNewPoints(map, camera_, id, options_.mapping.new_points);
+  const std::vector<PointId> created =
+      AddNewPoints(map, camera_, id, options_.mapping.new_points, options_.mapping.fusion);
   active_->YoungPoints().insert(created.begin(), created.end());
-  FuseWithNeighbours(map, camera_, id, options_.mapping.fusion);
   return id;
 }
 

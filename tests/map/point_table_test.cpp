@@ -46,6 +46,28 @@ TEST(PointTable, FollowsChainsOfReplacements) {
   EXPECT_EQ(table.Resolve(kNoPoint), kNoPoint);
 }
 
+TEST(PointTable, ForgetsReplacementsOfIdsThatNobodyWasTold) {
+  PointTable<std::string> table;
+  for (PointId id = 0; id < 8; ++id) {
+    table.Add(id, std::to_string(id));
+  }
+  constexpr PointId kFirstUntold = 4;
+  table.Remove(0, 5);  // told, by way of one that was not
+  table.Remove(5, 2);
+  table.Remove(1, 6);  // to one that is gone
+  table.Remove(6);
+  table.Remove(7, 4);
+  table.ForgetReplacedFrom(kFirstUntold);
+  EXPECT_EQ(table.Resolve(0), 2);
+  EXPECT_EQ(table.Resolve(1), kNoPoint);
+  EXPECT_EQ(table.Resolve(4), 4);
+  EXPECT_EQ(table.Resolve(5), kNoPoint);
+  EXPECT_EQ(table.Resolve(7), kNoPoint);
+  table.Remove(4, 3);
+  table.ForgetReplacedFrom(8);
+  EXPECT_EQ(table.Resolve(4), 3);
+}
+
 TEST(PointTable, AbsorbsValuesAndReplacements) {
   PointTable<std::string> a;
   PointTable<std::string> b;

@@ -87,6 +87,26 @@ class FusionTest : public ::testing::Test {
   std::vector<PointId> copies_;
 };
 
+// A run makes and fuses a hundred of them with each keyframe: to remember each would take ever more memory.
+TEST_F(FusionTest, RemembersNothingOfNewPointsThatAreFusedAtOnce) {
+  Map& map = world_.map;
+  for (PointId id = kFirstCopy; id < kEndCopies; ++id) {
+    map.RemoveObservation(id, 3);
+    map.RemoveObservation(id, kLast);
+  }
+  for (KeyframeId id = 0; id <= kLast; ++id) {
+    map.UpdateCovisibility(id);
+  }
+  const int points = map.NumPoints();
+  const std::vector<PointId> created = AddNewPoints(map, world_.camera, kLast, {}, {});
+  EXPECT_GE(created.size(), 90U);
+  EXPECT_EQ(map.NumPoints(), points) << "all of them were known";
+  for (const PointId id : created) {
+    EXPECT_EQ(map.Resolve(id), kNoPoint);
+  }
+  EXPECT_EQ(CountBrokenReferences(map), 0);
+}
+
 TEST_F(FusionTest, KeepsAllObservations) {
   MakeCopies();
   const int points = world_.map.NumPoints();
