@@ -101,7 +101,7 @@ for sequence in "${sequences[@]}"; do
   q eval "real-$name" --ground-truth "$sequence"
 done
 
-# What is made of a map.
+# Products of a finished map.
 q densify second
 q densify second --set dense.scale=1 --set objects.dense_evidence=auto --threads 1
 q eval map ellipsoid quadric cuboid --ground-truth desk -o table.tex

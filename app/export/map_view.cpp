@@ -13,6 +13,7 @@
 #include "slam/io/image_files.h"
 #include "slam/io/input_images.h"
 #include "slam/io/trajectory.h"
+#include "slam/util/thinned.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam::app {
@@ -46,20 +47,6 @@ ViewJson PoseOf(const Rigid3d& pose) {
   ViewJson list = ListOf(pose.translation);
   Append(list, pose.rotation.coeffs());  // x y z w
   return list;
-}
-
-// Keeps every k-th item of a list longer than `most`.
-template <typename Item>
-std::vector<Item> Thinned(std::vector<Item> items, std::size_t most) {
-  const std::size_t step = (items.size() + most - 1) / std::max<std::size_t>(1, most);
-  if (step > 1) {
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < items.size(); i += step) {
-      items[kept++] = items[i];
-    }
-    items.resize(kept);
-  }
-  return items;
 }
 
 constexpr std::size_t kBestViews = 3;  // at most, per object
@@ -279,7 +266,7 @@ class MapViewWriter {
     const double radius = std::max(1e-6, scene_["look"]["radius"].get<double>());
     const auto step = static_cast<float>(std::exp2(std::floor(std::log2(radius / 4096.0))));
     MapSnapshot drawn = map_;
-    drawn.points = Thinned(std::move(drawn.points), options_.points);
+    drawn.points = Thinned(drawn.points, std::max<std::size_t>(1, options_.points));
     scene_["points"] = SortByFirstView(drawn.points);
     for (SnapshotPoint& point : drawn.points) {
       point.p_map = Snapped(point.p_map, step);

@@ -15,6 +15,7 @@
 #include "slam/snapshot/snapshot.h"
 #include "slam/util/largest.h"
 #include "slam/util/markup.h"
+#include "slam/util/thinned.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam::app {
@@ -44,11 +45,10 @@ std::string TopViewSvg(const ReportData& data, const LabelColors& colors) {
     figure.paths.push_back({"camera", PiecesOf(data.trajectory, {.scale = scale})});
   }
   if (data.evaluation != nullptr && !data.evaluation->truth_positions_map.empty()) {
-    const std::vector<Eigen::Vector3d>& truth = data.evaluation->truth_positions_map;
-    const std::size_t step = (truth.size() + 499) / 500;  // 500 points are enough for a plot
+    constexpr std::size_t kEnough = 500;  // for a plot
     figure.truth = TrajectoryFigure::Path{"ground truth", TrajectoryFigure::Pieces(1)};
-    for (std::size_t i = 0; i < truth.size(); i += step) {
-      figure.truth->pieces[0].push_back({0.0, scale * truth[i]});
+    for (const Eigen::Vector3d& p : Thinned(data.evaluation->truth_positions_map, kEnough)) {
+      figure.truth->pieces[0].push_back({0.0, scale * p});
     }
   }
   std::vector<SnapshotObject> by_size = data.objects;

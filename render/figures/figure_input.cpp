@@ -13,6 +13,7 @@
 #include "slam/geometry/span_in_box.h"
 #include "slam/io/result_files.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/thinned.h"
 #include "slam/util/throw_if.h"
 
 namespace sqslam {

@@ -50,11 +50,6 @@ struct ObjectView {
   Box2d box;              // the detector's, distorted px
 };
 
-// Returns the step with which `most` of so many things are read at most, evenly.
-constexpr std::size_t StepThrough(std::size_t count, std::size_t most) {
-  return count == 0 ? 1 : (count + most - 1) / most;
-}
-
 // Returns, by object id, the views in keyframes of the last map (whose final poses are known) with images
 // that still exist. Without `all`, long runs are subsampled evenly.
 std::map<int, std::vector<ObjectView>> ObjectViews(const RecordedMap& map, bool all);

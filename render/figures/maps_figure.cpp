@@ -11,6 +11,7 @@
 #include "render/picture/picture_overlay.h"
 #include "slam/geometry/superquadric.h"
 #include "slam/io/result_files.h"
+#include "slam/util/thinned.h"
 #include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
 

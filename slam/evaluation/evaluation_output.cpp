@@ -9,6 +9,7 @@
 #include "slam/geometry/angles.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/json_file.h"
+#include "slam/util/thinned.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
@@ -115,16 +116,6 @@ ordered_json SummaryJson(const Evaluation& evaluation) {
     return ordered_json{{"min_detections", c.min_detections}, {"mapped", c.mapped}, {"total", c.total}};
   });
   return summary;
-}
-
-// Writes at most 500 evenly spaced positions: enough for a plot.
-ordered_json PositionsJson(const std::vector<Eigen::Vector3d>& positions) {
-  const std::size_t step = std::max<std::size_t>(1, (positions.size() + 499) / 500);
-  ordered_json list = ordered_json::array();
-  for (std::size_t i = 0; i < positions.size(); i += step) {
-    list.push_back(positions[i]);
-  }
-  return list;
 }
 
 void FormatObjectTable(const Evaluation& evaluation, std::back_insert_iterator<std::string> out) {
@@ -244,7 +235,8 @@ std::string EvaluationJson(const Evaluation& evaluation) {
     document["summary"] = SummaryJson(evaluation);
     document["objects"] = ObjectsJson(evaluation);
   }
-  document["ground_truth_positions_map"] = PositionsJson(evaluation.truth_positions_map);
+  constexpr std::size_t kEnough = 500;  // for a plot
+  document["ground_truth_positions_map"] = Thinned(evaluation.truth_positions_map, kEnough);
   return JsonText(document) + "\n";
 }
 

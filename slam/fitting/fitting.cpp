@@ -13,6 +13,7 @@
 #include "slam/fitting/surface_measures.h"
 #include "slam/geometry/eigen_system.h"
 #include "slam/util/statistics.h"
+#include "slam/util/thinned.h"
 #include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
 
@@ -171,16 +172,6 @@ CanonicalCloud ToCanonicalFrame(std::span<const Vector3d> cloud, bool upright) {
     result.points.push_back(points[index]);
   }
   return result;
-}
-
-// Returns every n-th of the sorted points, at most `count`.
-std::vector<Vector3d> Thinned(const std::vector<Vector3d>& points, int count) {
-  const std::size_t step = (points.size() + count - 1) / count;
-  std::vector<Vector3d> thinned;
-  for (std::size_t i = 0; i < points.size(); i += step) {
-    thinned.push_back(points[i]);
-  }
-  return thinned;
 }
 
 }  // namespace

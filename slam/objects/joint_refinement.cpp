@@ -14,6 +14,7 @@
 #include "slam/objects/landmark_geometry.h"
 #include "slam/objects/refinement_problem.h"
 #include "slam/util/statistics.h"
+#include "slam/util/thinned.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
@@ -84,7 +85,7 @@ void AddPoints(const RefinementInput& input, const Eigen::Vector3d& place, doubl
   const double weight = std::min(
       1.0, 4.0 * options.point_weight / static_cast<double>(std::min(input.points.size(), kMaxPoints)));
   const double step = 0.3 * shown;
-  const std::size_t stride = (input.points.size() + kMaxPoints - 1) / kMaxPoints;
+  const std::size_t stride = StepThrough(input.points.size(), kMaxPoints);
   for (std::size_t i = 0; i < input.points.size(); i += stride) {
     const Eigen::Vector3d& p = input.points[i];
     if (i >= input.point_cameras.size()) {

@@ -14,6 +14,7 @@
 #include "slam/objects/size_shape.h"
 #include "slam/objects/surroundings.h"
 #include "slam/util/statistics.h"
+#include "slam/util/thinned.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
@@ -186,12 +187,7 @@ std::vector<BoxView> HeldOutViews(const std::vector<BoxView>& all, const std::ve
   if (others.size() < kFewest) {
     return used;
   }
-  std::vector<BoxView> held_out;
-  const std::size_t stride = (others.size() + count - 1) / count;
-  for (std::size_t i = 0; i < others.size(); i += stride) {
-    held_out.push_back(others[i]);
-  }
-  return held_out;
+  return Thinned(others, count);
 }
 
 void TakeFit(Landmark& landmark, const StandingFit& fit, const std::vector<BoxView>& views,

@@ -14,6 +14,7 @@
 #include "slam/objects/landmark_geometry.h"
 #include "slam/objects/landmark_outliers.h"
 #include "slam/objects/size_shape.h"
+#include "slam/util/thinned.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
@@ -164,7 +165,7 @@ RefinementInput Thinned(const RefinementInput& input, std::size_t stride) {
   }
   thinned.points.clear();
   thinned.point_cameras.clear();
-  stride = std::max(stride, (input.points.size() + kMostPoints - 1) / kMostPoints);
+  stride = std::max(stride, StepThrough(input.points.size(), kMostPoints));
   for (std::size_t i = 0; i < input.points.size(); i += stride) {
     thinned.points.push_back(input.points[i]);
     if (i < input.point_cameras.size()) {
@@ -301,8 +302,7 @@ StandingFit RefineLandmarkWithSurface(const Landmark& landmark, const std::vecto
   constexpr std::size_t kMost = 400;
   const ObjectOptions& options = *context.options;
   RefinementInput input = InputOf(landmark, views, context);
-  const std::size_t stride = (surface.size() + kMost - 1) / kMost;
-  for (std::size_t i = 0; i < surface.size(); i += stride) {
+  for (std::size_t i = 0; i < surface.size(); i += StepThrough(surface.size(), kMost)) {
     input.surface.push_back(surface[i].p_map);
   }
   input.surface_sigma = sigma;

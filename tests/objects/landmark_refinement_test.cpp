@@ -61,7 +61,7 @@ class RefineLandmarkTest : public ::testing::Test {
   EstimationContext context_;
 };
 
-// What is given goes before what the boxes say.
+// Given parts override the evidence of the boxes.
 TEST_F(RefineLandmarkTest, KeepsToPartsThatAreGiven) {
   PosedSuperquadric turned = scene_.truth;
   turned.T_map_object.rotation = Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ());

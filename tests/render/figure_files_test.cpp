@@ -122,14 +122,6 @@ TEST(FigureFilesTest, SameFigureGivesTheSameBytes) {
               Not(HasSubstr("CreationDate")));
 }
 
-TEST(FigureFilesTest, NoMoreIsReadThanIsAllowed) {
-  for (const std::size_t count : {0u, 1u, 120u, 121u, 239u, 240u, 241u}) {
-    const std::size_t step = StepThrough(count, 120);
-    EXPECT_LE((count + step - 1) / step, 120u) << count;
-  }
-  EXPECT_EQ(StepThrough(120, 120), 1u);
-}
-
 TEST(FigureFilesTest, ErrorsOfACalibrationPointFromTheCornerToTheModel) {
   Calibration calibration;
   calibration.camera = {320, 240, 300.0, 300.0, 159.5, 119.5};

@@ -93,7 +93,7 @@ TEST(SnapshotCodec, Version2IsReadWithDefaults) {
   EXPECT_THROW(DecodeSnapshot(raw), InputError);
 }
 
-// What a snapshot of version 7 lacks: what older programs did not write stands at the end.
+// A snapshot as older programs wrote it: each version added its fields at the end.
 std::string WithoutTail(const MapSnapshot& snapshot, std::uint64_t tail) {
   const std::string raw = EncodeSnapshot(snapshot, 7);
   return raw.substr(0, raw.size() - tail);
