@@ -259,10 +259,11 @@ std::string RecordingReader::Impl::ReadRaw(std::int64_t id) {
 
 namespace {
 
-// A program that was killed, or that ended while another one read, leaves a log beside the recording.
-void AbsorbLogOfOthers(const fs::path& path) {
+// Completes or undoes what other programs left half done: one that was killed leaves a log or a journal
+// beside the recording, one that ended while another read leaves a log.
+void TidyUpAfterOthers(const fs::path& path) {
   std::error_code none;
-  if (!fs::exists(path.string() + "-wal", none)) {
+  if (!fs::exists(path.string() + "-wal", none) && !fs::exists(path.string() + "-journal", none)) {
     return;
   }
   try {
@@ -279,7 +280,7 @@ RecordingReader::RecordingReader(const fs::path& path, Edit edit) : impl_(std::m
   if (!fs::is_regular_file(path)) {
     throw InputError("{}: does not exist or is no file, expected a map.sqmap", path.string());
   }
-  AbsorbLogOfOthers(path);
+  TidyUpAfterOthers(path);
   impl_->path = path;
   impl_->edit = std::move(edit);
   impl_->db = sqlite::OpenRecording(path, SQLITE_OPEN_READONLY);

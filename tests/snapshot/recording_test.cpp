@@ -239,6 +239,29 @@ TEST(Recording, AReaderDoesNotKeepItsWriterFromClosing) {
   EXPECT_FALSE(std::filesystem::exists(folder.Path() / "map.sqmap-shm"));
 }
 
+// As in the middle of `sqslam scale`, or of the last step of a run.
+TEST(Recording, IsAsBeforeAChangeInWhichAProgramWasKilled) {
+  const TemporaryFolder folder;
+  const auto path = folder.Path() / "map.sqmap";
+  const auto killed = folder.Path() / "killed.sqmap";
+  RecordingWriter writer(path, {});
+  for (int i = 0; i < 5; ++i) {
+    writer.Add(MakeSnapshot(i, 20000));
+  }
+  writer.Close();
+  sqlite3* db = nullptr;
+  ASSERT_EQ(sqlite3_open(path.c_str(), &db), SQLITE_OK);
+  const char* change = "PRAGMA cache_size = 1; BEGIN; UPDATE snapshots SET data = zeroblob(1000000)";
+  ASSERT_EQ(sqlite3_exec(db, change, nullptr, nullptr, nullptr), SQLITE_OK);
+  std::filesystem::copy(path, killed);
+  std::filesystem::copy(path.string() + "-journal", killed.string() + "-journal");
+  sqlite3_close(db);
+  const RecordingReader reader(killed);
+  ASSERT_EQ(reader.Size(), 5);
+  EXPECT_EQ(reader.Last()->points.size(), 20000u);
+  EXPECT_FALSE(std::filesystem::exists(killed.string() + "-journal"));
+}
+
 TEST(Recording, AFullDiskIsReportedAndKeepsWhatWasAdded) {
   const TemporaryFolder folder;
   const auto path = folder.Path() / "map.sqmap";
