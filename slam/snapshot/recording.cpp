@@ -260,7 +260,8 @@ std::string RecordingReader::Impl::ReadRaw(std::int64_t id) {
 namespace {
 
 // Completes or undoes what other programs left half done: one that was killed leaves a log or a journal
-// beside the recording, one that ended while another read leaves a log.
+// beside the recording, one that ended while another read leaves a log. SQLite undoes what a journal tells
+// when the recording is opened for writing.
 void TidyUpAfterOthers(const fs::path& path) {
   std::error_code none;
   if (!fs::exists(path.string() + "-wal", none) && !fs::exists(path.string() + "-journal", none)) {
