@@ -3,6 +3,7 @@
 # usage: scripts/check.sh [CHECK]...
 #   format     every source is formatted by clang-format
 #   modules    modules include only lower layers, without cycles (scripts/check-modules.py)
+#   options    docs/options.md is up to date (scripts/list-options.py)
 #   asan-slam  the unit tests of slam/ under AddressSanitizer and the cheaper checks of UBSan
 # By hand, since they take hours:
 #   tidy       clang-tidy over all sources
@@ -23,6 +24,11 @@ check_format() {
 check_modules() {
   scripts/install-packages.sh python3
   scripts/check-modules.py
+}
+
+check_options() {
+  scripts/install-packages.sh python3
+  scripts/list-options.py --check
 }
 
 check_asan-slam() {

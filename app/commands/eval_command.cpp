@@ -27,13 +27,15 @@ Examples:
   sqslam eval out/sq out/quadric --ground-truth data/desk -o compared.tex
 
 The trajectory is aligned with the ground truth by a similarity (scale, rotation, translation), which is also
-applied to the objects; with --set alignment=poses, by the cameras' orientations too. A mapped object matches a ground-truth object if they overlap (3D IoU of at least
-matching.min_iou), or if their centres are near and their sizes similar; labels need not agree. Thin objects (a
-half size below 15 mm or 5 % of the largest) also get a footprint IoU, of their outlines seen from above.
-Landmarks that match no ground-truth object are listed with their positions.
+applied to the objects; --set alignment=poses aligns the camera orientations as well. A mapped object matches a
+ground-truth object if they overlap (3D IoU of at least matching.min_iou), or if their centres are near and their
+sizes similar; labels need not agree. Thin objects (a half size below 15 mm or 5 % of the largest) also get a
+footprint IoU, of their outlines seen from above. Landmarks that match no ground-truth object are listed with their
+positions.
 
 --budget refits each matched object offline with one part of its input replaced by the truth at a time: camera
-poses, boxes, association, yaw, height of the support, kind of shape. The gains in 3D IoU show what limits it.
+poses, boxes, hidden and cut-off box edges, association, yaw, height of the support, kind of shape. The gains in 3D
+IoU show what limits it.
 )";
 
 struct EvalArguments {

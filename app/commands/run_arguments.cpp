@@ -94,14 +94,14 @@ void RunArguments::AddTo(Command& command) {
       "--mask PATH", mask,
       "Ignore black regions of this mask: one image for all frames, or a folder with IMAGE.png for "
       "each, such as 0001.jpg.png");
-  command.Option(
-      "--ignore LABELS", ignore,
-      "Classes of moving objects, such as person,car: nothing in their boxes is tracked or mapped; "
-      "none: track everything. Default: people, animals and vehicles (tracking.moving.labels)");
-  command.Option(
-      "--extend RESULT", extend,
-      "Continue the map of a finished run, with its options. The frames start inside that map, or join it "
-      "later. The new result holds both; objects keep their ids");
+  command.Option("--ignore LABELS", ignore,
+                 "Classes of moving objects, such as person,car: nothing in their boxes is tracked or "
+                 "mapped; none: track "
+                 "everything. Default: no keypoints of people, animals and vehicles, no people as objects");
+  command.Option("--extend RESULT", extend,
+                 "Continue a finished run's map with that run's options. The new video may start outside the "
+                 "mapped area "
+                 "and join it later. The new result holds both; objects keep their ids");
   command.Option(
       "--scale-from THING", scale_from,
       "Set the metric scale, as `sqslam scale` does: LABEL=METRES, the height of an object, such as "

@@ -29,8 +29,8 @@ rewritten. The map itself does not change: a later call replaces the scale, --no
 command prints the scale.
 
 The standard deviation covers the error of the map: of the object's height, of the points at both ends, or of the
-board's corners. Your measurement is taken as exact. Tall objects that are seen well give one to three percent, flat
-ones are much less accurate.
+board's corners. Your measurement is taken as exact. Tall, well-observed objects give an error of 1 to 3 %; flat
+objects are much worse.
 
 Examples:
   sqslam scale out/film --object 4 --height 0.096         object 4 (see sqslam info) is 9.6 cm high

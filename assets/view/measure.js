@@ -1,4 +1,4 @@
-// What is under the pointer; distances between two places.
+// Finds the place under the pointer; measures distances between two places.
 
 sq.rayAt = (view, x, y) => {
   const caster = new THREE.Raycaster();

@@ -1,4 +1,4 @@
-// What is drawn of the map: ground, points, dense cloud, objects.
+// Draws the map: ground, points, dense cloud, objects.
 
 // A turn of the plane z = 0 so that its normal is `up`.
 sq.groundFrame = (look) => {

@@ -156,7 +156,7 @@ FigurePage DrawOutliersOf(const FigureRequest& request, const OutliersOptions& o
 
 FigureEntry OutliersEntry() {
   return {.name = "outliers",
-          .help = "Points that objects kept and that outlier removal took away",
+          .help = "An object's inlier and outlier points",
           .details = R"(
 Each object's map points at the end of the run: discs were kept; crosses were removed by the extended isolation
 forest, their score above objects.outliers.isolation_forest.threshold; rings were removed before it, without a

@@ -30,11 +30,11 @@ struct ViewOptions {
 
 // Matching costs of a plane sweep, and their aggregation.
 struct StereoOptions {
-  int planes = 96;     // hypotheses, evenly spaced in inverse depth
+  int planes = 96;     // depth hypotheses, evenly spaced in inverse depth
   double noise = 2.0;  // grey levels, standard deviation of image noise: fainter texture counts less
-  // Costs on the scale of matching costs, where a ZNCC of 1 costs 0 and one of 0 costs 254.
-  int small_penalty = 8;      // of a step to the next plane between neighbouring pixels
-  int large_penalty = 60;     // of any farther step
+  // On the scale of matching costs, where a ZNCC of 1 costs 0 and one of 0 costs 254:
+  int small_penalty = 8;      // cost of a step to the next plane between neighbouring pixels
+  int large_penalty = 60;     // cost of any farther step
   double edge_contrast = 10;  // grey levels between neighbouring pixels that halve large_penalty
   double max_cost = 150.0;    // of the plane found, above which a pixel has no depth
   int refinements = 2;        // rounds of finer steps about the planes found
@@ -75,12 +75,12 @@ struct DepthFusionOptions {
 
 // Planes that fill regions of one colour, which have no texture to match.
 struct FillOptions {
-  bool enabled = true;
+  bool enabled = true;           // fill plain regions
   double max_step = 3.0;         // grey levels of any channel between neighbouring pixels of a region
-  int min_pixels = 60;           // of a region, both without and with depth
+  int min_pixels = 60;           // least size of a region, and of its part with depth
   double min_support = 0.7;      // share of its known depths that must lie on one plane
   double min_share = 0.15;       // share that must lie on each of several planes, if no single one has enough
-  double max_difference = 0.03;  // of the depth, from a plane
+  double max_difference = 0.03;  // distance of a depth from the plane, share of the depth
 
   void VisitFields(auto&& visit) {
     visit("enabled", enabled);

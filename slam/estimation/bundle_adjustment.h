@@ -74,7 +74,8 @@ struct BundleProblem {
   std::optional<BundleCamera> learnt = {};  // none: the camera is constant
 };
 
-// When objects take part: never, in local bundle adjustment, once over the whole map at the end, or both.
+// Optimisations in which objects take part: none, in local bundle adjustment, once over the whole map at the
+// end, or both.
 enum class JointMode { kNone, kLocal, kFinal, kBoth };
 constexpr auto EnumNames(JointMode) { return std::array{"none", "local", "final", "both"}; }
 
@@ -112,7 +113,7 @@ struct ObjectTerm {
 struct BundleSolverOptions {
   int iterations = 5;        // of the first round, which is robust (Huber)
   int final_iterations = 6;  // of the second round, after outliers are marked
-  int threads = 1;           // of the solver
+  int threads = 1;           // used by the solver
 };
 
 // Extracts the keyframes `free` (variable) and `fixed`, every point that a free one sees, and all
@@ -209,7 +210,7 @@ constexpr auto EnumNames(LearntPart) { return std::array{"none", "focal", "focal
 // Options of camera self-calibration from a map.
 struct CameraLearningOptions {
   LearntPart what = LearntPart::kNone;
-  int iterations = 30;          // of each round
+  int iterations = 30;          // solver steps of each round
   double max_deviation = 0.02;  // largest accepted standard deviation, in focal lengths
 
   void VisitFields(auto&& visit) {

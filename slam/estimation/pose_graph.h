@@ -12,10 +12,10 @@
 namespace sqslam {
 
 struct PoseGraphOptions {
-  int iterations = 20;
-  double huber = 0.0;  // residual norm at weight 1 from which the cost of an edge grows linearly; 0: never
+  int iterations = 20;  // solver steps at most
+  double huber = 0.0;   // residual norm at weight 1 from which the cost of an edge grows linearly; 0: never
   bool fix_scale = false;  // nodes keep their scale; for maps whose scale is known
-  int threads = 1;         // of the solver
+  int threads = 1;         // used by the solver
 
   void VisitFields(auto&& visit) {
     visit("iterations", iterations, 1, 1000);

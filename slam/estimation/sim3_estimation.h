@@ -11,10 +11,10 @@
 namespace sqslam {
 
 struct Sim3Options {
-  int ransac_iterations = 300;  // at most
+  int ransac_iterations = 300;  // samples at most
   double confidence = 0.99;     // probability of an outlier-free sample at which RANSAC stops early
-  int min_inliers = 20;
-  std::uint64_t seed = 1;
+  int min_inliers = 20;         // matches that must agree with the similarity
+  std::uint64_t seed = 1;       // of the random samples
 
   void VisitFields(auto&& visit) {
     visit("ransac_iterations", ransac_iterations, 1, 100000);

@@ -122,7 +122,7 @@ class Map {
   void RemoveObservation(PointId point, KeyframeId keyframe);  // and the point if fewer than 2 are left
   void RemovePoint(PointId point);
   void Fuse(PointId dropped, PointId kept);
-  // Forgets into what points from `first` on were fused: ids that nobody else was told yet.
+  // Drops the records of fusion of the ids from `first` on, which must not have been published yet.
   void ForgetFusedFrom(PointId first) { points_.ForgetReplacedFrom(first); }
   void RemoveKeyframe(KeyframeId keyframe);  // its pose stays known, relative to its parent
 

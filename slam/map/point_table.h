@@ -46,8 +46,8 @@ class PointTable {
     }
   }
 
-  // Forgets what replaced ids from `first` on, which the caller has told nobody. To be called before any
-  // later id is told: looks only at the ids replaced since the last call.
+  // Drops the replacements of the ids from `first` on, which must not have been published yet. Call it before
+  // any later id is published: it looks only at the ids replaced since the last call.
   void ForgetReplacedFrom(PointId first) {
     for (const PointId id : replaced_) {
       if (id < first) {

@@ -45,8 +45,8 @@ int FuseWithNeighbours(Map& map, const Camera& camera, KeyframeId keyframe, cons
 std::vector<PointId> CreateNewPoints(Map& map, const Camera& camera, KeyframeId keyframe,
                                      const NewPointOptions& options);
 
-// Creates new points and fuses them and the keyframe's other ones with its neighbours'. Returns the new ones,
-// of which most have been fused already: the map does not remember into what.
+// Creates new points and fuses them and the keyframe's other ones with its neighbours'. Returns the new ones.
+// Most of them are already fused; the records of these fusions are dropped.
 std::vector<PointId> AddNewPoints(Map& map, const Camera& camera, KeyframeId keyframe,
                                   const NewPointOptions& new_points, const FusionOptions& fusion);
 

@@ -40,9 +40,9 @@ struct CullingOptions {
 };
 
 struct FusionOptions {
-  int neighbours = 15;        // covisible keyframes
-  int second_neighbours = 5;  // covisible keyframes of each neighbour
-  double radius = 3.0;        // px at level 0
+  int neighbours = 15;        // covisible keyframes whose points are fused
+  int second_neighbours = 5;  // covisible keyframes of each neighbour, likewise
+  double radius = 3.0;        // px at level 0, search radius around a projected point
 
   void VisitFields(auto&& visit) {
     visit("neighbours", neighbours, 1, 100);

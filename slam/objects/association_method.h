@@ -21,6 +21,8 @@ struct AssociationParts {
   bool merge_by_volume = false;  // landmarks are merged by the overlap of their superquadrics
 };
 
+// Tests that assign a box to a landmark: the paper's (full), its ablations (iou, iou+points, iou+ttest), or
+// those of other systems (nonparametric, ensemble).
 enum class AssociationMethod { kFull, kIou, kIouPoints, kIouTTest, kNonparametric, kEnsemble };
 
 struct NamedAssociation {

@@ -15,8 +15,8 @@ struct HandledBody {
   // `hull`: half sizes. Without a handle the body is the hull.
   HandledBody(const Eigen::Vector3d& hull, bool handled);
 
-  // Returns the derivative by the logs of the hull's half sizes of a function of the body: from that by the
-  // logs of the body's half sizes, and that by a shift of the body along x.
+  // Converts a gradient with respect to the body (logs of its half sizes, shift along x) into the gradient
+  // with respect to the logs of the hull's half sizes.
   Eigen::Vector3d ByLogHull(const Eigen::Vector3d& by_log_half, double by_shift) const;
 
  private:

@@ -47,8 +47,8 @@ void EstimateLandmark(Landmark& landmark, const EstimationContext& context);
 void TakeFit(Landmark& landmark, const StandingFit& fit, const std::vector<BoxView>& views,
              const EstimationContext& context);
 
-// Returns that of the surrounding objects which hides the lower edge of the most boxes; null if none hides
-// half of them.
+// Returns the surrounding object that hides the lower edge in the most boxes; null if none hides it in half
+// of them.
 const PosedSuperquadric* HiderOfBottom(const Landmark& landmark, const std::vector<BoxView>& views,
                                        const EstimationContext& context);
 

@@ -14,11 +14,11 @@ using NamedPoints = std::vector<std::pair<std::int64_t, Eigen::Vector3d>>;  // i
 
 std::vector<Eigen::Vector3d> Positions(const NamedPoints& points);
 
-// A vote on a point of an object: the views in whose boxes it lies, and all that tell whether it does. Beyond
-// an edge of a box that is not free, the object may continue.
+// Votes of the views on a map point. Beyond a box edge that is hidden or cut off, the object may continue, so
+// the view has no vote there.
 struct BoxVotes {
-  int inside = 0;
-  int seen = 0;
+  int inside = 0;  // views whose box contains the point
+  int seen = 0;    // views that can tell
 
   // `margin`: of a box, as share of its size. Unless the comparison is in undistorted pixels, points outside
   // the image get no vote.
@@ -34,9 +34,9 @@ struct BoxVotes {
 NamedPoints RemoveOutliers(Landmark& landmark, const std::vector<BoxView>& views,
                            const EstimationContext& context);
 
-// Does the same to the votes of a landmark with far more of them than at its last estimation: as an object is
-// estimated anew only when its boxes have grown by a share, points that come and go would pile up in a long
-// run.
+// Merges the votes of fused points and drops those of culled ones, if the landmark has far more votes than at
+// its last estimation. An object is estimated anew only when its boxes have grown by a share, so points that
+// come and go would pile up in a long run.
 void ForgetGonePoints(Landmark& landmark, const PointLookup& lookup);
 
 }  // namespace sqslam

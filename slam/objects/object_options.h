@@ -11,7 +11,8 @@ namespace sqslam {
 
 // Filter for the detector's boxes.
 struct DetectionFilterOptions {
-  std::vector<std::string> ignored_labels = {"person"};  // objects that move by themselves
+  std::vector<std::string> ignored_labels = {
+      "person"};                  // boxes of these are dropped: they move by themselves
   double min_score = 0.25;        // detections with a lower score are ignored, in [0, 1]
   double max_box_share = 0.9;     // boxes larger than this share of the image area are dropped
   double min_box_share = 0.0005;  // boxes smaller than this share of the image area are dropped
@@ -39,7 +40,7 @@ struct AssociationOptions {
   double min_iou = 0.5;                  // IoU with the predicted box that makes a candidate, in [0, 1]
   double accept_iou = 0.7;               // IoU that is accepted without shared points, in [0, 1]
   double min_shared = 0.33;   // share of the observation's points that must be the landmark's, in [0, 1]
-  int min_shared_points = 3;  // and at least this many points
+  int min_shared_points = 3;  // least number of these points
   int inter_frame_gap = 3;    // maximum frames since the last sighting to count as consecutive
   double other_label_shared = 0.5;      // share of points for which a box of another label is accepted
   double other_label_iou = 0.7;         // IoU for which a box of another label is accepted
@@ -73,7 +74,7 @@ struct AssociationOptions {
 
 // Extended Isolation Forest (section "Extended Isolation Forest").
 struct IsolationForestOptions {
-  bool enabled = true;
+  bool enabled = true;      // remove points by their anomaly score
   int trees = 40;           // number of isolation trees
   int max_samples = 256;    // maximum points per tree (fewer for a smaller cloud)
   double threshold = 0.65;  // anomaly score above which a point is removed, in [0, 1]
@@ -119,15 +120,15 @@ struct YawOptions {
   int line_pixels = 15000;          // area of boxes searched for lines, per frame on average; 0: no limit
   int line_views = 20;              // frames with lines that an object gets without waiting its turn
   double max_box_share = 0.3;       // larger boxes are not searched for lines, share of the image area
-  double min_line_length = 15.0;    // px
+  double min_line_length = 15.0;    // shorter line segments are ignored, px
   double box_margin = 10.0;         // boxes are grown by this for the line search, px
   int samples = 18;                 // start angles, evenly over 90 degrees
   double match_angle_deg = 5.0;     // a line matches an axis below this angle in the image
-  int min_lines = 3;                // least number of lines in a box
+  int min_lines = 3;                // lines that a box needs to tell a yaw
   double independent_views = 4.0;   // effective number of views at most: line errors repeat from view to view
   double max_refinement_deg = 5.0;  // refinements farther from the best sample are rejected
   double pca_min_ratio = 1.21;      // least ratio of the variances along the first and the second axis
-  int pca_min_points = 20;          // least number of points
+  int pca_min_points = 20;          // points that the principal axis needs
 
   void VisitFields(auto&& visit) {
     visit("line_interval", line_interval, 0, 1000);
@@ -158,7 +159,7 @@ struct SizeShapeOptions {
   double grid_step = 0.2;        // start values of the exponents: 0.1, 0.1 + step, ... 1.9 on both axes
   double huber = 0.1;            // width of the robust loss, share of the mean half size
   double regularisation = 0.01;  // weight of the prior that both exponents are `prior_exponent`
-  double prior_exponent = 0.5;   // in [0.1, 1.9]
+  double prior_exponent = 0.5;   // from 0.1 (edged) over 1 (round) to 1.9
   int max_iterations = 20;       // Levenberg-Marquardt steps
 
   void VisitFields(auto&& visit) {
@@ -176,12 +177,12 @@ struct SizeShapeOptions {
 // Joint refinement of centre, half sizes, yaw and shape against points and box edges (method "refined").
 struct RefinementOptions {
   int max_views = 30;              // views whose box edges are used, spread over the viewing directions
-  double edge_sigma_px = 1.5;      // standard deviation of a box edge, px, plus
-  double edge_sigma_share = 0.03;  // this share of the box size
+  double edge_sigma_px = 1.5;      // standard deviation of a box edge, px, to which edge_sigma_share is added
+  double edge_sigma_share = 0.03;  // share of the box size
   // Standard deviation of a point's distance to the surface, px in a typical view, plus a share of the size
   // that boxes show: no superquadric follows every bump.
   double point_sigma_px = 1.5;
-  double point_sigma_share = 0.01;
+  double point_sigma_share = 0.01;  // added share of the size that boxes show
   // Standard deviation of a point's observations, px: the smaller its baseline, the less its depth counts; 0:
   // depth is as certain as the rest.
   double depth_sigma_px = 3.0;
@@ -189,11 +190,11 @@ struct RefinementOptions {
   // All points of a dense cloud together weigh as much as this many observations of this standard deviation,
   // share of their depth.
   double dense_weight = 20.0;
-  double dense_sigma_share = 0.004;
-  double contact_sigma = 0.05;   // standard deviation of the gap to the support, share of the shown size
-  double contact_weight = 10.0;  // relative to one box edge
-  double floating_cost = 8.0;    // half chi square by which standing on nothing must fit better
-  double exponent_sigma = 0.2;   // standard deviation of both exponents about those of the kind of shape
+  double dense_sigma_share = 0.004;  // standard deviation of such an observation, share of its depth
+  double contact_sigma = 0.05;       // standard deviation of the gap to the support, share of the shown size
+  double contact_weight = 10.0;      // weight of the contact with the support, relative to one box edge
+  double floating_cost = 8.0;        // half chi square by which standing on nothing must fit better
+  double exponent_sigma = 0.2;       // standard deviation of both exponents about those of the kind of shape
   // Standard deviation of the log of the width of a round thing's ends over that of its middle: bottles,
   // bowls; 0: both are as wide.
   double taper_sigma = 0.5;
@@ -234,7 +235,7 @@ struct MergingOptions {
   // Frames with a box for each of them above which the two stay apart: this share of the views of the rarer
   // one, or the number if that is more and the labels are the same.
   double max_seen_together_share = 0.05;
-  int max_seen_together = 3;
+  int max_seen_together = 3;  // least number of such frames, for the same label
 
   void VisitFields(auto&& visit) {
     visit("alpha", alpha, 1e-9, 0.5);
@@ -251,8 +252,8 @@ struct MergingOptions {
 struct GravityOptions {
   double max_angle_deg = 65.0;   // up lies within this angle of the cameras' mean up direction
   double inlier_share = 0.006;   // points nearer to the plane than this share of the median depth support it
-  int ransac_iterations = 4000;  // seeded
-  int min_points = 30;           // minimum number of map points
+  int ransac_iterations = 4000;  // random planes tried
+  int min_points = 30;           // map points needed to look for a plane
   double min_support = 0.08;     // share of the points that must lie on the plane
 
   void VisitFields(auto&& visit) {

@@ -41,8 +41,8 @@ bool MayHide(const PosedSuperquadric& other, const PosedSuperquadric& object,
 
 // Returns the edges of a box (undistorted px: left, top, right, bottom) around an object at `depth` (map
 // units along the optical axis) that arise because `other` hides the object: just outside the edge the line
-// of sight meets `other` first, but not outside the opposite edge. Only what hangs above the middle of the
-// box hides its top alone: if something that stands before it seems to, the two are in each other's place.
+// of sight meets `other` first, but not outside the opposite edge. Only an object that hangs above the middle
+// of the box can hide just its top edge: if a standing object seems to, the two estimates overlap.
 std::array<bool, 4> EdgesHiddenBy(const Box2d& box, double depth, const Rigid3d& T_map_camera,
                                   const Camera& camera, const PosedSuperquadric& other);
 

@@ -52,7 +52,7 @@ struct ScriptLine {
     // Wait for `text`: "idle" (nothing is loading or moving), "map" (a map is there), "end" (the run has
     // ended), "frame" (frame `count` of a run is shown).
     kWait,
-    kPicture,  // write the whole window to the file `text`
+    kPicture,  // write the whole window to the file `text`, a PNG
     kCommand,  // write the command of the picture on the screen to the file `text`
     kExpect,   // `text`: "KEY VALUE" that must be true now, or the program fails
     kRepeat,   // repeat the script until `count` seconds after it began
@@ -66,7 +66,14 @@ struct ScriptLine {
   int line = 0;  // line number in the file, from 1
 };
 
-// Read scripts, one event per line; `#` begins a comment. Example:
+// Read scripts, one event per line; `#` begins a comment. Commands:
+//
+//   move X Y, wheel X Y, press or release left, right or middle, click TEXT, point X Y TEXT
+//   key, keydown or keyup KEY, text TEXT, resize WIDTH HEIGHT, focus 0 or 1, drop FILE, close
+//   frames N, repeat SECONDS, wait idle, map, end or frame N
+//   picture FILE.png, command FILE, expect KEY VALUE
+//
+// Example:
 //
 //   resize 1280 720
 //   wait idle
