@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 """Disturbs sqslam at random moments and checks what is left each time.
 
-Each round causes one failure: a program killed, interrupted or stopped for a while, a full disk, a read-only folder,
-closed outputs, removed images, or two programs on one result. Afterwards it checks that no program died of a signal
+Each round causes one failure: a program killed, interrupted or stopped for a while, a closed terminal, a full disk, a
+read-only folder, closed outputs, removed images, or two programs on one result. Afterwards it checks that no program died of a signal
 it was not sent, errors are one line, every recording is readable, the same command then succeeds, and no temporary
 file is left.
 
@@ -12,7 +12,9 @@ file is left.
 import argparse
 import collections
 import os
+import pty
 import random
+import select
 import shutil
 import signal
 import subprocess
@@ -114,6 +116,14 @@ class Lab:
         check(process.returncode == 0 or "no snapshot" in text or "nothing" in text,
               f"unreadable recording: {text.strip()}")
 
+    def check_result(self, result, code):
+        """After a run that ended with `code`, negative for a signal."""
+        self.check_recording(result)
+        if code >= 0:
+            self.check_no_leftovers(result)
+            kept = (result / "map.sqmap").exists() == (result / "objects.json").exists() or code == 4
+            check(code not in (0, 130, 143) or kept, "a recording without objects.json")
+
     def check_no_leftovers(self, folder):
         left = [p for p in folder.rglob(".*.tmp*")]
         check(not left, f"left behind: {left}")
@@ -128,12 +138,32 @@ def disturbed_run(lab):
     result, how = lab.fresh(), any_signal(lab)
     process = lab.start(lab.run_command(result))
     lab.disturb(process, "run", how)
-    code = lab.end(process, how)
-    lab.check_recording(result)
-    if code >= 0:
-        lab.check_no_leftovers(result)
-        kept = (result / "map.sqmap").exists() == (result / "objects.json").exists() or code == 4
-        check(code not in (0, 130, 143) or kept, "a recording without objects.json")
+    lab.check_result(result, lab.end(process, how))
+
+
+def closed_terminal(lab):
+    result = lab.fresh()
+    command = [str(word) for word in [lab.program, *lab.run_command(result)]]
+    pid, terminal = pty.fork()
+    if pid == 0:
+        os.execv(command[0], command)
+    closed = time.monotonic() + lab.chance.uniform(0.0, 1.1) * lab.seconds["run"]
+    while (left := closed - time.monotonic()) > 0:
+        try:
+            select.select([terminal], [], [], left)[0] and os.read(terminal, 65536)
+        except OSError:  # the program has ended
+            break
+    os.close(terminal)
+    ended, status = 0, 0
+    while ended == 0 and time.monotonic() < closed + PATIENCE:
+        time.sleep(0.02)
+        ended, status = os.waitpid(pid, os.WNOHANG)
+    if ended == 0:
+        os.kill(pid, signal.SIGKILL)
+        raise Failure(f"hangs: {command}")
+    code = os.waitstatus_to_exitcode(status)
+    check(code in CODES or code == -signal.SIGHUP, f"exit code {code}: {command}")
+    lab.check_result(result, code)
 
 
 def disturbed_render(lab):
@@ -212,7 +242,7 @@ def closed_outputs(lab):
     os.close(writer)
     code = lab.end(process, signal.SIGPIPE)
     lab.check_recording(result)
-    check(code != 0 or (result / "objects.json").exists(), "says done without objects.json")
+    check((result / "objects.json").exists(), f"exit code {code} without objects.json")
 
 
 def vanishing_images(lab):
@@ -242,8 +272,8 @@ def two_at_once(lab):
     lab.check_no_leftovers(result)
 
 
-MISHAPS = [disturbed_run, disturbed_run, disturbed_render, disturbed_densify, disturbed_experiment, full_disk,
-           read_only_folder, closed_outputs, vanishing_images, two_at_once]
+MISHAPS = [disturbed_run, disturbed_run, closed_terminal, disturbed_render, disturbed_densify, disturbed_experiment,
+           full_disk, read_only_folder, closed_outputs, vanishing_images, two_at_once]
 
 
 def main():

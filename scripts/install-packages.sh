@@ -12,6 +12,10 @@ for name in "$@"; do
     *) wanted+=("$name") ;;
   esac
 done
+if ! command -v dpkg-query >/dev/null; then
+  echo "No dpkg-query, expected Debian 12; on other systems install by yourself what $PWD/packages.txt lists" >&2
+  exit 3
+fi
 installed=$(dpkg-query --show --showformat '${db:Status-Status} ${Package}\n' 2>/dev/null | sed -n 's/^installed //p')
 missing=()
 for package in "${wanted[@]}"; do

@@ -18,7 +18,8 @@ man_page() {
   shift 3
   mkdir -p "$folder/$part/man/man1" "$folder/run"
   # help2man needs a single program: make a script of this name that calls the command.
-  printf '#!/bin/sh\nexec %s "$@"\n' "$PWD/$*" >"$folder/run/$name"
+  set -- "$PWD/$1" "${@:2}"
+  printf '#!/bin/bash\nexec %s "$@"\n' "${*@Q}" >"$folder/run/$name"
   chmod +x "$folder/run/$name"
   COLUMNS=80 help2man --no-info --version-string "$version" --name "$what" --manual "sqslam" --source "sqslam $version" \
     "$folder/run/$name" | gzip -9n >"$folder/$part/man/man1/$name.1.gz"

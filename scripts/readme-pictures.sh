@@ -4,11 +4,11 @@
 #   DEMO     output of `sqslam demo --output DEMO`; default: run the demo
 #   KITCHEN  result of 7-Scenes redkitchen, made with --dense; default: keep the old picture
 set -eu
+demo=${1:+$(realpath -m "$1")}  # before the change of folder
+kitchen=${2:+$(realpath -m "$2")}
 cd "$(dirname "$0")/.."
 scripts/install-packages.sh ffmpeg gifsicle pngquant python3
 sqslam=$PWD/build/release/bin/sqslam
-demo=${1:-}
-kitchen=${2:-}
 pictures=$PWD/assets/pictures
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

@@ -3,10 +3,12 @@
 # with their licences). Takes a quarter of an hour, 500 MB below WORK and a network connection.
 # usage: scripts/train-vocabulary.sh [WORK [OUTPUT]]
 set -euo pipefail
+work=${1:+$(realpath -m "$1")}  # before the change of folder
+output=${2:+$(realpath -m "$2")}
 cd "$(dirname "$0")/.."
 
-work=${1:-out/vocabulary}
-output=${2:-assets/vocabulary.bin}
+work=${work:-out/vocabulary}
+output=${output:-assets/vocabulary.bin}
 sqslam=$PWD/build/release/bin/sqslam
 packages=(gnome-backgrounds lomiri-wallpapers-16.04 lomiri-wallpapers-20.04 mate-backgrounds opencv-doc
           plasma-workspace-wallpapers python3-skimage ukui-wallpapers)
@@ -15,7 +17,8 @@ work=$(cd "$work" && pwd)
 
 # Photographs: a folder of links with descriptive names, without previews of drawings and test patterns.
 if [ ! -d "$work/photographs" ]; then
-  mkdir -p "$work/debs" "$work/unpacked" "$work/photographs"
+  rm -rf "$work/photographs.part"  # of an interrupted run
+  mkdir -p "$work/debs" "$work/unpacked" "$work/photographs.part"
   (cd "$work/debs" && apt-get download "${packages[@]}")
   for deb in "$work"/debs/*.deb; do
     package=$(basename "${deb%%_*}")
@@ -27,9 +30,10 @@ if [ ! -d "$work/photographs" ]; then
          ! -iname '*GT.png' |
       sort | while read -r image; do
         above=$(basename "$(dirname "$(dirname "$(dirname "$image")")")")
-        ln -s "$image" "$work/photographs/$package-$above-$(basename "$image")"
+        ln -s "$image" "$work/photographs.part/$package-$above-$(basename "$image")"
       done
   done
+  mv "$work/photographs.part" "$work/photographs"
 fi
 
 # Rendered scenes: the desk along its own path and on a tour of the room, with four sets of textures.

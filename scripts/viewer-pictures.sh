@@ -3,10 +3,10 @@
 # afterwards. Look at them before committing.
 # usage: scripts/viewer-pictures.sh [PRESET [DEMO]]; DEMO: output of `sqslam demo --output DEMO`; default: run the demo
 set -eu
+demo=${2:+$(realpath -m "$2")}  # before the change of folder
 cd "$(dirname "$0")/.."
 scripts/install-packages.sh xvfb xauth pngquant
 bin=$PWD/build/${1:-release}/bin
-demo=${2:-}
 pictures=$PWD/assets/pictures
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

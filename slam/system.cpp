@@ -191,14 +191,14 @@ void System::AddDetections(std::int64_t frame_index, const std::vector<Detection
 
 FrameView System::Newest() const { return impl_->tracker.Newest(); }
 
-RunResult System::Finish() {
+RunResult System::Finish(const std::function<bool()>& stop) {
   Impl& s = *impl_;
   s.StopMapping();
   s.RethrowMappingFailure();
   RunResult result;
   result.frames = s.frames;
   result.readout = s.tracker.Readout();
-  result.others = s.mapper.Finish();
+  result.others = s.mapper.Finish(stop);
   if (result.others.empty()) {
     result.no_map_reason = s.tracker.NoMapReason();
   } else {

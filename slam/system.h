@@ -73,7 +73,10 @@ class System {
   void AddDetections(std::int64_t frame_index, const std::vector<Detection>& detections);
 
   FrameView Newest() const;  // the frame processed last; call from the thread that calls Process()
-  RunResult Finish();        // ends mapping, publishes the final snapshot; call once
+
+  // Ends mapping and publishes the final snapshot; call once. Frames and submaps that found no place in the
+  // map are tried once more before: until `stop`, called between them, returns true. Empty: all.
+  RunResult Finish(const std::function<bool()>& stop = {});
 
  private:
   struct Impl;

@@ -108,7 +108,7 @@ int MakePiece(const PieceWork& work, const Pieces& pieces, const std::string& ta
   const int code = ExitCodeOf(make, [&](const std::string& error) { message = error; });
   if (!message.empty()) {
     WriteTaskFailure(pieces.Failure(task), {code, message});
-    fmt::print(stderr, "sqslam: piece {}: {}\n", task, message);
+    PrintNotice(fmt::format("sqslam: piece {}: {}", task, message));
   }
   return code;
 }
@@ -117,7 +117,7 @@ int FailureOf(const Pieces& pieces, const Words& missing) {
   int code = 0;
   for (const std::string& name : missing) {
     const TaskFailure failure = ReadTaskFailure(pieces.Failure(name));
-    fmt::print(stderr, "sqslam: piece {} failed: {}\n", name, failure.message);
+    PrintNotice(fmt::format("sqslam: piece {} failed: {}", name, failure.message));
     code = code == 0 ? failure.exit_code : code;
   }
   return code;
@@ -142,8 +142,9 @@ void ClusterArguments::AddTo(Command& command) {
   command.Option("--on WHERE", where, "Work on this computer, or in pieces on a cluster")
       .OneOf({"here", "slurm"});
   command.Option("--shards N", shards, "With --on slurm: number of pieces, one task each").Range(2, 1000);
-  command.Option("--slurm FILE", slurm,
-                 "Partition, time, memory, ... (YAML), with the keys of `slurm` in sqslam experiment");
+  command.Option(
+      "--slurm FILE", slurm,
+      "YAML file of partition, time, memory, ...: the keys below `slurm` in sqslam experiment --help");
   command.Flag("--submit-only", submit_only,
                "With --on slurm: submit all jobs and exit; a last job joins the pieces");
   command.Option("--task I/N", task, "With --on slurm: make only this piece; for tasks of a cluster");

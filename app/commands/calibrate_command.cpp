@@ -161,7 +161,7 @@ int CalibrateCamera(const CalibrateArguments& given) {
   const Sequence sequence = OpenSequence(request);
   const Search search = FindBoards(a, sequence);
   if (search.interrupted) {
-    fmt::print(stderr, "sqslam: interrupted before all images were searched; nothing was written\n");
+    PrintNotice("sqslam: interrupted before all images were searched; nothing was written");
     return 130;
   }
   constexpr std::size_t kLeast = 3;

@@ -24,7 +24,7 @@ Writes dense.ply (a point cloud) and dense.glb (a coloured mesh with holes where
 folder, and depth maps of the keyframes to its map.sqmap. Needs the images that were mapped. With --set
 objects.dense_evidence=auto, objects that the cloud shows better than their boxes are estimated again, in
 objects.json and in the recording. Run the same command to resume after an interruption; other options start over.
-With --on slurm, tasks estimate depth maps to RESULT/dense.sqmap.pieces, and the command makes the same cloud of them.
+With --on slurm, tasks write depth maps to RESULT/dense.sqmap.pieces, and the command fuses them into the same cloud.
 
 Examples:
   sqslam densify out/kitchen
@@ -63,8 +63,8 @@ int DensifyHere(const DensifyArguments& a, const DensifyRequest& request,
       !summary.interrupted && !a.no_mesh && WriteSurface(a.result, request.threads, std::ref(progress));
   progress.Finish();
   if (progress.interrupt.Interrupted()) {
-    fmt::print(stderr, "sqslam: stopped after {} depth maps; run the same command to resume\n",
-               summary.estimated + summary.resumed);
+    PrintNotice(fmt::format("sqslam: stopped after {} depth maps; run the same command to resume",
+                            summary.estimated + summary.resumed));
     return 130;
   }
   const DenseObjects objects = RefineObjectsWithCloud(a.result, object_options);

@@ -148,10 +148,11 @@ int Detect(const DetectArguments& a) {
   DetectionWriter writer(boxes, fmt::format("boxes of {}, {}", sequence.path.string(), detector.Settings()),
                          FilePixels(sequence));
   if (writer.Frames() > 0 && !a.quiet) {
-    fmt::print(stderr, "{} frames are done already, resuming\n", writer.Frames());
+    PrintNotice(fmt::format("{} frames are done already, resuming", writer.Frames()));
   }
   if (!DetectAll(a, sequence, range, detector, writer)) {
-    fmt::print(stderr, "sqslam: stopped after {} frames; run the same command to resume\n", writer.Frames());
+    PrintNotice(
+        fmt::format("sqslam: stopped after {} frames; run the same command to resume", writer.Frames()));
     return 130;
   }
   writer.Finish();

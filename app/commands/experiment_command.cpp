@@ -97,7 +97,7 @@ void PrintOutcome(const ExperimentOutcome& outcome, const fs::path& tables, bool
                outcome.results.size(), outcome.reused, outcome.failures.size(), tables.string());
   }
   for (const CellFailure& failure : outcome.failures) {
-    fmt::print(stderr, "sqslam: {} failed: {}\n", failure.cell, failure.message);
+    PrintNotice(fmt::format("sqslam: {} failed: {}", failure.cell, failure.message));
   }
 }
 
@@ -106,8 +106,9 @@ int Finish(const ExperimentConfig& config, const ExperimentOutcome& outcome, con
            bool quiet) {
   PrintOutcome(outcome, WriteTables(config, outcome, folder), quiet);
   if (outcome.interrupted) {  // tasks of a cluster keep running
-    fmt::print(stderr, "sqslam: interrupted; the same command goes on with the other {} runs\n",
-               outcome.cells - static_cast<int>(outcome.results.size() + outcome.failures.size()));
+    PrintNotice(
+        fmt::format("sqslam: interrupted; the same command goes on with the other {} runs",
+                    outcome.cells - static_cast<int>(outcome.results.size() + outcome.failures.size())));
     return 130;
   }
   return outcome.failures.empty() ? 0 : outcome.failures.front().exit_code;

@@ -81,8 +81,11 @@ void ExportForPrograms(const ExportArguments& a) {
     fmt::print("{} images, {} points, mean reprojection error {:.3f} px\nwritten: {}\n", summary.images,
                summary.points, summary.error, a.output);
   }
-  if (summary.without_image > 0) {
-    spdlog::warn("{} keyframes of another sequence are left out (--images)", summary.without_image);
+  if (summary.of_other_sequence > 0) {
+    spdlog::warn("{} keyframes of another sequence are left out (--images)", summary.of_other_sequence);
+  }
+  if (summary.unreadable > 0) {
+    spdlog::warn("keyframes whose images cannot be read, left out: {}", summary.unreadable);
   }
 }
 

@@ -9,6 +9,7 @@
 #include "slam/geometry/angles.h"
 #include "slam/recognition/vocabulary.h"
 #include "slam/snapshot/recording.h"
+#include "slam/util/text_lines.h"
 #include "slam/util/throw_if.h"
 
 namespace sqslam::app {
@@ -112,7 +113,8 @@ void PrintInfo(const InfoArguments& a) {
     return;
   }
   fmt::print("map        {}\nsequence   {}\nwritten by sqslam {}\nsnapshots  {}\n", path.string(),
-             reader.Info().sequence_path.empty() ? "images of two inputs" : reader.Info().sequence_path,
+             reader.Info().sequence_path.empty() ? "images of two inputs"
+                                                 : WithoutControls(reader.Info().sequence_path),
              reader.Info().program_version, reader.Size());
   fmt::print("lengths    {}\n",
              reader.Info().scale ? "metres: " + ScaleText(*reader.Info().scale) : "map units (sqslam scale)");

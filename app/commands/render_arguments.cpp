@@ -6,6 +6,9 @@
 #include "render/camera/scene_framing.h"
 #include "slam/io/frame_source.h"
 #include "slam/util/data_path.h"
+#include "slam/util/markup.h"
+#include "slam/util/options.h"
+#include "slam/util/text_lines.h"
 #include "slam/util/throw_if.h"
 
 namespace sqslam::app {
@@ -88,8 +91,7 @@ PictureOptions MakePictureOptions(const RenderArguments& a) {
   }
   options.style = a.style.Load();
   CheckStyle(options.style);
-  ThrowIf<UsageError>(options.camera.view_up && options.camera.view_up->norm() < 1e-9,
-                      "--camera-view-up: expected a direction, not zero");
+  CheckCamera(options.camera);
   return options;
 }
 
@@ -113,6 +115,17 @@ VideoOptions MakeVideoOptions(const RenderArguments& a, const PictureOptions& pi
     options.shard = ParseShard(a.shard);
   }
   return options;
+}
+
+std::string FilesFingerprint(const RenderArguments& a) {
+  std::string parts = Fingerprint(DumpOptions(a.style.Load()));
+  const fs::path edits = EditsFile(MapFile(a.map), a.objects.edits);
+  const fs::path path = IsPathFile(a.path) ? a.path : "";
+  for (const fs::path& file : {edits, path, fs::path(a.layers.dense_cloud)}) {
+    std::error_code none;
+    parts += Fingerprint(fs::is_regular_file(file, none) ? ReadFile(file, "a file to draw from") : "");
+  }
+  return Fingerprint(parts);
 }
 
 bool MakesFrames(const RenderArguments& a) {

@@ -45,9 +45,9 @@ int CompareWithReference(const RenderArguments& a, const cv::Mat& image) {
   const cv::Mat reference = ReadImage(a.reference, cv::IMREAD_UNCHANGED);
   ThrowIf<InputError>(reference.empty(), "{}: cannot be read, expected the reference picture", a.reference);
   if (image.size() != reference.size() || image.type() != reference.type()) {
-    fmt::print(stderr, "sqslam: {}: {}x{} with {} channels, expected {}x{} with {} as the picture has\n",
-               a.reference, reference.cols, reference.rows, reference.channels(), image.cols, image.rows,
-               image.channels());
+    PrintNotice(fmt::format("sqslam: {}: {}x{} with {} channels, expected {}x{} with {} as the picture has",
+                            a.reference, reference.cols, reference.rows, reference.channels(), image.cols,
+                            image.rows, image.channels()));
     return 5;
   }
   const double difference = PictureDifference(image, reference);
@@ -56,9 +56,9 @@ int CompareWithReference(const RenderArguments& a, const cv::Mat& image) {
     fmt::print("differs from {} by {:.4f}, within {}\n", a.reference, difference, a.threshold);
     return 0;
   }
-  fmt::print(stderr,
-             "sqslam: differs from {} by {:.4f}, more than {}; picture, reference and difference: {}\n",
-             a.reference, difference, a.threshold, WriteDifference(a, image, reference).string());
+  PrintNotice(
+      fmt::format("sqslam: differs from {} by {:.4f}, more than {}; picture, reference and difference: {}",
+                  a.reference, difference, a.threshold, WriteDifference(a, image, reference).string()));
   return 5;
 }
 
@@ -144,7 +144,7 @@ int WriteFrames(const RenderArguments& a, const fs::path& output, auto&& write) 
   if (!progress.interrupt.Interrupted() || written >= total) {
     return 0;
   }
-  fmt::print(stderr, "sqslam: interrupted; {} of {} frames are in {}\n", written, total, output.string());
+  PrintNotice(fmt::format("sqslam: interrupted; {} of {} frames are in {}", written, total, output.string()));
   return 130;
 }
 
@@ -196,7 +196,8 @@ std::string SettingsOfPieces(const RenderArguments& a) {
   const fs::path map = MapFile(a.map);
   return JsonText(nlohmann::ordered_json{{"arguments", words},
                                          {"map_bytes", fs::file_size(map)},
-                                         {"map_time", fs::last_write_time(map).time_since_epoch().count()}});
+                                         {"map_time", fs::last_write_time(map).time_since_epoch().count()},
+                                         {"files", FilesFingerprint(a)}});
 }
 
 int RenderOnSlurm(const RenderArguments& a) {
@@ -206,12 +207,17 @@ int RenderOnSlurm(const RenderArguments& a) {
     part.output = piece.parent_path() / fs::path(a.output).filename();  // RenderFrames adds the shard
     return RenderHere(part);
   };
+  std::string begun;
+  const auto settings = [&] { return begun = SettingsOfPieces(a); };
   const auto join = [&](const std::vector<std::string>& pieces, int) {
+    ThrowIf<InputError>(SettingsOfPieces(a) != begun,
+                        "{}: a file that it is drawn from has changed while the pieces were made, "
+                        "expected the same map, style and files throughout; run the command again",
+                        a.output);
     RenderArguments all = a;
     all.join = pieces;
     return Join(all);
   };
-  const auto settings = [&] { return SettingsOfPieces(a); };
   return DoOnSlurm({fs::path(a.output).stem().string(), a.output, settings, make, join}, a.cluster, a.quiet);
 }
 

@@ -132,7 +132,7 @@ int RunTask(const ExperimentConfig& config, const ExperimentFolder& folder, cons
   }
   fs::create_directories(folder.path / "runs");
   WriteTaskFailure(FailureOf(folder, name), {code, message});
-  fmt::print(stderr, "sqslam: {} failed: {}\n", name, message);
+  PrintNotice(fmt::format("sqslam: {} failed: {}", name, message));
   return code;
 }
 

@@ -60,7 +60,8 @@ constexpr auto EnumNames(ModelFormat) { return std::array{"colmap", "nerfstudio"
 
 struct ModelSummary {
   int images = 0;
-  int without_image = 0;  // keyframes that were left out
+  int of_other_sequence = 0;  // keyframes that were left out because the sequence does not have them
+  int unreadable = 0;         // keyframes that were left out because their images cannot be read
   int points = 0;
   double error = 0.0;  // px, mean reprojection error
 };
@@ -75,8 +76,9 @@ struct ModelRequest {
 
 // Writes the live map of a result into a new folder: sparse/0 for COLMAP, transforms.json and points.ply for
 // nerfstudio, and images/ for both. images/ is a link to the sequence if its images are files of the camera's
-// size; otherwise (videos, resized images) the images are written. `progress` is called after each written
-// image. Throws InputError, and UsageError if the folder is not empty.
+// size; otherwise (videos, resized images) the images are written. Keyframes without an image are left out.
+// `progress` is called after each written image. Throws InputError, and UsageError if the folder is not
+// empty.
 ModelSummary ExportModel(const ModelRequest& request,
                          const std::function<void(int done, int total)>& progress);
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "slam/util/json_file.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam::app {
 namespace {
@@ -43,8 +44,15 @@ void AppendChunk(std::string& bytes, std::uint32_t type, const std::string& data
 
 }  // namespace
 
-GlbFile::GlbFile(const std::string& generator) {
+GlbFile::GlbFile(const std::string& generator, std::size_t longest) : longest_(longest) {
   json_["asset"] = {{"version", "2.0"}, {"generator", generator}};
+}
+
+void GlbFile::CheckLength(std::size_t bytes) const {
+  ThrowIf<InputError>(bytes > longest_,
+                      "a binary glTF file of {} bytes or more: expected at most {}, the limit of the format, "
+                      "with fewer objects, points or triangles",
+                      bytes, longest_);
 }
 
 int GlbFile::Append(const char* list, Json value) {
@@ -60,6 +68,7 @@ int GlbFile::AddAccessor(const auto& elements, int component, const char* type, 
     throw std::invalid_argument("an accessor of no element");
   }
   Pad(buffer_, '\0');
+  CheckLength(buffer_.size() + values.size_bytes());
   Json accessor = {{"componentType", component}, {"count", values.size()}, {"type", type}};
   accessor.update(more);
   Json view = {{"buffer", 0}, {"byteOffset", buffer_.size()}, {"byteLength", values.size_bytes()}};
@@ -181,16 +190,21 @@ std::string GlbFile::Bytes(int root, const std::string& scene_name) const {
   }
   std::string text = JsonText(json, -1);
   Pad(text, ' ');
-  std::string body;
-  AppendChunk(body, 0x4E4F534A, text);  // "JSON"
-  if (!binary.empty()) {
-    AppendChunk(body, 0x004E4942, binary);  // "BIN"
-  }
+  constexpr std::size_t kHeader = 12;      // bytes, of the file
+  constexpr std::size_t kChunkHeader = 8;  // bytes
+  const std::size_t length =
+      kHeader + kChunkHeader + text.size() + (binary.empty() ? 0 : kChunkHeader + binary.size());
+  CheckLength(length);
   std::string file;
+  file.reserve(length);
   AppendWord(file, 0x46546C67);  // "glTF"
   AppendWord(file, 2);
-  AppendWord(file, static_cast<std::uint32_t>(12 + body.size()));
-  return file + body;
+  AppendWord(file, static_cast<std::uint32_t>(length));
+  AppendChunk(file, 0x4E4F534A, text);  // "JSON"
+  if (!binary.empty()) {
+    AppendChunk(file, 0x004E4942, binary);  // "BIN"
+  }
+  return file;
 }
 
 }  // namespace sqslam::app

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <span>
@@ -26,10 +27,13 @@ class GlbFile {
     int material = -1;
   };
 
-  explicit GlbFile(const std::string& generator);
+  static constexpr std::size_t kLongest = 0xFFFFFFFF;  // bytes of a file: lengths in it have 32 bits
+
+  explicit GlbFile(const std::string& generator, std::size_t longest = kLongest);
 
   // Each adds one accessor with a buffer view of its own and returns its index. Throws std::invalid_argument
-  // on an empty span: glTF has no empty accessors.
+  // on an empty span: glTF has no empty accessors. Throws InputError if the file becomes longer than
+  // `longest`.
   int AddPositions(std::span<const Eigen::Vector3f> positions);
   int AddNormals(std::span<const Eigen::Vector3f> normals);
   int AddColors(std::span<const std::array<std::uint8_t, 3>> srgb);  // stored as linear values
@@ -48,6 +52,7 @@ class GlbFile {
   void AddRotations(int node, int times, std::span<const Eigen::Vector4f> values);
 
   // Returns the whole file: a scene of the node `root`, and an animation of its name with all channels.
+  // Throws InputError if it is longer than `longest`.
   std::string Bytes(int root, const std::string& scene_name) const;
 
  private:
@@ -55,8 +60,10 @@ class GlbFile {
   int AddAccessor(const auto& elements, int component, const char* type, int target,
                   const nlohmann::ordered_json& more = nlohmann::ordered_json::object());
   int Append(const char* list, nlohmann::ordered_json value);
+  void CheckLength(std::size_t bytes) const;
   void AddSampler(int node, const char* path, int times, int values, const char* interpolation);
 
+  std::size_t longest_;
   nlohmann::ordered_json json_;
   nlohmann::ordered_json animation_;  // null: no animation
   std::string buffer_;

@@ -14,6 +14,7 @@
 #include "slam/snapshot/recording.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/options.h"
+#include "slam/util/text_lines.h"
 #include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
 
@@ -30,15 +31,7 @@ void SetPose(GlbJson& node, const Rigid3d& pose) {
 // Starts with the id, so that names stay unique when cut: Blender keeps 63 bytes of a name.
 std::string NodeName(const SnapshotObject& object) {
   constexpr std::size_t kLongestName = 63;
-  std::string name = fmt::format("{} {}", object.id, ShownName(object));
-  if (name.size() > kLongestName) {
-    std::size_t end = kLongestName;
-    while (end > 0 && (static_cast<unsigned char>(name[end]) & 0xC0) == 0x80) {  // inside a UTF-8 character
-      --end;
-    }
-    name.resize(end);
-  }
-  return name;
+  return CutText(fmt::format("{} {}", object.id, ShownName(object)), kLongestName);
 }
 
 // Converts to glTF's camera frame, which looks along -z with y up.

@@ -5,12 +5,15 @@
 #include <map>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <set>
 #include <string>
+#include <system_error>
 
 #include "app/export/camera_model.h"
 #include "slam/geometry/silhouette.h"
 #include "slam/io/frame_source.h"
 #include "slam/io/image_files.h"
+#include "slam/io/input_images.h"
 #include "slam/io/result_files.h"
 #include "slam/io/sequence.h"
 #include "slam/run/known_map.h"
@@ -27,11 +30,13 @@ namespace {
 constexpr const char* kMasks = "masks";  // folder
 
 Sequence OpenMapped(const KnownMap& known, const fs::path& moved_to) {
+  const RecordingReader recording(known.recording);
   SequenceRequest request;
-  request.path =
-      moved_to.empty() ? fs::path(RecordingReader(known.recording).Info().sequence_path) : moved_to;
+  request.path = moved_to.empty() ? fs::path(recording.Info().sequence_path) : moved_to;
   request.known_camera = known.map.camera;
-  return OpenSequence(request);
+  Sequence sequence = OpenSequence(request);
+  CheckNumbering(recording, sequence);
+  return sequence;
 }
 
 // True if the sequence's image files can be linked as they are: at the camera's size and inside its folder.
@@ -50,9 +55,10 @@ bool AreFilesAsMapped(const Sequence& sequence, const CameraModel& model) {
          });
 }
 
-// Writes the keyframes' images at the camera's size as JPEG.
-void WriteImages(const Sequence& sequence, const CameraModel& model, const fs::path& folder,
-                 const std::function<void(int, int)>& progress) {
+// Writes the keyframes' images at the camera's size as JPEG. Returns the indices of their frames; those that
+// cannot be read are missing.
+std::set<std::int64_t> WriteImages(const Sequence& sequence, const CameraModel& model, const fs::path& folder,
+                                   const std::function<void(int, int)>& progress) {
   constexpr int kQuality = 95;
   fs::create_directories(folder);
   std::map<std::int64_t, std::string> names;
@@ -61,7 +67,7 @@ void WriteImages(const Sequence& sequence, const CameraModel& model, const fs::p
   }
   const std::int64_t first = names.begin()->first;
   FrameSource source(sequence, {first, names.rbegin()->first - first + 1, 1});
-  int written = 0;
+  std::set<std::int64_t> written;
   while (const std::optional<Frame> frame = source.Next()) {
     const auto name = names.find(frame->index);
     if (name == names.end()) {
@@ -69,8 +75,10 @@ void WriteImages(const Sequence& sequence, const CameraModel& model, const fs::p
     }
     WriteFileAtomically(folder / name->second,
                         EncodedImage(".jpg", frame->bgr, {cv::IMWRITE_JPEG_QUALITY, kQuality}));
-    progress(++written, static_cast<int>(names.size()));
+    written.insert(frame->index);
+    progress(static_cast<int>(written.size()), static_cast<int>(names.size()));
   }
+  return written;
 }
 
 // Writes NAME.png for each image NAME.
@@ -100,14 +108,14 @@ std::vector<SnapshotPoint> CloudOf(const CameraModel& model) {
   });
 }
 
-// Drops keyframes that the sequence does not have (from an older run that was extended), their observations,
-// and points left with fewer than two. Returns the number of dropped keyframes.
-int DropWithoutImage(const Sequence& sequence, CameraModel& model) {
+// Drops keyframes without an image (`has_image`, by index of the frame), their observations, and points left
+// with fewer than two. Returns the number of dropped keyframes.
+int DropWithoutImage(CameraModel& model, const std::function<bool(std::int64_t)>& has_image) {
   std::vector<std::uint32_t> index_of;  // by old index
   std::vector<CameraModel::Image> kept;
   constexpr auto kGone = static_cast<std::uint32_t>(-1);
   for (CameraModel::Image& image : model.images) {
-    const bool there = image.frame_index < static_cast<std::int64_t>(sequence.frames.size());
+    const bool there = has_image(image.frame_index);
     index_of.push_back(there ? static_cast<std::uint32_t>(kept.size()) : kGone);
     if (there) {
       kept.push_back(std::move(image));
@@ -145,11 +153,21 @@ ModelSummary ExportModel(const ModelRequest& request, const std::function<void(i
     model.Scale(scale->metres);
   }
   ModelSummary summary;
-  summary.without_image = DropWithoutImage(sequence, model);
-  ThrowIf<InputError>(
-      model.images.empty(),
-      "{}: has no keyframe among the {} images of {}, expected the sequence that was mapped (--images)",
-      known.recording.string(), sequence.frames.size(), sequence.path.string());
+  const auto drop = [&](int& dropped, const std::function<bool(std::int64_t)>& has_image) {
+    dropped += DropWithoutImage(model, has_image);
+    ThrowIf<InputError>(model.images.empty(),
+                        "{}: has no keyframe among the {} images of {} that can be read, expected the "
+                        "sequence that was mapped (--images)",
+                        known.recording.string(), sequence.frames.size(), sequence.path.string());
+  };
+  drop(summary.of_other_sequence, [&](std::int64_t frame) {  // an older run that was extended
+    return HasFrame(sequence, frame);
+  });
+  drop(summary.unreadable, [&](std::int64_t frame) {
+    std::error_code none;
+    return !sequence.video_path.empty() ||
+           fs::is_regular_file(sequence.frames[static_cast<std::size_t>(frame)].image_path, none);
+  });
   CreateResultFolder(folder);
   const bool linked = AreFilesAsMapped(sequence, model);
   for (CameraModel::Image& image : model.images) {
@@ -160,7 +178,8 @@ ModelSummary ExportModel(const ModelRequest& request, const std::function<void(i
   if (linked) {
     fs::create_directory_symlink(fs::absolute(sequence.path), folder / "images");
   } else {
-    WriteImages(sequence, model, folder / "images", progress);
+    const std::set<std::int64_t> written = WriteImages(sequence, model, folder / "images", progress);
+    drop(summary.unreadable, [&](std::int64_t frame) { return written.contains(frame); });
   }
   if (request.masks) {
     WriteMasks(model, RecordingReader(known.recording).Last()->objects, folder / kMasks);

@@ -3,7 +3,9 @@
 
 #include "app/export/map_view.h"
 #include "render/picture/photo.h"
+#include "render/solids/scene_order.h"
 #include "slam/util/statistics.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam::app {
 
@@ -33,11 +35,12 @@ std::vector<SeenOutline> FindOutlines(const MapSnapshot& map, const ViewHistory&
   }
   const double area = static_cast<double>(camera.width) * camera.height;
   const cv::Rect image(0, 0, camera.width, camera.height);
+  const SolidOrder solids(ToVector(map.objects, &SnapshotObject::superquadric));  // the same for all views
   std::vector<SeenOutline> outlines;
   for (std::size_t k = 0; k < map.keyframes.size(); ++k) {
     const SnapshotKeyframe& keyframe = map.keyframes[k];
     const auto seen = history.seen_in.find(keyframe.frame_index);
-    for (const ObjectOutline& outline : OutlinesOf(map.objects, camera, keyframe.T_map_camera)) {
+    for (const ObjectOutline& outline : OutlinesOf(map.objects, solids, camera, keyframe.T_map_camera)) {
       SeenOutline& out = outlines.emplace_back();
       out.keyframe = k;
       out.object = static_cast<std::size_t>(outline.object - map.objects.data());

@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
+#include <exception>
 #include <filesystem>
 #include <memory>
 #include <opencv2/core.hpp>
@@ -31,6 +32,7 @@
 #include "slam/snapshot/snapshot.h"
 #include "slam/util/data_path.h"
 #include "slam/util/options.h"
+#include "slam/util/text_lines.h"
 #include "slam/util/throw_if.h"
 
 namespace sqslam::python {
@@ -105,7 +107,7 @@ std::vector<Eigen::Vector3d> Points(
 class Result {
  public:
   Result(const fs::path& path, const std::string& edits, bool reliable_only)
-      : file_(app::MapFile(path)),
+      : file_(fs::absolute(app::MapFile(path))),  // the working folder may change
         reader_(app::OpenMap(file_, {edits, reliable_only}, HiddenObjects::kLeaveOut)),
         last_(reader_.Last()) {}
 
@@ -148,6 +150,12 @@ std::string Quoted(const std::string& page) {
     }
   }
   return quoted;
+}
+
+// Returns a path as os.fsdecode() does: bytes that are no UTF-8 stay, as lone surrogates.
+py::str PathText(const std::string& path) {
+  const auto size = static_cast<py::ssize_t>(path.size());
+  return py::reinterpret_steal<py::str>(PyUnicode_DecodeFSDefaultAndSize(path.data(), size));
 }
 
 struct State {
@@ -302,7 +310,7 @@ void BindMaps(py::module_& m) {
   BindMap(state);
   state.def_property_readonly("frame", [](const State& s) { return s.map->frame_index; })
       .def_property_readonly("time", [](const State& s) { return s.map->timestamp; })
-      .def_property_readonly("image", [](const State& s) { return s.map->image_path; })
+      .def_property_readonly("image", [](const State& s) { return PathText(s.map->image_path); })
       .def_property_readonly("pose", [](const State& s) {
         return s.map->T_map_camera ? std::optional(s.map->T_map_camera->Matrix()) : std::nullopt;
       });
@@ -317,8 +325,8 @@ void BindMaps(py::module_& m) {
                                const Trajectory tracked = r.Tracked();
                                return std::pair(Times(tracked), Poses(tracked));
                              })
-      .def_property_readonly("sequence", [](const Result& r) { return r.Info().sequence_path; })
-      .def_property_readonly("version", [](const Result& r) { return r.Info().program_version; })
+      .def_property_readonly("sequence", [](const Result& r) { return PathText(r.Info().sequence_path); })
+      .def_property_readonly("version", [](const Result& r) { return ValidText(r.Info().program_version); })
       .def("page", &Result::Page, py::call_guard<py::gil_scoped_release>())
       .def("_repr_html_", [](const Result& r) {
         return fmt::format(
@@ -333,9 +341,10 @@ void BindMaps(py::module_& m) {
       },
       "result"_a, py::kw_only(), "edits"_a = "", "reliable_only"_a = false,
       "Opens a result folder or its map.sqmap.", py::call_guard<py::gil_scoped_release>());
-  m.def("render", &Render, "map"_a, py::kw_only(), "width"_a = 1280, "height"_a = 720, "style"_a = "paper",
-        "set"_a = std::vector<std::string>(), "view"_a = "", "azimuth"_a = 0.0, "elevation"_a = 0.0,
-        "zoom"_a = 1.0, "transparent"_a = false, "Draws a map into an H x W x 3 (or 4) array.");
+  m.def("render", &Render, "map"_a.none(false), py::kw_only(), "width"_a = 1280, "height"_a = 720,
+        "style"_a = "paper", "set"_a = std::vector<std::string>(), "view"_a = "", "azimuth"_a = 0.0,
+        "elevation"_a = 0.0, "zoom"_a = 1.0, "transparent"_a = false,
+        "Draws a map into an H x W x 3 (or 4) array.");
 }
 
 }  // namespace
@@ -344,8 +353,20 @@ void BindMaps(py::module_& m) {
 PYBIND11_MODULE(_sqslam, m) {
   using namespace sqslam;  // NOLINT: of the whole module
   m.attr("__version__") = SQSLAM_VERSION;
-  pybind11::register_exception<InputError>(m, "InputError", PyExc_ValueError);
-  pybind11::register_exception<UsageError>(m, "UsageError", PyExc_ValueError);
+  static PyObject* const input_error =
+      pybind11::register_exception<InputError>(m, "InputError", PyExc_ValueError).ptr();
+  static PyObject* const usage_error =
+      pybind11::register_exception<UsageError>(m, "UsageError", PyExc_ValueError).ptr();
+  // Asked before the translators of these two: a message may name a path that is no UTF-8.
+  pybind11::register_exception_translator([](std::exception_ptr thrown) {
+    try {
+      std::rethrow_exception(thrown);
+    } catch (const InputError& error) {
+      PyErr_SetString(input_error, ValidText(error.what()).c_str());
+    } catch (const UsageError& error) {
+      PyErr_SetString(usage_error, ValidText(error.what()).c_str());
+    }
+  });
   m.def("set_data_folder", &SetDataFolder, pybind11::arg("folder"));
   python::BindSolids(m);
   python::BindMaps(m);

@@ -34,9 +34,10 @@ void DrawRun(const fs::path& result, const MapSnapshot& map, StageTimes& times, 
 }
 
 int EndInterrupted(const FinishedRun& run) {
-  fmt::print(stderr, "sqslam: interrupted{}\n",
-             run.result.map.snapshot ? fmt::format("; the map so far is in {}", run.output.string())
-                                     : " before there was a map");
+  PrintNotice(
+      fmt::format("sqslam: interrupted{}", run.result.map.snapshot
+                                               ? fmt::format("; the map so far is in {}", run.output.string())
+                                               : " before there was a map"));
   return 130;
 }
 

@@ -120,10 +120,7 @@ int RunProgram(const std::string& name, const std::function<int()>& work) {
   cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
   ::setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
   return ExitCodeOf([&] { return RunAndFlush(work); },
-                    [&](const std::string& message) {  // fmt::print would throw if stderr is full too
-                      const std::string line = Shortened(WithoutControls(message));
-                      std::fprintf(stderr, "%s: %s\n", name.c_str(), line.c_str());
-                    });
+                    [&](const std::string& message) { PrintNotice(name + ": " + Shortened(message)); });
 }
 
 std::vector<std::string> CommandWords() {
@@ -145,10 +142,13 @@ std::string ShownCommandLine(std::vector<std::string> words) {
   return ShellLine(words);
 }
 
+// fmt::print would throw in the middle of the work. RunAndFlush finds what could not be written.
 void PrintLine(const std::string& line) {
-  fmt::print("{}\n", line);
+  std::fputs((line + '\n').c_str(), stdout);
   std::fflush(stdout);
 }
+
+void PrintNotice(const std::string& line) { std::fputs((WithoutControls(line) + '\n').c_str(), stderr); }
 
 std::string DurationText(double seconds) {
   const auto whole = static_cast<long>(seconds + 0.5);
@@ -156,11 +156,14 @@ std::string DurationText(double seconds) {
                        : fmt::format("{}:{:02}", whole / 60, whole % 60);
 }
 
-InterruptGuard::InterruptGuard() {
+InterruptGuard::InterruptGuard() : on_closed_pipe_(std::signal(SIGPIPE, SIG_IGN)) {
   interrupted = 0;
   Install(Handle);
 }
-InterruptGuard::~InterruptGuard() { Install(SIG_DFL); }
+InterruptGuard::~InterruptGuard() {
+  Install(SIG_DFL);
+  std::signal(SIGPIPE, on_closed_pipe_);
+}
 bool InterruptGuard::Interrupted() const { return interrupted != 0; }
 
 Progress::Progress(bool quiet, std::string unit)
@@ -192,15 +195,14 @@ void Progress::Update(std::int64_t done, std::int64_t total, const std::string& 
 }
 
 void Progress::Print(const std::string& line) {
-  fmt::print(stderr, "{}{}{}", terminal_ ? "\r" : "", line, terminal_ ? "\033[K" : "\n");
-  std::fflush(stderr);
+  std::fputs(fmt::format("{}{}{}", terminal_ ? "\r" : "", line, terminal_ ? "\033[K" : "\n").c_str(), stderr);
   line_open_ = terminal_;
 }
 
 void Progress::Finish() {
   start_.reset();
   if (line_open_) {
-    fmt::print(stderr, "\r\033[K");
+    std::fputs("\r\033[K", stderr);
     line_open_ = false;
   }
 }

@@ -24,12 +24,19 @@ std::vector<std::string> CommandWords();
 std::string CommandLine();
 std::string ShownCommandLine(std::vector<std::string> words);  // for other `words`, at least one
 
-void PrintLine(const std::string& line);  // to stdout, flushed: a reader may follow the pipe
+// Prints a line to stdout, flushed: a reader may follow the pipe. What cannot be written is an error at the
+// end of RunProgram.
+void PrintLine(const std::string& line);
+
+// Prints a line to stderr, without control characters. What cannot be written, because the terminal was
+// closed or a disk is full, is dropped: work must not be lost for it.
+void PrintNotice(const std::string& line);
 
 // Returns "1:02:07"; "2:07" if it is less than an hour.
 std::string DurationText(double seconds);
 
-// While it exists, the first SIGINT (Ctrl-C), SIGTERM or SIGHUP sets a flag; the second ends the program.
+// While it exists, the first SIGINT (Ctrl-C), SIGTERM or SIGHUP sets a flag; the second ends the program. A
+// reader of our outputs that goes away ends nothing.
 class InterruptGuard {
  public:
   InterruptGuard();
@@ -38,6 +45,9 @@ class InterruptGuard {
   InterruptGuard& operator=(const InterruptGuard&) = delete;
 
   bool Interrupted() const;
+
+ private:
+  void (*on_closed_pipe_)(int);  // before
 };
 
 // A progress line on stderr: rewritten in place on a terminal, one line every few seconds in a log file,

@@ -242,18 +242,26 @@ std::vector<InputEvent> ScriptPlayer::Next(const Viewer& viewer, double seconds)
         if (!events.empty()) {
           return events;  // these must take effect first
         }
-        if (line.kind == ScriptLine::Kind::kPicture) {
-          picture_(line.text);
-        } else if (line.kind == ScriptLine::Kind::kCommand) {
-          const ViewerState& state = viewer.State();
-          WriteFileAtomically(line.text, RenderCommandLine(state, state.view.size, false, "map.png") + "\n");
-        } else {
-          Expect(line, viewer);
-        }
+        Act(line, viewer);
         break;
     }
   }
   return events;
+}
+
+void ScriptPlayer::Act(const ScriptLine& line, const Viewer& viewer) const {
+  try {
+    if (line.kind == ScriptLine::Kind::kPicture) {
+      picture_(line.text);
+    } else if (line.kind == ScriptLine::Kind::kCommand) {
+      const ViewerState& state = viewer.State();
+      WriteFileAtomically(line.text, RenderCommandLine(state, state.view.size, false, "map.png") + "\n");
+    } else {
+      Expect(line, viewer);
+    }
+  } catch (const InputError& error) {
+    throw InputError("{}:{}: {}", source_, line.line, error.what());
+  }
 }
 
 void ScriptPlayer::BePatient(const ScriptLine& line, double seconds) {
@@ -279,14 +287,13 @@ bool ScriptPlayer::Waits(const ScriptLine& line, const Viewer& viewer) const {
   return !viewer.Idle();
 }
 
-void ScriptPlayer::Expect(const ScriptLine& line, const Viewer& viewer) const {
+void ScriptPlayer::Expect(const ScriptLine& line, const Viewer& viewer) {
   const std::size_t blank = line.text.find(' ');
   const std::string key = line.text.substr(0, blank);
   const std::string wanted = blank == std::string::npos ? "" : line.text.substr(blank + 1);
   const std::string value = StateValue(viewer.State(), key);
   const bool differs = wanted.starts_with("not ") && value != wanted.substr(4);
-  ThrowIf<InputError>(value != wanted && !differs, "{}:{}: {} is {}, expected {}", source_, line.line, key,
-                      value, wanted);
+  ThrowIf<InputError>(value != wanted && !differs, "{} is {}, expected {}", key, value, wanted);
 }
 
 void FrameTiming::Add(const ViewerState& state, std::optional<double> seconds) {

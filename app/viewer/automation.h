@@ -20,16 +20,17 @@ class ScriptPlayer {
   ScriptPlayer(std::vector<ScriptLine> script, std::string source,
                std::function<void(const std::string& file)> picture);
 
-  // Returns the events before the next frame; empty while waiting. Throws InputError if an expectation fails,
-  // or a wait takes longer than a minute.
+  // Returns the events before the next frame; empty while waiting. Throws InputError with source and line if
+  // an expectation fails, a file cannot be written, or a wait takes longer than a minute.
   std::vector<InputEvent> Next(const Viewer& viewer, double seconds);
   bool Waiting() const { return waited_ > 0.0; }
-  bool Done() const { return at_ >= script_.size() && frames_left_ == 0; }
+  bool Done() const { return at_ >= script_.size() && frames_left_ <= 0; }
 
  private:
+  void Act(const ScriptLine& line, const Viewer& viewer) const;
   void BePatient(const ScriptLine& line, double seconds);
   bool Waits(const ScriptLine& line, const Viewer& viewer) const;
-  void Expect(const ScriptLine& line, const Viewer& viewer) const;
+  static void Expect(const ScriptLine& line, const Viewer& viewer);
 
   std::vector<ScriptLine> script_;
   std::string source_;

@@ -6,9 +6,9 @@
 #include <cstdlib>
 #include <fstream>
 #include <memory>
-#include <opencv2/imgcodecs.hpp>
 #include <optional>
 #include <thread>
+#include <utility>
 
 #include "app/commands/run_arguments.h"
 #include "app/result/map_input.h"
@@ -16,6 +16,7 @@
 #include "app/viewer/desktop_window.h"
 #include "app/viewer/viewer.h"
 #include "app/viewer/widgets/widgets.h"
+#include "render/picture/picture.h"
 #include "slam/util/error.h"
 #include "slam/util/host.h"
 #include "slam/util/options.h"
@@ -57,12 +58,10 @@ void Want(const app::LayerArguments& wanted, Layers& layers) {
 // Records the events of each frame as a script that replays them.
 class EventLog {
  public:
-  explicit EventLog(const std::string& path) {
-    if (!path.empty()) {
-      file_.open(path);
-      if (!file_) {
-        throw InputError("{}: cannot be written, expected a writable file for the events", path);
-      }
+  explicit EventLog(std::string path) : path_(std::move(path)) {
+    if (!path_.empty()) {
+      file_.open(path_);
+      CheckFile();
     }
   }
   void Add(const std::vector<InputEvent>& events) {
@@ -70,7 +69,8 @@ class EventLog {
       return;
     }
     for (const InputEvent& event : events) {
-      if (event.kind != InputEvent::Kind::kKeyDown || !FormatEvent(event).ends_with(' ')) {
+      const bool is_key = event.kind == InputEvent::Kind::kKeyDown || event.kind == InputEvent::Kind::kKeyUp;
+      if (!is_key || !KeyName(event.code).empty()) {
         if (frames_ > 0) {
           file_ << "frames " << std::exchange(frames_, 0) << '\n';
         }
@@ -79,8 +79,19 @@ class EventLog {
     }
     ++frames_;
   }
+  void Finish() {  // throws InputError if events are lost, for example on a full disk
+    if (file_.is_open()) {
+      file_.close();
+      CheckFile();
+    }
+  }
 
  private:
+  void CheckFile() const {
+    ThrowIf<InputError>(!file_, "{}: cannot be written, expected a writable file for the events", path_);
+  }
+
+  std::string path_;
   std::ofstream file_;
   int frames_ = 0;
 };
@@ -144,6 +155,7 @@ class Loop {
     if (timed_) {
       fmt::print("{}", timing_.Text());
     }
+    event_log_.Finish();
     return viewer_.ExitCode();
   }
 
@@ -207,9 +219,7 @@ class Loop {
                           file);
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
-    if (!cv::imwrite(file, ReadFramebuffer(window_.Size()))) {
-      throw InputError("{}: the picture cannot be written", file);
-    }
+    WritePicture(file, ReadFramebuffer(window_.Size()));
   }
 
   bool live_;   // a run is or was watched

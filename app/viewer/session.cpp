@@ -5,6 +5,7 @@
 #include <set>
 #include <utility>
 
+#include "app/terminal/terminal.h"
 #include "app/viewer/state/scene_view.h"
 #include "render/picture/picture.h"
 
@@ -38,13 +39,14 @@ void Session::Open(const fs::path& path) {
 
 // Starts reading a recording; the screen keeps its content until the recording is there.
 void Session::Read(const fs::path& path) {
+  const fs::path file = fs::absolute(path);  // the working folder may go away later
   requested_.reset();
   Document& document = state_.document;
   document.kind = Document::Kind::kRecording;
   document.loading = true;
-  document.file = path;
-  document.title = fs::absolute(path).lexically_normal().filename().string();
-  replay_ = std::make_unique<Replay>(path);
+  document.file = file;
+  document.title = file.lexically_normal().filename().string();
+  replay_ = std::make_unique<Replay>(file);
 }
 
 void Session::Close() {
@@ -131,7 +133,7 @@ void Session::FinishRun(const LiveRun::News& news) {
   state_.document.run = {};
   run_.reset();
   if (!news.error.empty()) {  // on the terminal too: the window may close before it is read
-    fmt::print(stderr, "sqslam-viewer: {}\n", news.error);
+    app::PrintNotice(fmt::format("sqslam-viewer: {}", news.error));
   }
   if (news.result.empty()) {
     Close();

@@ -105,7 +105,7 @@ bool Viewer::Frame(double seconds) {
   GLint framebuffer = 0;  // the window's or a test's; drawing may leave another one bound
   glGetIntegerv(GL_FRAMEBUFFER_BINDING, &framebuffer);
   for (const Request& request : std::exchange(s.requests, {})) {
-    std::visit([this](const auto& asked) { Do(asked); }, request);
+    s.messages.Try([&] { std::visit([this](const auto& asked) { Do(asked); }, request); });
   }
   const bool news = session_.TakeNews();
   if (editing_.Update(s.document, s.editing, s.messages)) {
@@ -221,12 +221,10 @@ void Viewer::Do(const OpenRequest& request) {
 }
 
 void Viewer::Do(const ScreenshotRequest& request) {
-  state_.messages.Try([&] {
-    const fs::path file = FreeName(Stem(), ".png");
-    const cv::Size size = request.width > 0 ? cv::Size(request.width, request.height) : state_.view.size;
-    WriteScreenshot(state_, size, request.transparent, file);
-    state_.messages.Say(fmt::format("{} x {} pixels are in {}", size.width, size.height, file.string()));
-  });
+  const fs::path file = FreeName(Stem(), ".png");
+  const cv::Size size = request.width > 0 ? cv::Size(request.width, request.height) : state_.view.size;
+  WriteScreenshot(state_, size, request.transparent, file);
+  state_.messages.Say(fmt::format("{} x {} pixels are in {}", size.width, size.height, file.string()));
 }
 
 void Viewer::Do(const CopyCommandRequest&) {
@@ -244,11 +242,9 @@ void Viewer::Do(const CopyCommandRequest&) {
 }
 
 void Viewer::Do(const SaveTextRequest& request) {
-  state_.messages.Try([&] {
-    const fs::path file = FreeName(request.name, request.extension);
-    WriteFileAtomically(file, request.text);
-    state_.messages.Say(fmt::format("Saved as {}", file.string()));
-  });
+  const fs::path file = FreeName(request.name, request.extension);
+  WriteFileAtomically(file, request.text);
+  state_.messages.Say(fmt::format("Saved as {}", file.string()));
 }
 
 void Viewer::Do(const QuitRequest& request) {

@@ -2,7 +2,10 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <map>
+#include <vector>
 
 #include "render/figures/figure_input.h"
 #include "render/page/chart.h"
@@ -12,6 +15,7 @@
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/map_scale.h"
 #include "slam/util/throw_if.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -49,7 +53,9 @@ PathBounds BoundsOf(const TrajectoryFigure& figure) {
     std::ranges::for_each(object.outline, [&bounds](const auto& p) { bounds.box.extend(p); });
   }
   ThrowIf<UsageError>(bounds.box.isEmpty(), "no camera path to draw, expected at least one pose");
-  const double size = std::max(bounds.box.sizes().maxCoeff(), 1e-6);
+  // Not smaller than coordinates so far from the origin can tell apart: the axes need ticks.
+  const double size =
+      std::max({bounds.box.sizes().maxCoeff(), 1e-6, 1e-9 * bounds.box.center().cwiseAbs().maxCoeff()});
   const Eigen::Vector3d least = Eigen::Vector3d::Constant(0.1 * size);  // also for a straight path
   const Eigen::Vector3d missing =
       0.5 * (least - bounds.box.sizes()).cwiseMax(0.0) + Eigen::Vector3d::Constant(0.05 * size);
@@ -107,8 +113,37 @@ void DrawPaths(FigurePage& page, const TrajectoryFigure& figure, const FigureThe
   }
 }
 
-// Draws objects from above. Names are placed from top to bottom, each moved down until it overlaps no earlier
-// one.
+// Moves names, sorted from top to bottom, each down until it overlaps no earlier one.
+void MoveNamesApart(std::vector<FigureText>& names, double size) {
+  const double line = 1.15 * size;
+  const std::vector<double> widths =
+      ToVector(names, [size](const FigureText& name) { return TextWidth(name.text, size); });
+  std::map<double, std::vector<std::size_t>> rows;  // placed names by row of the page; a row is a line high
+  const auto row_of = [&](std::size_t i) { return std::floor(names[i].anchor.y() / line); };
+  // Returns the first earlier name that it overlaps; `i` if there is none.
+  const auto overlapped = [&](std::size_t i) {
+    std::size_t first = i;
+    const double row = row_of(i);
+    for (auto near = rows.lower_bound(row - 1.0); near != rows.end() && near->first <= row + 1.0; ++near) {
+      for (const std::size_t j : near->second) {
+        const Eigen::Vector2d apart = (names[i].anchor - names[j].anchor).cwiseAbs();
+        if (apart.x() < 0.5 * (widths[i] + widths[j]) && apart.y() < 0.99 * line) {
+          first = std::min(first, j);
+          break;
+        }
+      }
+    }
+    return first;
+  };
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    for (std::size_t j = overlapped(i); j != i; j = overlapped(i)) {
+      names[i].anchor.y() = names[j].anchor.y() + line;
+    }
+    rows[row_of(i)].push_back(i);
+  }
+}
+
+// Draws objects from above, and over all of them their names.
 void DrawFootprints(FigurePage& page, const PlotArea& plot, const TrajectoryFigure& figure,
                     const FigureTheme& theme) {
   std::vector<FigureText> names;
@@ -129,17 +164,9 @@ void DrawFootprints(FigurePage& page, const PlotArea& plot, const TrajectoryFigu
   }
   std::ranges::stable_sort(
       names, [](const FigureText& a, const FigureText& b) { return a.anchor.y() < b.anchor.y(); });
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    const double width = TextWidth(names[i].text, theme.small);
-    const double line = 1.15 * theme.small;
-    for (std::size_t j = 0; j < i; ++j) {
-      const Eigen::Vector2d apart = (names[i].anchor - names[j].anchor).cwiseAbs();
-      if (apart.x() < 0.5 * (width + TextWidth(names[j].text, theme.small)) && apart.y() < 0.99 * line) {
-        names[i].anchor.y() = names[j].anchor.y() + line;
-        j = static_cast<std::size_t>(-1);  // start again from the first name
-      }
-    }
-    page.Text(names[i]);
+  MoveNamesApart(names, theme.small);
+  for (const FigureText& name : names) {
+    page.Text(name);
   }
 }
 
@@ -252,7 +279,9 @@ std::string LengthText(double metres) {
 }
 
 Trajectory ReadPath(const std::string& result) {
-  Trajectory trajectory = ReadTrajectory(ResultFile(result, "trajectory.txt"));
+  const fs::path file = ResultFile(result, "trajectory.txt");
+  FinishRescaling(file.parent_path() / "map.sqmap");
+  Trajectory trajectory = ReadTrajectory(file);
   ThrowIf<InputError>(trajectory.empty(), "{}: holds no pose, expected a camera path", result);
   return trajectory;
 }

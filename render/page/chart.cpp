@@ -69,9 +69,16 @@ void DrawSign(FigurePage& page, const LegendEntry& entry, const FigureRect& box,
 }  // namespace
 
 std::vector<double> ChartAxis::Ticks() const {
+  constexpr double kFinest = 1e-12;  // relative to the numbers: finer steps are lost in their rounding
+  constexpr int kMost = 1000;
   std::vector<double> ticks;
+  if (!(step > kFinest * std::max(std::abs(low), std::abs(high)))) {
+    return ticks;
+  }
   const double slack = 1e-6 * step;
-  for (double i = std::ceil((low - slack) / step); i * step <= high + slack; ++i) {
+  const double first = std::ceil((low - slack) / step);
+  for (int k = 0; k < kMost && (first + k) * step <= high + slack; ++k) {
+    const double i = first + k;
     ticks.push_back(i == 0.0 ? 0.0 : i * step);
   }
   return ticks;

@@ -15,7 +15,8 @@ struct ChartAxis {
   double high = 1.0;
   double step = 0.2;  // between ticks
 
-  std::vector<double> Ticks() const;         // multiples of step in [low, high]
+  // Returns the multiples of `step` in [low, high], the first thousand; none if `step` is lost in rounding.
+  std::vector<double> Ticks() const;
   std::string TickText(double value) const;  // with as many decimals as the step needs
 };
 

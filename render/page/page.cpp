@@ -17,6 +17,7 @@
 
 #include "slam/io/image_files.h"
 #include "slam/util/atomic_file.h"
+#include "slam/util/text_lines.h"
 #include "slam/util/throw_if.h"
 
 namespace sqslam {
@@ -188,7 +189,7 @@ std::string PageToPdf(const FigurePage& page) {
     const Surface surface = Own(cairo_pdf_surface_create_for_stream(Append, &pdf, page.width, page.height));
     cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_CREATE_DATE, nullptr);
     if (!page.title.empty()) {
-      cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_TITLE, page.title.c_str());
+      cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_TITLE, ValidText(page.title).c_str());
     }
     const Context cairo = MakeContext(surface.get());
     DrawPage(cairo.get(), page);
@@ -228,7 +229,12 @@ double TextWidth(const std::string& text, double size, bool bold) {
   const Surface surface = Own(cairo_recording_surface_create(CAIRO_CONTENT_ALPHA, nullptr));
   const Context cairo = MakeContext(surface.get());
   SelectFont(cairo.get(), size, bold);
-  return Advance(cairo.get(), text);
+  return Advance(cairo.get(), ValidText(text));
+}
+
+void FigurePage::Text(FigureText text) {
+  text.text = ValidText(text.text);
+  elements.emplace_back(std::move(text));
 }
 
 void FigurePage::Line(const Eigen::Vector2d& from, const Eigen::Vector2d& to, const FigureStroke& stroke) {

@@ -89,10 +89,11 @@ struct FigurePage {
   void Rect(const FigureRect& rect, const std::optional<Eigen::Vector3d>& fill,
             const std::optional<FigureStroke>& stroke = std::nullopt);
   void Cross(const Eigen::Vector2d& center, double size, const FigureStroke& stroke);  // drawn as an x
-  void Text(FigureText text) { elements.emplace_back(std::move(text)); }
+  // Bytes that are no UTF-8, as in names of files, are shown as U+FFFD.
+  void Text(FigureText text);
   void Text(std::string text, const Eigen::Vector2d& anchor, double size, const Eigen::Vector3d& color,
             TextAlign align = TextAlign::kLeft, bool bold = false) {
-    elements.emplace_back(FigureText{std::move(text), anchor, size, color, align, bold});
+    Text(FigureText{std::move(text), anchor, size, color, align, bold});
   }
   // Adds text centred at its anchor, no wider than `room` (NarrowText).
   void Label(std::string text, const Eigen::Vector2d& anchor, double size, const Eigen::Vector3d& color,

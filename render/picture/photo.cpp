@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "render/picture/picture_overlay.h"
-#include "render/solids/scene_order.h"
 #include "slam/geometry/silhouette.h"
 #include "slam/util/error.h"
 #include "slam/util/throw_if.h"
@@ -115,7 +114,12 @@ ImagePlacement PlaceImage(const Camera& camera, const cv::Rect& part) {
 
 std::vector<ObjectOutline> OutlinesOf(const std::vector<SnapshotObject>& objects, const Camera& camera,
                                       const Rigid3d& T_map_camera) {
-  const SolidOrder solids(ToVector(objects, &SnapshotObject::superquadric));
+  return OutlinesOf(objects, SolidOrder(ToVector(objects, &SnapshotObject::superquadric)), camera,
+                    T_map_camera);
+}
+
+std::vector<ObjectOutline> OutlinesOf(const std::vector<SnapshotObject>& objects, const SolidOrder& solids,
+                                      const Camera& camera, const Rigid3d& T_map_camera) {
   std::vector<int> order;  // interpenetrating solids form one entry, in any order
   for (const std::vector<int>& entry : solids.BackToFront(T_map_camera.translation)) {
     order.insert(order.end(), entry.begin(), entry.end());

@@ -8,6 +8,7 @@
 #include "render/picture/picture.h"
 #include "render/picture/picture_text.h"
 #include "render/scene/style.h"
+#include "render/solids/scene_order.h"
 #include "slam/geometry/camera.h"
 #include "slam/geometry/rigid3.h"
 #include "slam/snapshot/snapshot.h"
@@ -36,6 +37,10 @@ struct ObjectOutline {
 // to `objects`, which must outlive them.
 std::vector<ObjectOutline> OutlinesOf(const std::vector<SnapshotObject>& objects, const Camera& camera,
                                       const Rigid3d& T_map_camera);
+
+// The same for one of many views; `solids` are those of the objects.
+std::vector<ObjectOutline> OutlinesOf(const std::vector<SnapshotObject>& objects, const SolidOrder& solids,
+                                      const Camera& camera, const Rigid3d& T_map_camera);
 
 // Draws outlines, farthest first: faint where nearer objects hide them, faint and unfilled for uncertain
 // objects. `scale`: pixels per pixel of the style. Sets `visible` and `inside`.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <utility>
 
 #include "render/gl/offscreen_window.h"
 #include "render/picture/picture_overlay.h"
@@ -10,6 +11,7 @@
 #include "slam/geometry/angles.h"
 #include "slam/io/image_files.h"
 #include "slam/util/atomic_file.h"
+#include "slam/util/limits.h"
 #include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
 
@@ -27,6 +29,7 @@ int SamplesOf(const PictureOptions& options) {
 
 const PictureOptions& Checked(const PictureOptions& options) {
   CheckStyle(options.style);
+  CheckCamera(options.camera);
   ThrowIf<UsageError>(options.width < 16 || options.height < 16 || options.width > kMaxPictureSide ||
                           options.height > kMaxPictureSide,
                       "resolution {},{}: expected sides from 16 to {} pixels", options.width, options.height,
@@ -67,6 +70,25 @@ ViewCamera CameraOverrides::ApplyTo(ViewCamera camera) const {
   camera.view_up = view_up.value_or(camera.view_up);
   camera.view_angle = view_angle.value_or(camera.view_angle);
   return Zoom(Elevation(Azimuth(camera, azimuth), elevation), zoom);
+}
+
+void CheckCamera(const CameraOverrides& camera) {
+  for (const auto& [name, vector] :
+       {std::pair("position", &camera.position), std::pair("focal point", &camera.focal_point),
+        std::pair("view up", &camera.view_up)}) {
+    ThrowIf<UsageError>(*vector && !((*vector)->array().abs() <= kMaxMapUnits).all(),
+                        "camera {}: expected coordinates from {:g} to {:g}", name, -kMaxMapUnits,
+                        kMaxMapUnits);
+  }
+  ThrowIf<UsageError>(camera.view_up && camera.view_up->norm() < 1e-9,
+                      "camera view up: expected a direction, not zero");
+  const double angle = camera.view_angle.value_or(30.0);
+  ThrowIf<UsageError>(!(angle > 0.0 && angle < 180.0),
+                      "camera view angle {}: expected more than 0 and less than 180 degrees", angle);
+  ThrowIf<UsageError>(!std::isfinite(camera.azimuth) || !std::isfinite(camera.elevation),
+                      "camera azimuth {}, elevation {}: expected degrees", camera.azimuth, camera.elevation);
+  ThrowIf<UsageError>(!(camera.zoom >= 0.01 && camera.zoom <= 100.0),
+                      "camera zoom {}: expected a factor from 0.01 to 100", camera.zoom);
 }
 
 struct PictureRenderer::Impl {

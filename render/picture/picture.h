@@ -31,6 +31,9 @@ struct CameraOverrides {
   ViewCamera ApplyTo(ViewCamera camera) const;
 };
 
+// Throws UsageError that names the value if one is not finite or out of range, or if `view_up` is zero.
+void CheckCamera(const CameraOverrides& camera);
+
 inline constexpr int kMaxPictureSide = 8192;  // pixels
 
 struct PictureOptions {
@@ -52,7 +55,7 @@ void IncludeLayers(const SceneLayers& layers, SceneFocus& focus);
 // the thread that created it. The same map, options and back end give the same bytes.
 class PictureRenderer {
  public:
-  // Throws UsageError on sizes and styles out of range, std::runtime_error without OpenGL.
+  // Throws UsageError on sizes, cameras and styles out of range, std::runtime_error without OpenGL.
   explicit PictureRenderer(const PictureOptions& options);
   ~PictureRenderer();
   PictureRenderer(PictureRenderer&&) noexcept;

@@ -117,21 +117,24 @@ void DrawLine(cv::Mat& image, cv::Point2d from, cv::Point2d to, double width, co
 
 void DrawPanel(cv::Mat& image, const cv::Rect& area, double radius, const Eigen::Vector3d& color,
                double opacity) {
-  if (area.width < 1 || area.height < 1) {
+  const cv::Rect shown = area & cv::Rect(0, 0, image.cols, image.rows);
+  if (shown.empty()) {
     return;
   }
-  cv::Mat coverage(area.size(), CV_8UC1, cv::Scalar(255));
+  cv::Mat coverage(shown.size(), CV_8UC1);
   const double r = std::min(radius, 0.5 * std::min(area.width, area.height));
-  for (int y = 0; y < area.height; ++y) {
-    for (int x = 0; x < area.width; ++x) {
+  for (int row = 0; row < shown.height; ++row) {
+    const int y = shown.y - area.y + row;
+    for (int column = 0; column < shown.width; ++column) {
+      const int x = shown.x - area.x + column;
       const double dx = std::max({r - (x + 0.5), x + 0.5 - (area.width - r), 0.0});
       const double dy = std::max({r - (y + 0.5), y + 0.5 - (area.height - r), 0.0});
       const double inside = std::clamp(r - std::hypot(dx, dy) + 0.5, 0.0, 1.0);
-      coverage.at<std::uint8_t>(y, x) =
+      coverage.at<std::uint8_t>(row, column) =
           static_cast<std::uint8_t>(std::lround(255.0 * (r > 0.0 ? inside : 1.0)));
     }
   }
-  Blend(image, coverage, area.tl(), color, opacity);
+  Blend(image, coverage, shown.tl(), color, opacity);
 }
 
 void DrawFrame(cv::Mat& image, const cv::Rect& area, double width, const Eigen::Vector3d& color,

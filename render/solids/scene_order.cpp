@@ -8,9 +8,12 @@
 #include <utility>
 
 #include "slam/util/disjoint_sets.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
+
+constexpr std::size_t kMostWithPlanes = 2000;  // solids: two million planes, a second or two
 
 // Order among solids that can be drawn in any order: farther first, then by position and shape.
 auto Rank(const PosedSuperquadric& solid, const Eigen::Vector3d& eye) {
@@ -32,8 +35,11 @@ Separation Along(const PosedSuperquadric& a, const PosedSuperquadric& b, Eigen::
 
 }  // namespace
 
-SolidOrder::SolidOrder(std::vector<PosedSuperquadric> solids)
-    : solids_(std::move(solids)), entries_(InterpenetratingGroups(solids_)) {
+SolidOrder::SolidOrder(std::vector<PosedSuperquadric> solids) : solids_(std::move(solids)) {
+  const bool few = solids_.size() <= kMostWithPlanes;
+  if (few) {
+    entries_ = InterpenetratingGroups(solids_);
+  }
   std::vector<int> entry_of(solids_.size(), -1);
   for (std::size_t e = 0; e < entries_.size(); ++e) {
     for (const int index : entries_[e]) {
@@ -46,7 +52,7 @@ SolidOrder::SolidOrder(std::vector<PosedSuperquadric> solids)
       entries_.push_back({static_cast<int>(i)});
     }
   }
-  for (std::size_t i = 0; i < solids_.size(); ++i) {
+  for (std::size_t i = 0; few && i < solids_.size(); ++i) {
     for (std::size_t j = i + 1; j < solids_.size(); ++j) {
       if (entry_of[i] != entry_of[j]) {
         const Separation apart = Separate(solids_[i], solids_[j]);
@@ -64,6 +70,9 @@ std::vector<std::vector<int>> SolidOrder::BackToFront(const Eigen::Vector3d& eye
     return solids_[static_cast<std::size_t>(entries_[static_cast<std::size_t>(entry)].front())];
   };
   std::ranges::sort(ranked, [&](int a, int b) { return Rank(solid(a), eye) < Rank(solid(b), eye); });
+  if (planes_.empty()) {
+    return ToVector(ranked, [this](int entry) { return entries_[static_cast<std::size_t>(entry)]; });
+  }
 
   // votes[a * count + b] > 0: draw a before b. Members of a group may disagree: the majority decides.
   std::vector<int> votes(count * count, 0);

@@ -10,7 +10,8 @@ namespace sqslam {
 
 // The drawing order of translucent superquadrics, such that nearer ones cover farther ones. Of two convex
 // solids separated by a plane, the one on the camera's side is drawn later. Interpenetrating solids have no
-// order and must be drawn together. The order does not depend on the numbering of the solids.
+// order and must be drawn together. The order does not depend on the numbering of the solids. Of thousands of
+// solids, whose pairs would take all time and memory, only the distances count.
 class SolidOrder {
  public:
   SolidOrder() = default;

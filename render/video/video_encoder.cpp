@@ -42,10 +42,11 @@ class Mp4File {
   // Error messages show `name`.
   Mp4File(const fs::path& path, const fs::path& name) : name_(name.string()) {
     av_log_set_level(AV_LOG_FATAL);  // errors are thrown instead
+    const std::string file = FfmpegName(path);
     AVFormatContext* format = nullptr;
-    Check(avformat_alloc_output_context2(&format, nullptr, "mp4", path.c_str()));
+    Check(avformat_alloc_output_context2(&format, nullptr, "mp4", file.c_str()));
     format_.reset(format);
-    Check(avio_open(&format->pb, path.c_str(), AVIO_FLAG_WRITE));
+    Check(avio_open(&format->pb, file.c_str(), AVIO_FLAG_WRITE));
   }
 
   AVStream* AddStream(const AVCodecParameters* coding, AVRational time_base) {

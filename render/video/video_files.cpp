@@ -12,6 +12,7 @@
 #include "render/video/video.h"
 #include "render/video/video_encoder.h"
 #include "slam/io/image_files.h"
+#include "slam/io/video_index.h"
 #include "slam/util/text_lines.h"
 #include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
@@ -75,7 +76,7 @@ void FrameWriter::CheckVideo() const {
   std::error_code error;
   const auto bytes = fs::exists(file_->Path(), error) ? fs::file_size(file_->Path(), error) : 0;
   int frames = 0;
-  if (cv::VideoCapture back; bytes > 0 && back.open(file_->Path().string(), cv::CAP_FFMPEG)) {
+  if (cv::VideoCapture back; bytes > 0 && back.open(FfmpegName(file_->Path()), cv::CAP_FFMPEG)) {
     cv::Mat first;
     frames = back.read(first) ? static_cast<int>(back.get(cv::CAP_PROP_FRAME_COUNT)) : 0;
   }
@@ -158,7 +159,7 @@ struct Opened {
 Opened Open(const fs::path& path) {
   Opened opened;
   cv::VideoCapture video;
-  ThrowIf<InputError>(!fs::exists(path) || !video.open(path.string(), cv::CAP_FFMPEG),
+  ThrowIf<InputError>(!fs::exists(path) || !video.open(FfmpegName(path), cv::CAP_FFMPEG),
                       "{}: cannot be read as a video, expected a piece that was finished", path.string());
   opened.size = {static_cast<int>(video.get(cv::CAP_PROP_FRAME_WIDTH)),
                  static_cast<int>(video.get(cv::CAP_PROP_FRAME_HEIGHT))};

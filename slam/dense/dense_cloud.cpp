@@ -277,7 +277,9 @@ DenseCloud ReadDensePoints(const std::filesystem::path& path) {
           ? 0
           : static_cast<std::size_t>(std::strtoull(bytes.c_str() + count_at + 15, nullptr, 10));
   const std::string header = HeaderOf(points);
-  if (!bytes.starts_with(header) || bytes.size() != header.size() + kPointBytes * points) {
+  // Compared by division: kPointBytes times a number from a file may wrap.
+  const std::size_t body_size = bytes.starts_with(header) ? bytes.size() - header.size() : 1;
+  if (body_size % kPointBytes != 0 || body_size / kPointBytes != points) {
     throw InputError("{}: expected a dense.ply as sqslam densify writes it", path.string());
   }
   DenseCloud cloud(points);

@@ -12,6 +12,7 @@
 #include "slam/io/cameras.h"
 #include "slam/io/detections.h"
 #include "slam/io/image_files.h"
+#include "slam/io/input_images.h"
 #include "slam/io/trajectory.h"
 #include "slam/io/video_index.h"
 #include "slam/snapshot/recording.h"
@@ -78,14 +79,26 @@ void MovingMask::Apply(DepthMap& map) const {
 
 namespace {
 
-Sequence OpenImages(const fs::path& result, const fs::path& images, const RecordingInfo& info,
+Sequence OpenImages(const fs::path& result, const fs::path& images, const RecordingReader& recording,
                     const Camera& camera) {
-  const fs::path path = images.empty() ? fs::path(info.sequence_path) : images;
+  const fs::path path = images.empty() ? fs::path(recording.Info().sequence_path) : images;
   try {
-    return OpenSequence({.path = path, .known_camera = camera});
+    Sequence sequence = OpenSequence({.path = path, .known_camera = camera});
+    CheckNumbering(recording, sequence);
+    return sequence;
   } catch (const InputError& error) {
     throw InputError("{}: the mapped images are needed, expected them at {} or with --images ({})",
                      result.string(), path.string(), error.what());
+  }
+}
+
+void WarnOfKeyframesBeyond(const fs::path& result, const DenseInput& input) {
+  const auto beyond = std::ranges::count_if(
+      input.keyframes, [&](const PosedFrame& keyframe) { return !HasFrame(input.sequence, keyframe.index); });
+  if (beyond > 0) {
+    spdlog::warn("{}: {} of {} keyframes get no new depth, they are beyond the {} images of {}",
+                 result.string(), beyond, input.keyframes.size(), input.sequence.frames.size(),
+                 input.sequence.path.string());
   }
 }
 
@@ -133,8 +146,9 @@ DenseInput ReadDenseInput(const fs::path& result, const fs::path& images, const 
   const RecordingReader recording(result / "map.sqmap");
   DenseInput input;
   input.TakeMap(*recording.Last(), options.scale);
-  input.sequence = OpenImages(result, images, recording.Info(), input.recorded);
+  input.sequence = OpenImages(result, images, recording, input.recorded);
   input.frames = FramesWithImages(result, input.sequence);
+  WarnOfKeyframesBeyond(result, input);
   if (const fs::path used = result / "camera.yaml"; fs::exists(used)) {
     input.readout = 1e-3 * ReadCamera(used).readout_ms;
   }

@@ -50,8 +50,8 @@ struct DenseInput {
 };
 
 // Reads the last state of the map in a result folder and finds its images in `images` or, if that is empty,
-// where the recording says. Throws InputError if there is no map or no image; warns about single missing
-// ones.
+// where the recording says. Throws InputError if there is no map or no image, or if images were added or
+// removed before others (CheckNumbering); warns about single missing ones.
 DenseInput ReadDenseInput(const std::filesystem::path& result, const std::filesystem::path& images,
                           const DenseOptions& options);
 

@@ -100,6 +100,7 @@ cv::Mat ShutterCorrection::Apply(std::int64_t frame, const cv::Mat& image) const
 
 namespace {
 
+// Frames that the sequence does not have are left out: images may be gone since it was mapped.
 std::vector<std::int64_t> FramesToRead(const Sequence& sequence,
                                        const std::vector<std::vector<std::int64_t>>& jobs) {
   std::vector<std::int64_t> frames;
@@ -110,7 +111,11 @@ std::vector<std::int64_t> FramesToRead(const Sequence& sequence,
   }
   std::set<std::int64_t> needed;
   for (const std::vector<std::int64_t>& job : jobs) {
-    needed.insert(job.begin(), job.end());
+    for (const std::int64_t frame : job) {
+      if (HasFrame(sequence, frame)) {
+        needed.insert(frame);
+      }
+    }
   }
   return {needed.begin(), needed.end()};
 }

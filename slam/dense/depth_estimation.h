@@ -81,7 +81,7 @@ class ImageFeed {
   std::size_t next_ = 0;    // index of the next job
 };
 
-// Returns the sequence with these frames only.
+// Returns the sequence with these frames only, all of which it has.
 Sequence WithFrames(const Sequence& sequence, const std::vector<std::int64_t>& frames);
 
 // Receives the depth map of a keyframe (a position in DenseInput::keyframes), empty if its images cannot be

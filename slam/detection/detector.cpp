@@ -13,7 +13,6 @@
 #include "slam/io/coco.h"
 #include "slam/util/data_path.h"
 #include "slam/util/enum_names.h"
-#include "slam/util/limits.h"
 #include "slam/util/options.h"
 #include "slam/util/text_lines.h"
 #include "slam/util/throw_if.h"
@@ -31,9 +30,7 @@ std::vector<std::string> ClassNames(const NetworkOptions& options) {
   if (options.classes.empty()) {
     return {kCocoNames.begin(), kCocoNames.end()};
   }
-  return ToVector(options.classes, [&](const std::string& name) {
-    return NormalizedLabel(ValidText(name).substr(0, kMaxLabelBytes));
-  });
+  return ToVector(options.classes, [](const std::string& name) { return NormalizedLabel(ValidLabel(name)); });
 }
 
 std::vector<std::string> OutputNames(const Network& network, const NetworkOptions& options) {

@@ -15,6 +15,7 @@
 #include "slam/io/point_cloud.h"
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/depth_recording.h"
+#include "slam/snapshot/map_scale.h"
 #include "slam/snapshot/recording.h"
 #include "slam/util/json_file.h"
 #include "slam/util/statistics.h"
@@ -195,6 +196,7 @@ DenseEvaluation EvaluateDense(const fs::path& result, const fs::path& sequence,
                               const DenseEvaluationOptions& options) {
   constexpr double kMaxTimeDifference = 0.02;  // seconds
   const GroundTruth truth = ReadGroundTruth(sequence);
+  FinishRescaling(result / "map.sqmap");
   const DepthRecording depths(result / "map.sqmap");
   const std::vector<std::int64_t> there = depths.Keyframes();
   ThrowIf<InputError>(there.empty(), "{}: holds no depth maps, expected those of sqslam densify",

@@ -76,8 +76,8 @@ void ParseObjects(const fs::path& path, GroundTruth& truth) {
     try {
       GroundTruthObject object;
       object.id = entry.at("id").get<int>();
-      object.label = ValidText(entry.at("label").get<std::string>());
-      object.name = ValidText(entry.value("name", std::string()));
+      object.label = ValidLabel(entry.at("label").get<std::string>());
+      object.name = ValidLabel(entry.value("name", std::string()));
       object.solid = ParseSolid(entry);
       object.detections = entry.value("detector_boxes", 0);
       object.hull_fill = entry.value("hull_fill", 1.0);

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -16,6 +17,15 @@ struct Keypoint {
   float angle = 0.0F;         // orientation of the patch, degrees in [0, 360)
   int octave = 0;             // pyramid level, 0 = full resolution
 };
+
+// Largest coordinate of a keypoint in a saved map, undistorted px: twice the side of the largest image.
+inline constexpr double kMaxKeypoint = 32768.0;
+
+// True if an undistorted pixel may be that of a keypoint. Near the rim of a fisheye lens, or where a lens
+// model folds over, pixels may lie anywhere.
+inline bool IsInReach(const Eigen::Vector2d& pixel) {
+  return std::abs(pixel.x()) <= kMaxKeypoint && std::abs(pixel.y()) <= kMaxKeypoint;
+}
 
 // Keypoints by image cell, for searches around a pixel.
 class KeypointGrid {

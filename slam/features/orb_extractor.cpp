@@ -82,8 +82,9 @@ void OrbExtractor::ExtractLevel(std::size_t octave, double scale, const cv::Mat&
     const Eigen::Vector2d place =
         InFullImage(corner.pt + RefineCorner(level, pixel), level.size(), bgr.size());
     const Eigen::Vector2d undistorted = camera.Undistort(place);
-    if (camera.lens == LensModel::kFisheye &&
-        (camera.ProjectDistorted(camera.Unproject(undistorted)) - place).norm() > kBeyondLens) {
+    if (!IsInReach(undistorted) ||
+        (camera.lens == LensModel::kFisheye &&
+         (camera.ProjectDistorted(camera.Unproject(undistorted)) - place).norm() > kBeyondLens)) {
       continue;
     }
     const float angle = PatchAngle(level, pixel);
@@ -107,8 +108,11 @@ FrameFeatures OrbExtractor::Extract(const cv::Mat& gray, const cv::Mat& bgr, con
   for (std::size_t octave = 0; octave < levels_.size(); ++octave) {
     if (octave > 0) {
       scale *= options_.scale_factor;
-      cv::resize(levels_[octave - 1], levels_[octave],
-                 {cvRound(gray.cols / scale), cvRound(gray.rows / scale)}, 0, 0, cv::INTER_LINEAR);
+      const cv::Size size(cvRound(gray.cols / scale), cvRound(gray.rows / scale));
+      if (std::min(size.width, size.height) <= 2 * kBorder) {
+        break;  // no room for corners from here on, and soon no pixel
+      }
+      cv::resize(levels_[octave - 1], levels_[octave], size, 0, 0, cv::INTER_LINEAR);
     }
     ExtractLevel(octave, scale, bgr, camera, ignored, features);
   }

@@ -114,9 +114,9 @@ constexpr std::array kCocoGaps = {12, 26, 29, 30, 45, 66, 68, 69, 71, 83};
 
 // ---- boxes.txt
 
-std::vector<FileBox> ReadBoxes(const fs::path& path) {
+std::vector<FileBox> ReadBoxes(const fs::path& path, std::string_view text) {
   std::vector<FileBox> boxes;
-  for (const TextLine& line : ReadTextLines(path, "a boxes.txt")) {
+  for (const TextLine& line : TextLinesIn(text)) {
     if (line.words.size() < 7 || line.words.size() > 9) {
       ThrowBadLine(path, line, kBoxesLine);
     }
@@ -230,10 +230,10 @@ FileBox BoxOf(const fs::path& path, std::string place, const nlohmann::ordered_j
   return {std::move(place), std::move(frame), {LabelFrom(path, label), entry.value("score", 1.0), box}};
 }
 
-std::vector<FileBox> ReadCoco(const fs::path& path) {
+std::vector<FileBox> ReadCoco(const fs::path& path, const std::string& text) {
   constexpr const char* kExpected =
       "COCO's annotations or results: image_id, category_id, bbox [x, y, w, h] and a score for each box";
-  const nlohmann::ordered_json document = ReadJsonFile<nlohmann::ordered_json>(path, kExpected);
+  const nlohmann::ordered_json document = ParseJson(path, text, kExpected);
   std::vector<FileBox> boxes;
   try {
     CocoTables tables;
@@ -256,19 +256,14 @@ std::vector<FileBox> ReadCoco(const fs::path& path) {
   return boxes;
 }
 
-}  // namespace
+constexpr const char* kBoxFile = "a file with boxes";
 
-BoxFormat DetectBoxFormat(const fs::path& path) {
-  if (fs::is_directory(path)) {
-    return BoxFormat::kFolder;
-  }
-  constexpr const char* kExpected = "a file with boxes";
-  const std::string text = ReadFile(path, kExpected);
+BoxFormat FormatOf(std::string_view text) {
   const std::size_t first = text.find_first_not_of(" \t\r\n\xef\xbb\xbf");
   if (first != std::string::npos && (text[first] == '{' || text[first] == '[')) {
     return BoxFormat::kCoco;
   }
-  const std::vector<TextLine> lines = ReadTextLines(path, kExpected);
+  const std::vector<TextLine> lines = TextLinesIn(text);
   if (lines.empty()) {
     return BoxFormat::kBoxes;
   }
@@ -282,20 +277,29 @@ BoxFormat DetectBoxFormat(const fs::path& path) {
   return ParseNumber<double>(SplitAt(line, ',').words.front()) ? BoxFormat::kMot : BoxFormat::kCsv;
 }
 
+}  // namespace
+
+BoxFormat DetectBoxFormat(const fs::path& path) {
+  return fs::is_directory(path) ? BoxFormat::kFolder : FormatOf(ReadFile(path, kBoxFile));
+}
+
 std::vector<FileBox> ReadBoxFile(const fs::path& path, const cv::Size& image) {
-  switch (DetectBoxFormat(path)) {
-    case BoxFormat::kFolder:
-      return ReadFolder(path, image);
+  if (fs::is_directory(path)) {
+    return ReadFolder(path, image);
+  }
+  const std::string text = ReadFile(path, kBoxFile);  // once: a pipe does not give it again
+  switch (FormatOf(text)) {
     case BoxFormat::kCoco:
-      return ReadCoco(path);
+      return ReadCoco(path, text);
     case BoxFormat::kMot:
-      return ReadMot(path);
+      return ReadMot(path, text);
     case BoxFormat::kCsv:
-      return ReadTable(path, image);
+      return ReadTable(path, text, image);
+    case BoxFormat::kFolder:
     case BoxFormat::kBoxes:
       break;
   }
-  return ReadBoxes(path);
+  return ReadBoxes(path, text);
 }
 
 }  // namespace sqslam

@@ -73,12 +73,12 @@ FrameKey FrameIn(const fs::path& path, const TextLine& line, const Columns& colu
 
 }  // namespace
 
-std::vector<FileBox> ReadMot(const fs::path& path) {
+std::vector<FileBox> ReadMot(const fs::path& path, std::string_view text) {
   constexpr const char* kMotLine = "'frame,id,x,y,w,h,score[,class,...]' with frames from 1";
   const std::vector<std::string> names = ReadNames(path.parent_path() / "labels.txt");
   std::vector<FileBox> boxes;
-  for (const TextLine& text : ReadTextLines(path, kMotLine)) {
-    const TextLine line = SplitAt(text, ',');
+  for (const TextLine& whole : TextLinesIn(text)) {
+    const TextLine line = SplitAt(whole, ',');
     if (line.words.size() < 7 || line.words.size() > 10) {
       ThrowBadLine(path, line, kMotLine);
     }
@@ -96,8 +96,8 @@ std::vector<FileBox> ReadMot(const fs::path& path) {
   return boxes;
 }
 
-std::vector<FileBox> ReadTable(const fs::path& path, const cv::Size& image) {
-  const std::vector<TextLine> lines = ReadTextLines(path, "a table with boxes");
+std::vector<FileBox> ReadTable(const fs::path& path, std::string_view text, const cv::Size& image) {
+  const std::vector<TextLine> lines = TextLinesIn(text);
   const char separator = lines.front().text.find(';') != std::string::npos ? ';' : ',';
   const TextLine header = SplitAt(lines.front(), separator);
   const Columns columns(path, header);

@@ -49,7 +49,9 @@ std::string PlaceOf(const std::filesystem::path& path, const TextLine& line);  /
 // Returns the line with its cells as words, without surrounding blanks and quotes.
 TextLine SplitAt(TextLine line, char separator);
 
-std::vector<FileBox> ReadMot(const std::filesystem::path& path);
-std::vector<FileBox> ReadTable(const std::filesystem::path& path, const cv::Size& image);  // CSV
+// `text`: what the file holds.
+std::vector<FileBox> ReadMot(const std::filesystem::path& path, std::string_view text);
+std::vector<FileBox> ReadTable(const std::filesystem::path& path, std::string_view text,
+                               const cv::Size& image);  // CSV
 
 }  // namespace sqslam

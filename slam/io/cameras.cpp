@@ -33,12 +33,13 @@ class CameraReader {
     const std::string text = ReadFile(path, "a camera description with width, height, fx, fy, cx, cy");
     try {
       root_ = YAML::Load(text);
-    } catch (const YAML::ParserException& e) {
-      throw InputError("{}:{}: no valid YAML: {}", path.string(), e.mark.line + 1, e.msg);
+      ThrowIf<InputError>(!root_.IsMap(),
+                          "{}:1: expected lines 'name: value' (width, height, fx, fy, cx, cy)",
+                          path.string());
+      root_ = InOwnNames(root_, path);
+    } catch (const YAML::Exception& e) {
+      throw InputError("{}:{}: no valid YAML: {}", path.string(), std::max(e.mark.line, 0) + 1, e.msg);
     }
-    ThrowIf<InputError>(!root_.IsMap(), "{}:1: expected lines 'name: value' (width, height, fx, fy, cx, cy)",
-                        path.string());
-    root_ = InOwnNames(root_, path);
   }
 
   // `otherwise`: the value if the entry is missing; without it, the entry is required.
@@ -142,7 +143,7 @@ CameraGuess WithFocal(int width, int height, double fps, double focal, std::stri
 Camera ReadCamera(const std::filesystem::path& path) {
   const CameraReader reader(path);
   const auto side = [&](const std::string& key) {
-    const double value = reader.Number(key, 1, kMaxImageSide);
+    const double value = reader.Number(key, kMinImageSide, kMaxImageSide);
     if (value != std::floor(value)) {
       reader.Fail(reader.Optional(key),
                   fmt::format("{} is {}, expected a whole number of pixels", key, value));
@@ -219,20 +220,15 @@ CameraGuess GuessCamera(int width, int height, double fps) {
 }
 
 std::optional<CameraGuess> GuessCamera(const std::filesystem::path& image, double fps) {
-  const auto check = [&](const cv::Size& size) {
-    ThrowIf<InputError>(std::min(size.width, size.height) < kMinImageSide || IsTooLarge(size),
-                        "{}: {}x{} pixels, expected sides from {} to {}", image.string(), size.width,
-                        size.height, kMinImageSide, kMaxImageSide);
-  };
-  const std::string bytes = ImageBytes(image);
+  const std::string bytes = ReadImageFile(image).bytes;
   if (const std::optional<cv::Size> claimed = SizeInHeader(bytes)) {
-    check(*claimed);
+    CheckImageSides(image, *claimed);
   }
   const cv::Mat read = DecodeImage(bytes, cv::IMREAD_COLOR).pixels;  // rotated as its EXIF says
   if (read.empty()) {
     return std::nullopt;
   }
-  check(read.size());
+  CheckImageSides(image, read.size());
   if (const std::optional<double> film = FocalLength35mm(image)) {
     // By the diagonal, as the standard defines it for aspect ratios other than the film's.
     return WithFocal(read.cols, read.rows, fps, *film / kFilmDiagonal * std::hypot(read.cols, read.rows),

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <set>
@@ -15,6 +17,7 @@
 #include "slam/io/box_formats.h"
 #include "slam/io/coco.h"
 #include "slam/util/atomic_file.h"
+#include "slam/util/statistics.h"
 #include "slam/util/text_lines.h"
 #include "slam/util/throw_if.h"
 
@@ -80,10 +83,14 @@ class DetectionSorter {
   DetectionSorter(const Camera& camera, const std::vector<double>& timestamps,
                   const std::vector<std::string>& images)
       : camera_(camera), timestamps_(timestamps), frames_(timestamps.size()) {
-    // A tenth of a frame interval: enough for rounded timestamps, never for the neighbour.
-    if (timestamps.size() > 1) {
-      tolerance_ = std::max(tolerance_, 0.1 * (timestamps.back() - timestamps.front()) /
-                                            static_cast<double>(timestamps.size() - 1));
+    // A tenth of a frame interval: enough for rounded timestamps, never for the neighbour. The median one,
+    // since a pause in a recording raises the mean.
+    std::vector<double> intervals;
+    for (std::size_t i = 1; i < timestamps.size(); ++i) {
+      intervals.push_back(timestamps[i] - timestamps[i - 1]);
+    }
+    if (!intervals.empty()) {
+      tolerance_ = std::max(tolerance_, 0.1 * UpperMedian(std::move(intervals)));
     }
     for (std::size_t i = 0; i < images.size(); ++i) {
       const std::string stem = fs::path(images[i]).stem().string();
@@ -118,11 +125,15 @@ class DetectionSorter {
   using Frame = std::optional<std::size_t>;
 
   Frame FrameOf(FrameTime time, const std::string&) const {
-    const auto after = std::lower_bound(timestamps_.begin(), timestamps_.end(), time.seconds - tolerance_);
-    if (after == timestamps_.end() || *after > time.seconds + tolerance_) {
+    auto nearest = std::ranges::lower_bound(timestamps_, time.seconds);
+    if (nearest != timestamps_.begin() &&
+        (nearest == timestamps_.end() || time.seconds - *std::prev(nearest) <= *nearest - time.seconds)) {
+      --nearest;
+    }
+    if (nearest == timestamps_.end() || !(std::abs(*nearest - time.seconds) <= tolerance_)) {
       return std::nullopt;
     }
-    return static_cast<std::size_t>(after - timestamps_.begin());
+    return static_cast<std::size_t>(nearest - timestamps_.begin());
   }
   Frame FrameOf(FrameNumber frame, const std::string&) const {
     return static_cast<std::size_t>(frame.number);
@@ -209,8 +220,11 @@ std::vector<std::vector<Detection>> ReadDetections(const fs::path& path, const C
 DetectionWriter::DetectionWriter(fs::path path, std::string settings, const Eigen::Vector2d& file_pixels)
     : path_(std::move(path)),
       part_(path_.string() + ".part"),
+      lock_(FileLock::Try(part_)),
       settings_(std::move(settings)),
       file_pixels_(file_pixels) {
+  ThrowIf<InputError>(!lock_, "{}: another program is writing it, expected no other with this output",
+                      part_.string());
   std::string before = FileHeader(settings_);
   for (const std::string& line : WholeFrames(part_, before)) {
     before += line + '\n';
@@ -221,26 +235,37 @@ DetectionWriter::DetectionWriter(fs::path path, std::string settings, const Eige
     }
   }
   frames_ = static_cast<int>(done_.size());
-  WriteFileAtomically(part_, before);
+  bytes_ = before.size();
+  // In place, since a new file of this name would not be locked. The whole frames are the file's beginning.
+  std::error_code error;
+  fs::resize_file(part_, frames_ > 0 ? bytes_ : 0, error);
+  if (error) {
+    throw InputError("{}: cannot be written ({})", part_.string(), error.message());
+  }
   out_.open(part_, std::ios::binary | std::ios::app);
+  Append(frames_ > 0 ? std::string_view() : before);
+}
+
+bool DetectionWriter::IsDone(double timestamp) const { return done_.contains(TimeText(timestamp)); }
+
+void DetectionWriter::Append(std::string_view text) {
+  out_ << text << std::flush;
   if (!out_) {
     throw InputError("{}: cannot be written ({})", part_.string(), std::strerror(errno));
   }
 }
 
-bool DetectionWriter::IsDone(double timestamp) const { return done_.contains(TimeText(timestamp)); }
-
 void DetectionWriter::Add(double timestamp, const std::vector<Detection>& detections) {
   const std::string time = TimeText(timestamp);
+  std::string text;
   for (const Detection& d : detections) {
-    out_ << fmt::format("{} {} {:.3f} {:.1f} {:.1f} {:.1f} {:.1f}\n", time, d.label, d.score,
+    text += fmt::format("{} {} {:.3f} {:.1f} {:.1f} {:.1f} {:.1f}\n", time, d.label, d.score,
                         d.box.x * file_pixels_.x(), d.box.y * file_pixels_.y(),
                         d.box.width * file_pixels_.x(), d.box.height * file_pixels_.y());
   }
-  out_ << kEnd << time << '\n' << std::flush;
-  if (!out_) {
-    throw InputError("{}: cannot be written ({})", part_.string(), std::strerror(errno));
-  }
+  text += fmt::format("{}{}\n", kEnd, time);
+  Append(text);
+  bytes_ += text.size();
   ++frames_;
   boxes_ += static_cast<int>(detections.size());
 }
@@ -249,12 +274,17 @@ void DetectionWriter::Finish() {
   out_.close();
   std::ifstream in(part_, std::ios::binary);
   std::string text;
+  std::size_t bytes = 0;
   for (std::string line; std::getline(in, line);) {
+    bytes += line.size() + 1;
     if (!IsEnd(line)) {
       text += line + '\n';
     }
   }
   in.close();
+  ThrowIf<InputError>(bytes != bytes_,
+                      "{}: holds {} bytes, expected the {} written here and no other program to change them",
+                      part_.string(), bytes, bytes_);
   WriteFileAtomically(path_, text);
   std::error_code error;
   fs::remove(part_, error);

@@ -1,15 +1,19 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <unordered_set>
 #include <vector>
 
 #include "slam/geometry/box2.h"
 #include "slam/geometry/camera.h"
+#include "slam/util/file_lock.h"
 
 namespace sqslam {
 
@@ -49,11 +53,13 @@ CheckedDetections CheckDetections(const std::filesystem::path& path, const Camer
                                   const std::vector<std::string>& image_names = {});
 
 // Writes boxes.txt frame by frame. Until Finish(), the lines are in FILE.part, which marks each frame that is
-// complete: an interrupted job resumes from there.
+// complete: an interrupted job resumes from there. The part is locked, since two programs that write it would
+// lose frames.
 class DetectionWriter {
  public:
   // `file_pixels`: factor for the boxes, see FilePixels(). `settings`: how the boxes were made, one line; a
-  // part file with other settings is started over. Throws InputError if the file cannot be written.
+  // part file with other settings is started over. Throws InputError if the file cannot be written, or if
+  // another writer has it.
   DetectionWriter(std::filesystem::path path, std::string settings,
                   const Eigen::Vector2d& file_pixels = {1.0, 1.0});
 
@@ -65,17 +71,21 @@ class DetectionWriter {
   // Throws InputError on a full disk; what was added before stays.
   void Add(double timestamp, const std::vector<Detection>& detections);
 
-  // Completes the file and gives it its final name.
+  // Completes the file and gives it its final name. Throws InputError if the part is not what was written.
   void Finish();
 
  private:
+  void Append(std::string_view text);  // throws InputError on a full disk
+
   std::filesystem::path path_;
   std::filesystem::path part_;
+  std::optional<FileLock> lock_;  // on the part
   std::string settings_;
   Eigen::Vector2d file_pixels_;
   std::unordered_set<std::string> done_;  // times, as written, of the frames that earlier jobs have done
   int frames_ = 0;
   int boxes_ = 0;
+  std::size_t bytes_ = 0;  // of the part
   std::ofstream out_;
 };
 

@@ -63,16 +63,20 @@ YAML::Node FromIntrinsics(const YAML::Node& camera, const std::filesystem::path&
   return own;
 }
 
+// Returns the list of a matrix: its "data", or the node itself, which the reader refuses if it is no list.
+YAML::Node DataOf(const YAML::Node& matrix) {
+  return matrix && matrix.IsMap() && matrix["data"] ? matrix["data"] : matrix;
+}
+
 YAML::Node FromRos(const YAML::Node& camera, const std::filesystem::path& path) {
   CheckModel(camera, "distortion_model", {"plumb_bob", "equidistant"}, path);
   YAML::Node own;
   TakeModel(camera, own);
   own["width"] = camera["image_width"];
   own["height"] = camera["image_height"];
-  Name(camera["camera_matrix"]["data"], {"fx", "", "cx", "", "fy", "cy"}, own);
-  const YAML::Node distortion = camera["distortion_coefficients"];
-  if (distortion && distortion["data"]) {
-    own["distortion"] = distortion["data"];
+  Name(DataOf(camera["camera_matrix"]), {"fx", "", "cx", "", "fy", "cy"}, own);
+  if (camera["distortion_coefficients"]) {
+    own["distortion"] = DataOf(camera["distortion_coefficients"]);
   }
   return own;
 }
@@ -110,7 +114,7 @@ YAML::Node InOwnNames(const YAML::Node& root, const std::filesystem::path& path)
   if (root["intrinsics"]) {
     return FromIntrinsics(root, path);
   }
-  if (root["camera_matrix"] && root["camera_matrix"].IsMap() && root["image_width"] && root["image_height"]) {
+  if (root["camera_matrix"] && root["image_width"] && root["image_height"]) {
     return FromRos(root, path);
   }
   return root;

@@ -8,8 +8,7 @@
 #include <atomic>
 #include <condition_variable>
 #include <deque>
-#include <fstream>
-#include <iterator>
+#include <limits>
 #include <mutex>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -41,24 +40,11 @@ bool IsCutOff(std::string_view text) {
 }
 
 DecodedImage DecodeFile(const std::filesystem::path& path) {
-  std::error_code none;
-  if (std::filesystem::is_fifo(path, none)) {  // reading it would block
-    return {{}, "is a pipe"};
+  const ImageFile file = ReadImageFile(path);
+  if (!file.problem.empty() || IsCutOff(file.bytes)) {
+    return {{}, file.problem.empty() ? "is cut off" : file.problem};
   }
-  std::ifstream file(path, std::ios::binary);
-  if (!file) {
-    return {{}, "cannot be opened"};
-  }
-  std::string bytes;
-  try {
-    bytes.assign(std::istreambuf_iterator<char>(file), {});
-  } catch (const std::exception&) {  // a folder, or a failing medium
-    return {{}, "cannot be read"};
-  }
-  if (bytes.empty() || IsCutOff(bytes)) {
-    return {{}, bytes.empty() ? "is empty" : "is cut off"};
-  }
-  return DecodeImage(bytes, cv::IMREAD_COLOR);
+  return DecodeImage(file.bytes, cv::IMREAD_COLOR);
 }
 
 }  // namespace

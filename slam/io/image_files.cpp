@@ -4,6 +4,7 @@
 #include <array>
 #include <boost/algorithm/string/case_conv.hpp>
 #include <cmath>
+#include <exception>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -144,19 +145,30 @@ cv::Mat Resized(const cv::Mat& image, cv::Size size) {
   return resized;
 }
 
-std::string ImageBytes(const fs::path& path) {
+ImageFile ReadImageFile(const fs::path& path) {
   std::error_code none;
-  if (!fs::is_regular_file(path, none)) {  // reading a pipe would block
-    return {};
+  const fs::file_status status = fs::status(path, none);
+  if (!fs::is_regular_file(status)) {
+    return {"", fs::exists(status) ? "is no regular file" : "cannot be opened"};
   }
   try {
-    return ReadFile(path, "an image");
-  } catch (const InputError&) {
-    return {};
+    ImageFile file{ReadFile(path, "an image"), ""};
+    file.problem = file.bytes.empty() ? "is empty" : "";
+    return file;
+  } catch (const std::exception&) {  // too large, no permission, or a failing medium
+    return {"", "cannot be read"};
   }
 }
 
-cv::Mat ReadImage(const fs::path& path, int flags) { return DecodeImage(ImageBytes(path), flags).pixels; }
+void CheckImageSides(const fs::path& path, const cv::Size& size) {
+  ThrowIf<InputError>(std::min(size.width, size.height) < kMinImageSide || IsTooLarge(size),
+                      "{}: {}x{} pixels, expected sides from {} to {}", path.string(), size.width,
+                      size.height, kMinImageSide, kMaxImageSide);
+}
+
+cv::Mat ReadImage(const fs::path& path, int flags) {
+  return DecodeImage(ReadImageFile(path).bytes, flags).pixels;
+}
 
 std::string EncodedImage(const std::string& extension, const cv::Mat& image,
                          const std::vector<int>& parameters) {

@@ -50,8 +50,17 @@ ImageResize ParseImageResize(const std::string& text);
 // or `size` is empty.
 cv::Mat Resized(const cv::Mat& image, cv::Size size);
 
-// Returns the bytes of a regular file; empty if it cannot be read.
-std::string ImageBytes(const std::filesystem::path& path);
+struct ImageFile {
+  std::string bytes;
+  std::string problem;  // empty if there are bytes, else the rest of a sentence: "is empty"
+};
+
+// Reads an image file without decoding it. Only a regular file of at most kMaxFileBytes is read: a pipe would
+// block, and a device may never end.
+ImageFile ReadImageFile(const std::filesystem::path& path);
+
+// Throws InputError that begins with the path if a side is too short or too long to be tracked.
+void CheckImageSides(const std::filesystem::path& path, const cv::Size& size);
 
 // Reads an image file as DecodeImage() (util/image_decoding.h) does; empty if it cannot be read.
 cv::Mat ReadImage(const std::filesystem::path& path, int flags);

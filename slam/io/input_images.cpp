@@ -1,8 +1,11 @@
 #include "slam/io/input_images.h"
 
 #include <filesystem>
+#include <set>
+#include <utility>
 
 #include "slam/io/image_files.h"
+#include "slam/util/error.h"
 
 namespace sqslam {
 namespace {
@@ -12,7 +15,40 @@ bool IsThere(const std::string& file) {
   return !file.empty() && std::filesystem::is_regular_file(file, error);
 }
 
+// Returns a state of the recording; null if it is damaged.
+MapSnapshotPtr ReadIfWhole(const RecordingReader& recording, int state) {
+  try {
+    return recording.Read(state);
+  } catch (const InputError&) {
+    return nullptr;
+  }
+}
+
 }  // namespace
+
+void CheckNumbering(const RecordingReader& recording, const Sequence& sequence) {
+  std::map<std::string, std::size_t> numbers;  // by file name; the first, if several have the name
+  for (std::size_t i = 0; i < sequence.frames.size(); ++i) {
+    numbers.emplace(sequence.frames[i].image_path.filename().string(), i);
+  }
+  for (const int state : std::set{0, recording.Size() / 2, recording.Size() - 1}) {
+    const MapSnapshotPtr map = ReadIfWhole(recording, state);
+    if (!map || map->image_path.empty()) {
+      continue;
+    }
+    const std::string name = std::filesystem::path(map->image_path).filename().string();
+    const auto frame = static_cast<std::size_t>(map->frame_index);
+    const auto number = numbers.find(name);
+    const bool same =
+        HasFrame(sequence, map->frame_index) && sequence.frames[frame].image_path.filename().string() == name;
+    if (number != numbers.end() && !same) {
+      throw InputError(
+          "{}: {} is image {} there (from 0), but image {} of the map, expected the images that were mapped, "
+          "none added or removed",
+          sequence.path.string(), name, number->second, map->frame_index);
+    }
+  }
+}
 
 InputImages::InputImages(const RecordingReader& recording) : camera_(recording.Last()->camera) {
   if (recording.Info().sequence_path.empty()) {
@@ -20,14 +56,16 @@ InputImages::InputImages(const RecordingReader& recording) : camera_(recording.L
     return;
   }
   try {
-    sequence_ = OpenSequence({.path = recording.Info().sequence_path, .known_camera = camera_});
-  } catch (const std::exception& error) {  // moved, deleted, or a live camera
+    Sequence sequence = OpenSequence({.path = recording.Info().sequence_path, .known_camera = camera_});
+    CheckNumbering(recording, sequence);
+    sequence_ = std::move(sequence);
+  } catch (const std::exception& error) {  // moved, deleted, changed, or a live camera
     why_not_ = error.what();
   }
 }
 
 cv::Mat InputImages::Read(std::int64_t frame) {
-  if (!sequence_ || frame < 0 || frame >= static_cast<std::int64_t>(sequence_->frames.size())) {
+  if (!sequence_ || !HasFrame(*sequence_, frame)) {
     return {};
   }
   if (sequence_->video_path.empty()) {
@@ -62,8 +100,7 @@ bool InputImages::Has(const MapSnapshot& map) const {
   if (IsThere(map.image_path)) {
     return true;
   }
-  if (!sequence_ || map.frame_index < 0 ||
-      map.frame_index >= static_cast<std::int64_t>(sequence_->frames.size())) {
+  if (!sequence_ || !HasFrame(*sequence_, map.frame_index)) {
     return false;
   }
   return !sequence_->video_path.empty() ||

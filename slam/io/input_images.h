@@ -13,6 +13,11 @@
 
 namespace sqslam {
 
+// Throws InputError if an image that the recording names has another number in the sequence than it had when
+// it was mapped: each frame would get another one's image. Files of other names, such as converted ones, and
+// missing ones tell nothing.
+void CheckNumbering(const RecordingReader& recording, const Sequence& sequence);
+
 // The images that a recording was made from, in files or in a video. Not thread-safe.
 class InputImages {
  public:

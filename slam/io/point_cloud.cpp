@@ -15,6 +15,7 @@
 #include <string_view>
 
 #include "slam/util/enum_names.h"
+#include "slam/util/limits.h"
 #include "slam/util/text_lines.h"
 #include "slam/util/throw_if.h"
 
@@ -200,7 +201,7 @@ class Body {
 };
 
 bool AddPoint(const Eigen::Vector3d& point, PointCloud& cloud) {
-  if (!point.allFinite()) {
+  if (!(point.array().abs() <= kMaxMapUnits).all()) {
     ++cloud.skipped;
     return false;
   }

@@ -11,7 +11,8 @@ namespace sqslam {
 struct PointCloud {
   std::vector<Eigen::Vector3d> points;           // in the file's unit and order
   std::vector<std::array<std::uint8_t, 3>> rgb;  // one per point, or none if the file has no colours
-  int skipped = 0;  // points of the file that are not finite (holes of a depth image)
+  // Points of the file that are not finite (holes of a depth image), or farther away than kMaxMapUnits.
+  int skipped = 0;
 };
 
 // Reads a PLY file (ascii or binary of either byte order; x, y, z of the element `vertex` in any scalar type

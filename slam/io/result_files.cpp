@@ -10,6 +10,7 @@
 #include "slam/snapshot/byte_archive.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/json_file.h"
+#include "slam/util/text_lines.h"
 #include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
 
@@ -57,8 +58,8 @@ Json ToJson(const SnapshotObject& object) {
 SnapshotObject ObjectFromJson(const Json& json) {
   SnapshotObject object;
   object.id = json.at("id");
-  object.label = json.at("label");
-  object.name = json.value("name", "");
+  object.label = ValidLabel(json.at("label").get<std::string>());
+  object.name = ValidLabel(json.value("name", ""));
   object.score = json.value("score", 0.0);
   object.observations = json.value("observations", 0);
   object.points = json.value("points", 0);

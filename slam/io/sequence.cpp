@@ -5,6 +5,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <iterator>
 #include <map>
 #include <opencv2/imgcodecs.hpp>
 
@@ -279,6 +280,7 @@ Sequence OpenSequence(const SequenceRequest& request) {
   ListSequence(request, sequence);
   sequence.any_image_size = request.known_camera.has_value();
   if (!request.known_camera) {
+    CheckImageSides(sequence.path, {sequence.camera.width, sequence.camera.height});
     AttachDetections(request, sequence);
     if (!request.mask.empty()) {
       AttachMasks(request.mask, sequence);
@@ -286,6 +288,10 @@ Sequence OpenSequence(const SequenceRequest& request) {
     ResizeSequence(resize, sequence);
   }
   return sequence;
+}
+
+bool HasFrame(const Sequence& sequence, std::int64_t frame) {
+  return frame >= 0 && frame < std::ssize(sequence.frames);
 }
 
 std::vector<double> Timestamps(const Sequence& sequence) {

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -69,6 +70,10 @@ inline constexpr const char* kAutoCamera = "auto";
 // video of another size, no frame at all; UsageError for an unknown camera preset. Images are not opened here
 // (FrameSource skips unusable ones), except the first to guess a camera.
 Sequence OpenSequence(const SequenceRequest& request);
+
+// Returns true if the sequence has a frame of this number, counted from 0. Numbers that were recorded may be
+// beyond a sequence that has changed since.
+bool HasFrame(const Sequence& sequence, std::int64_t frame);
 
 // Return the timestamps of the frames, and the file names of their images (none for a video).
 std::vector<double> Timestamps(const Sequence& sequence);

@@ -83,6 +83,8 @@ std::string FfmpegReason(int error) {
   return text.data();
 }
 
+std::string FfmpegName(const std::filesystem::path& path) { return std::filesystem::absolute(path).string(); }
+
 VideoStream OpenVideoStream(const std::filesystem::path& path, const char* complaint) {
   const auto check = [&](int result) {
     if (result < 0) {
@@ -91,7 +93,7 @@ VideoStream OpenVideoStream(const std::filesystem::path& path, const char* compl
     return result;
   };
   AVFormatContext* opened = nullptr;
-  check(avformat_open_input(&opened, path.c_str(), nullptr, nullptr));
+  check(avformat_open_input(&opened, FfmpegName(path).c_str(), nullptr, nullptr));
   VideoStream video{{opened, [](AVFormatContext* format) { avformat_close_input(&format); }}, nullptr};
   check(avformat_find_stream_info(opened, nullptr));
   video.stream = opened->streams[check(av_find_best_stream(opened, AVMEDIA_TYPE_VIDEO, -1, -1, nullptr, 0))];

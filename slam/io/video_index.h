@@ -17,6 +17,10 @@ struct VideoStream {
   AVStream* stream;
 };
 
+// Returns the name by which FFmpeg opens a file: the absolute path, because it would take the beginning of
+// "12:30.mp4" for a protocol.
+std::string FfmpegName(const std::filesystem::path& path);
+
 // Throws InputError if there is none: `complaint`, formatted with the file and FFmpeg's reason.
 VideoStream OpenVideoStream(const std::filesystem::path& path, const char* complaint);
 

@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kPixelSteps = 64.0;
 constexpr double kAngleSteps = 65536.0 / 360.0;
+static_assert(kMaxKeypoint == 2.0 * kMaxImageSide);
 
 // Keypoints by columns, which compress better than rows.
 struct KeypointColumns {
@@ -56,8 +57,8 @@ FrameFeaturesPtr ReadFeatures(ByteReader& reader, const Camera& camera, int leve
     }
   }
   for (std::size_t i = 0; i < count; ++i) {
-    if (columns.octave[i] >= levels || std::abs(columns.x[i]) > kPixelSteps * 2 * kMaxImageSide ||
-        std::abs(columns.y[i]) > kPixelSteps * 2 * kMaxImageSide) {
+    if (columns.octave[i] >= levels || std::abs(columns.x[i]) > kPixelSteps * kMaxKeypoint ||
+        std::abs(columns.y[i]) > kPixelSteps * kMaxKeypoint) {
       reader.Refuse("has a keypoint far outside its image or on a pyramid level that does not exist");
     }
     features->keypoints.push_back(

@@ -11,7 +11,7 @@ void BackgroundAdjustment::Start(Job job, const BundleSolverOptions& options) {
   Stop();
   stop_ = false;
   const auto solve = [this, options](Job started) -> std::optional<Job> {
-    const bool solved = SolveBundle(started.problem, options, [this] { return stop_.load(); });
+    const bool solved = solve_(started.problem, options, [this] { return stop_.load(); });
     return solved ? std::optional(std::move(started)) : std::nullopt;
   };
   running_ = std::async(std::launch::async, solve, std::move(job));
@@ -30,7 +30,8 @@ std::optional<BackgroundAdjustment::Job> BackgroundAdjustment::TakeFinished() {
 void BackgroundAdjustment::Stop() {
   if (running_.valid()) {
     stop_ = true;
-    running_.get();
+    running_.wait();
+    running_ = {};
   }
 }
 

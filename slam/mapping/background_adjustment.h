@@ -2,8 +2,10 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <future>
 #include <optional>
+#include <utility>
 
 #include "slam/estimation/bundle_adjustment.h"
 
@@ -13,10 +15,12 @@ namespace sqslam {
 class BackgroundAdjustment {
  public:
   static constexpr int kCallsInStep = 5;
+  using Solver = std::function<decltype(SolveBundle)>;
 
   // With `in_step` the solution is there at this call of TakeFinished(), which waits for it, so that a run
   // can be repeated.
-  explicit BackgroundAdjustment(bool in_step) : in_step_(in_step) {}
+  explicit BackgroundAdjustment(bool in_step, Solver solve = SolveBundle)
+      : in_step_(in_step), solve_(std::move(solve)) {}
   ~BackgroundAdjustment() { Stop(); }
   BackgroundAdjustment(const BackgroundAdjustment&) = delete;
   BackgroundAdjustment& operator=(const BackgroundAdjustment&) = delete;
@@ -30,14 +34,15 @@ class BackgroundAdjustment {
   // Cancels a running adjustment first.
   void Start(Job job, const BundleSolverOptions& options);
 
-  // Returns the solution once it is there, and only once.
+  // Returns the solution once it is there, and only once. Throws what the solver threw.
   std::optional<Job> TakeFinished();
 
-  // Cancels the running adjustment and discards its result.
+  // Cancels the running adjustment and discards its result, an error too.
   void Stop();
 
  private:
   bool in_step_;
+  Solver solve_;
   int calls_ = 0;  // of TakeFinished() since the start
   std::atomic<bool> stop_ = false;
   std::future<std::optional<Job>> running_;

@@ -1,8 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <set>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "slam/map/map.h"
@@ -27,6 +30,36 @@ using LeftoverFrames = ThinnedFrames<LeftoverFrame>;
 struct SubmapTie {
   LoopCandidate loop;
   int shared_points = 0;  // seen in both submaps
+};
+
+// Attempts to locate a leftover in a submap. They depend on that frame and on the maps alone, so one that has
+// failed is not made again until a map has changed.
+class CompletionAttempts {
+ public:
+  enum class Kind { kTie, kLocate, kTwoViews };
+
+  // Once `stop` returns true, no attempt is due; it is asked before each one. Empty: never.
+  explicit CompletionAttempts(std::function<bool()> stop = {}) : stop_(std::move(stop)) {}
+
+  // `leftover`: the index of a frame, or the number of a submap to be tied.
+  bool AreDue(Kind kind, std::int64_t submap, std::int64_t leftover) const {
+    return !failed_.contains({kind, submap, leftover}) && !(stop_ && stop_());
+  }
+  void Fail(Kind kind, std::int64_t submap, std::int64_t leftover) {
+    failed_.emplace(kind, submap, leftover);
+  }
+  void Change(std::int64_t submap) {  // its map has changed
+    std::erase_if(failed_, [submap](const Attempt& attempt) {
+      const auto& [kind, in, leftover] = attempt;
+      return in == submap || (kind == Kind::kTie && leftover == submap);
+    });
+  }
+
+ private:
+  using Attempt = std::tuple<Kind, std::int64_t, std::int64_t>;
+
+  std::function<bool()> stop_;
+  std::set<Attempt> failed_;
 };
 
 class Completion {

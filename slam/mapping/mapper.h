@@ -46,8 +46,9 @@ class Mapper {
   void Process(SeenObjects objects);
 
   // Runs the last optimisation and publishes the last snapshot. Returns the remaining submaps, the one with
-  // the most frames first; drops submaps that never grew. Call once.
-  std::vector<FinishedMap> Finish();
+  // the most frames first; drops submaps that never grew. Once `stop` returns true, no further leftovers are
+  // placed before. Call once.
+  std::vector<FinishedMap> Finish(const std::function<bool()>& stop = {});
 
   // Serializes the live map, once Finish has been called, for Restore of a mapper with the same options. A
   // restored map serializes to the same bytes.
@@ -103,11 +104,12 @@ class Mapper {
   void PublishView();
   MapSnapshotPtr MakeSnapshot();
   SnapshotProgress TakeProgress();
-  void Complete();
-  bool TieLeftoverSubmaps(const Completion& completion);
+  void Complete(const std::function<bool()>& stop);
+  bool TieLeftoverSubmaps(const Completion& completion, CompletionAttempts& attempts);
   void DissolveSmallSubmaps();
-  bool PlaceLeftovers(const Completion& completion, Submap& submap);
-  bool PlaceOnce(Submap& submap, const Completion& completion, bool by_two_views);
+  bool PlaceLeftovers(const Completion& completion, Submap& submap, CompletionAttempts& attempts);
+  bool PlaceOnce(Submap& submap, const Completion& completion, bool by_two_views,
+                 CompletionAttempts& attempts);
   std::vector<Submap*> RankedSubmaps();
   void FinishSubmap(Submap& submap);
   void LearnFrom(Submap& submap);

@@ -9,6 +9,8 @@
 namespace sqslam {
 namespace {
 
+using Kind = CompletionAttempts::Kind;
+
 // Returns true if the frame shows enough that its reference keyframe does not.
 bool AddsToMap(const Map& map, const TrackedFrame& frame, double keyframe_share) {
   auto points = map.At(frame.anchor.reference).SeenPoints();
@@ -27,7 +29,7 @@ std::vector<Submap*> Mapper::RankedSubmaps() {
   return ranked;
 }
 
-void Mapper::Complete() {
+void Mapper::Complete(const std::function<bool()>& stop) {
   const CompletionOptions& options = options_.mapping.completion;
   for (const std::int64_t index : leftovers_.Indices()) {
     if (HasFrame(index)) {
@@ -39,20 +41,21 @@ void Mapper::Complete() {
   }
   const StageTimes::Scope timer(times_, "mapping.completion");
   const Completion completion(camera_, options, pose_tracker_, places_);
+  CompletionAttempts attempts(stop);
   bool progress = true;
   for (int round = 0; progress && round < options.rounds; ++round) {
-    progress = TieLeftoverSubmaps(completion);
+    progress = TieLeftoverSubmaps(completion, attempts);
     if (round == 0) {
       DissolveSmallSubmaps();
     }
     for (Submap* submap : RankedSubmaps()) {
-      progress = PlaceLeftovers(completion, *submap) || progress;
+      progress = PlaceLeftovers(completion, *submap, attempts) || progress;
     }
   }
 }
 
 // Merges submaps, the largest first, until no two of them share a recognised place.
-bool Mapper::TieLeftoverSubmaps(const Completion& completion) {
+bool Mapper::TieLeftoverSubmaps(const Completion& completion, CompletionAttempts& attempts) {
   bool any = false;
   bool tied = true;
   while (tied && submaps_.size() > 1) {
@@ -61,15 +64,21 @@ bool Mapper::TieLeftoverSubmaps(const Completion& completion) {
     for (std::size_t i = 0; i < ranked.size() && !tied; ++i) {
       const TrackingViewPtr view = ranked[i]->MakeView();
       for (std::size_t j = i + 1; j < ranked.size() && !tied; ++j) {
-        const auto tie = completion.Tie(ranked[j]->Map(), ranked[i]->Map(), *view);
-        if (tie) {
-          active_ = ranked[j];
-          MergeSubmaps(tie->loop, *ranked[i]);
-          active_->Bend([this](sqslam::Map&) { OptimizeGlobally(false); });
-          ++counters_.merges;
-          ++counters_.tied_at_end;
-          any = tied = true;
+        if (!attempts.AreDue(Kind::kTie, ranked[i]->Number(), ranked[j]->Number())) {
+          continue;
         }
+        const auto tie = completion.Tie(ranked[j]->Map(), ranked[i]->Map(), *view);
+        if (!tie) {
+          attempts.Fail(Kind::kTie, ranked[i]->Number(), ranked[j]->Number());
+          continue;
+        }
+        active_ = ranked[j];
+        MergeSubmaps(tie->loop, *ranked[i]);
+        active_->Bend([this](sqslam::Map&) { OptimizeGlobally(false); });
+        attempts.Change(active_->Number());
+        ++counters_.merges;
+        ++counters_.tied_at_end;
+        any = tied = true;
       }
     }
   }
@@ -93,34 +102,42 @@ void Mapper::DissolveSmallSubmaps() {
 
 // Places frames in the submap, those closest in time first; each new keyframe helps the next. Two-view
 // geometry is the weaker constraint: it is only tried when nothing else makes progress.
-bool Mapper::PlaceLeftovers(const Completion& completion, Submap& submap) {
+bool Mapper::PlaceLeftovers(const Completion& completion, Submap& submap, CompletionAttempts& attempts) {
   active_ = &submap;
   bool any = false;
   bool progress = true;
   while (progress) {
-    progress = PlaceOnce(submap, completion, false) || PlaceOnce(submap, completion, true);
+    progress =
+        PlaceOnce(submap, completion, false, attempts) || PlaceOnce(submap, completion, true, attempts);
     any = any || progress;
   }
   return any;
 }
 
 // Tries each frame once; with `by_two_views`, stops at the first that is placed. Returns true if any was.
-bool Mapper::PlaceOnce(Submap& submap, const Completion& completion, bool by_two_views) {
+bool Mapper::PlaceOnce(Submap& submap, const Completion& completion, bool by_two_views,
+                       CompletionAttempts& attempts) {
+  const Kind kind = by_two_views ? Kind::kTwoViews : Kind::kLocate;
   bool any = false;
   TrackingViewPtr view = submap.MakeView();
   for (const std::int64_t index : completion.InTurn(submap.Map(), leftovers_)) {
+    if (!attempts.AreDue(kind, submap.Number(), index)) {
+      continue;
+    }
     const LeftoverFrame& leftover = leftovers_.ByIndex().at(index);
     const std::optional<TrackedFrame> frame = by_two_views
                                                   ? completion.LocateByTwoViews(submap.Map(), leftover)
                                                   : completion.Locate(submap.Map(), *view, leftover);
     if (!frame) {
+      attempts.Fail(kind, submap.Number(), index);
       continue;
     }
     const std::vector<FrameMatch> matches = MatchesOf(*frame, pose_tracker_.Levels());
     if (by_two_views || AddsToMap(submap.Map(), *frame, options_.mapping.completion.keyframe_share)) {
       OptimizeAround(AddKeyframe(*frame, matches));
       view = submap.MakeView();
-    } else {
+      attempts.Change(submap.Number());
+    } else {  // which leaves the map as it is
       submap.RecordFrame(index, frame->timestamp, frame->anchor, matches);
     }
     leftovers_.Remove(index);
@@ -169,14 +186,14 @@ void Mapper::LearnFrom(Submap& submap) {
   camera_ = learnt_camera_->camera;
 }
 
-std::vector<FinishedMap> Mapper::Finish() {
+std::vector<FinishedMap> Mapper::Finish(const std::function<bool()>& stop) {
   if (submaps_.empty()) {
     return {};
   }
   const StageTimes::Scope timer(times_, "mapping.final");
   adjustment_.Stop();
   TrackBacklog();
-  Complete();
+  Complete(stop);
   const std::vector<Submap*> ranked = RankedSubmaps();
   std::vector<FinishedMap> finished;
   for (Submap* submap : ranked) {

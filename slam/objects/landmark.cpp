@@ -4,6 +4,8 @@
 #include <cmath>
 #include <functional>
 
+#include "slam/util/thinned.h"
+
 namespace sqslam {
 
 void LabelVotes::Add(const std::string& label, double score) {
@@ -97,11 +99,7 @@ void Landmark::Add(const ObjectObservation& observation) {
   }
   if (!observation.lines.empty()) {
     if (lines.size() >= kMaxLineViews) {
-      // Thin out evenly: drop every second one.
-      for (std::size_t i = 0; 2 * i < lines.size(); ++i) {
-        lines[i] = lines[2 * i];
-      }
-      lines.resize((lines.size() + 1) / 2);
+      lines = Thinned(lines, (lines.size() + 1) / 2);
     }
     lines.emplace_back(observation.frame_index, LineView{observation.T_map_camera, observation.lines});
   }
@@ -120,11 +118,19 @@ bool Landmark::KeepsViewOf(std::int64_t frame_index) const {
   return halvings_ == 0 || scattered >> (64 - halvings_) == 0;
 }
 
+// Drops half of the views. Where merging two maps has renumbered the frames since the last time, hardly any
+// view may be in a frame to keep: then every second one stays.
 void Landmark::ThinViews() {
   constexpr std::size_t kMaxBoxViews = 2000;
+  constexpr std::size_t kHardly = 8;  // an eighth: absorbing a landmark that was never thinned leaves more
+  const auto keeps = [this](const BoxView& view) { return KeepsViewOf(view.frame_index); };
   while (views.size() > kMaxBoxViews) {
     ++halvings_;
-    std::erase_if(views, [this](const BoxView& view) { return !KeepsViewOf(view.frame_index); });
+    if (kHardly * static_cast<std::size_t>(std::ranges::count_if(views, keeps)) < views.size()) {
+      views = Thinned(views, (views.size() + 1) / 2);
+    } else {
+      std::erase_if(views, std::not_fn(keeps));
+    }
   }
 }
 

@@ -16,9 +16,14 @@ namespace {
 // Counts frames, up to `enough`, in which both have a box and the predicate holds for the two boxes.
 template <typename Predicate>
 int CountFrames(const Landmark& a, const Landmark& b, int enough, Predicate&& are_as_asked) {
+  if (a.views.empty() || b.views.empty()) {
+    return 0;
+  }
+  // Earlier frames lack one of the two. Of most pairs in a long run no frame is left.
+  const std::int64_t first = std::max(a.views.front().frame_index, b.views.front().frame_index);
+  auto i = std::ranges::lower_bound(a.views, first, {}, &BoxView::frame_index);
+  auto j = std::ranges::lower_bound(b.views, first, {}, &BoxView::frame_index);
   int count = 0;
-  auto i = a.views.begin();
-  auto j = b.views.begin();
   while (i != a.views.end() && j != b.views.end() && count < enough) {
     if (i->frame_index < j->frame_index) {
       ++i;

@@ -46,8 +46,9 @@ void ObjectMapper::AddObservations(std::span<const ObjectObservation> observatio
     const int id = impl_->Surviving(observation.object_id);
     const auto& deleted = impl_->deleted;
     impl_->newest_frame = std::max(impl_->newest_frame, observation.frame_index);
-    // The tracking thread may lag behind: its observations of deleted landmarks are dropped.
-    if (std::ranges::find(deleted, id) == deleted.end()) {
+    // The tracking thread may lag behind: its observations of deleted landmarks are dropped. Most are of
+    // present ones, which are found sooner.
+    if (impl_->landmarks.contains(id) || std::ranges::find(deleted, id) == deleted.end()) {
       Landmark& landmark = impl_->landmarks[id];
       landmark.id = id;
       landmark.Add(observation);

@@ -1,28 +1,34 @@
 #include "slam/recognition/place_index.h"
 
 #include <algorithm>
-#include <iterator>
 #include <map>
 
 #include "slam/util/largest.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 
 void PlaceIndex::Add(PlaceId id, const BagOfWords& bow) {
   Remove(id);
-  places_.insert(id);
+  places_[id] = ToVector(bow.words, &WordWeight::word);
   for (const WordWeight& entry : bow.words) {
     postings_[entry.word].push_back({id, entry.weight});
   }
 }
 
 void PlaceIndex::Remove(PlaceId id) {
-  if (places_.erase(id) > 0) {
-    for (auto it = postings_.begin(); it != postings_.end();) {
-      std::erase_if(it->second, [id](const Posting& posting) { return posting.id == id; });
-      it = it->second.empty() ? postings_.erase(it) : std::next(it);
+  const auto place = places_.find(id);
+  if (place == places_.end()) {
+    return;
+  }
+  for (const WordId word : place->second) {
+    std::vector<Posting>& postings = postings_[word];
+    std::erase_if(postings, [id](const Posting& posting) { return posting.id == id; });
+    if (postings.empty()) {
+      postings_.erase(word);
     }
   }
+  places_.erase(place);
 }
 
 std::vector<PlaceCandidate> PlaceIndex::SimilarKeyframes(const PlaceQuery& query) const {

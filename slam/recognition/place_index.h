@@ -2,7 +2,7 @@
 
 #include <cstdint>
 #include <functional>
-#include <set>
+#include <map>
 #include <unordered_map>
 #include <vector>
 
@@ -57,7 +57,7 @@ class PlaceIndex {
   std::vector<PlaceCandidate> SimilarKeyframes(const PlaceQuery& query) const;  // ascending ids
 
   std::unordered_map<WordId, std::vector<Posting>> postings_;
-  std::set<PlaceId> places_;
+  std::map<PlaceId, std::vector<WordId>> places_;  // with the words of each
 };
 
 }  // namespace sqslam

@@ -10,6 +10,7 @@
 #include <opencv2/videoio.hpp>
 
 #include "slam/io/image_files.h"
+#include "slam/io/video_index.h"
 #include "slam/util/text_lines.h"
 #include "slam/util/throw_if.h"
 
@@ -48,7 +49,7 @@ std::vector<fs::path> ListFolder(const fs::path& folder) {
 }
 
 std::int64_t VisitVideo(const fs::path& path, int stride, const std::function<void(const cv::Mat&)>& visit) {
-  cv::VideoCapture video(path.string());
+  cv::VideoCapture video(FfmpegName(path));
   std::int64_t used = 0;
   cv::Mat frame;
   cv::Mat gray;
@@ -74,7 +75,7 @@ TrainingSource ListTrainingImages(const fs::path& path) {
   } else if (IsImage(path)) {
     source.images = {path};
   } else {
-    cv::VideoCapture video(path.string());
+    cv::VideoCapture video(FfmpegName(path));
     ThrowIf<InputError>(!video.isOpened(), "{}: cannot be read, expected {}", path.string(), kExpected);
     source.frames = static_cast<std::int64_t>(video.get(cv::CAP_PROP_FRAME_COUNT));
     return source;

@@ -44,7 +44,7 @@ LearningPass MapOnce(const Sequence& sequence, const FrameRange& range, const Ca
     host.ShowProgress(done + ++pass.played, 0,
                       fmt::format("estimating the focal length, now {:.1f} px", camera.fx));
   }
-  pass.learnt = system.Finish().map.learnt_camera;
+  pass.learnt = system.Finish([&host] { return host.Stopped(); }).map.learnt_camera;
   return pass;
 }
 

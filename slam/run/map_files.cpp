@@ -103,47 +103,53 @@ void ScalePoses(double factor, Trajectory& trajectory) {
   }
 }
 
-void ScaleDenseCloud(double factor, const fs::path& file) {
-  DenseCloud cloud = ReadDensePoints(file);
-  for (DensePoint& point : cloud) {
-    point.p_map *= static_cast<float>(factor);
+// Writes one of kScaledFiles in the scale of `map`, see RescaleFile.
+void Rescale(const MapSnapshot& map, const fs::path& file, const fs::path& rescaled,
+             const std::optional<double>& factor) {
+  const std::string name = file.filename().string();
+  if (name == "points.ply") {
+    WritePoints(rescaled, map.points);
+  } else if (name == "objects.json") {
+    WriteObjects(rescaled, map.objects);
+  } else if (!factor) {
+    spdlog::warn("{}: left as it is, since the recording's broken scale does not tell that of this file",
+                 file.string());
+  } else if (name == "dense.ply") {
+    DenseCloud cloud = ReadDensePoints(file);
+    for (DensePoint& point : cloud) {
+      point.p_map *= static_cast<float>(*factor);
+    }
+    WriteDenseCloud(rescaled, cloud);
+  } else {
+    Trajectory trajectory = ReadTrajectory(file);
+    ScalePoses(*factor, trajectory);
+    WriteTrajectory(rescaled, trajectory);
   }
-  WriteDenseCloud(file, cloud);
+}
+
+MapSnapshot InMetres(const MapSnapshot& map, const MapScale& scale) {
+  MapSnapshot metric = map;
+  ScaleLengths(scale.metres, metric);
+  metric.metric = true;
+  return metric;
 }
 
 }  // namespace
 
 void ScaleResult(const fs::path& result, const std::optional<MapScale>& scale) {
   const fs::path recording = result / "map.sqmap";
-  const std::optional<MapScale> before = RecordingReader(recording).Info().scale;
-  const double factor = (scale ? scale->metres : 1.0) / (before ? before->metres : 1.0);
-  KeepMapScale(recording, scale);
-  for (const char* name : {"trajectory.txt", "keyframes.txt"}) {
-    if (fs::exists(result / name)) {
-      Trajectory trajectory = ReadTrajectory(result / name);
-      ScalePoses(factor, trajectory);
-      WriteTrajectory(result / name, trajectory);
-    }
-  }
-  const MapSnapshotPtr map = RecordingReader(recording).Last();
-  if (fs::exists(result / "points.ply")) {
-    WritePoints(result / "points.ply", map->points);
-  }
-  if (fs::exists(result / "objects.json")) {
-    WriteObjects(result / "objects.json", map->objects);
-  }
-  if (fs::exists(result / "dense.ply")) {
-    ScaleDenseCloud(factor, result / "dense.ply");
-  }
+  const MapSnapshotPtr units = RecordingReader(recording, {}, RecordingReader::Lengths::kInUnits).Last();
+  const MapSnapshot map = scale ? InMetres(*units, *scale) : *units;
+  KeepMapScale(recording, scale,
+               [&map](const fs::path& file, const fs::path& rescaled, const std::optional<double>& factor) {
+                 Rescale(map, file, rescaled, factor);
+               });
 }
 
 void ScaleRun(const MapScale& scale, FinishedRun& run) {
   ScaleResult(run.output, scale);
   FinishedMap& map = run.result.map;
-  auto metric = std::make_shared<MapSnapshot>(*map.snapshot);
-  ScaleLengths(scale.metres, *metric);
-  metric->metric = true;
-  map.snapshot = std::move(metric);
+  map.snapshot = std::make_shared<MapSnapshot>(InMetres(*map.snapshot, scale));
   ScalePoses(scale.metres, map.trajectory);
   ScalePoses(scale.metres, map.keyframes);
 }

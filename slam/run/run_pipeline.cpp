@@ -292,7 +292,12 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
       [&](KeptMap map) { recorder.Keep(std::move(map)); });
   const int dropped = Play(request, input, recorder, feed, *system, live.get(), host);
   feed.Finish(*system);
-  FinishedRun run{request.output, input.sequence.path.string(), system->Finish(), {}};
+  // What the host has ended before is finished all the same, as live runs always end like that.
+  const bool ended = host.Stopped();
+  FinishedRun run{request.output,
+                  input.sequence.path.string(),
+                  system->Finish([&] { return !ended && host.Stopped(); }),
+                  {}};
   const int live_depth = FinishLive(std::move(live), host);
   TakeLearntCamera(run.result, camera);
   WarnOfLeftOut(run.result);

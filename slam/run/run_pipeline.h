@@ -21,7 +21,7 @@
 namespace sqslam {
 using CameraOpener = std::function<FrameGrabber(int index, const Camera& camera)>;
 
-// When a run makes depth maps: after the map is finished, or while it grows.
+// Time at which a run makes depth maps: after the map is finished, or while it grows.
 enum class DenseTime { kFinal, kLive };
 constexpr auto EnumNames(DenseTime) { return std::array{"final", "live"}; }
 

@@ -315,12 +315,13 @@ MapScale EstimateScale(const fs::path& recording, const ScaleReference& referenc
     const bool names_file = what.starts_with(recording.string());
     throw InputError(names_file ? what : fmt::format("{}: {}", recording.string(), what));
   }
+  scale.metres *= unit;
+  scale.deviation *= unit;
+  CheckMapScale(recording, scale);
   if (scale.deviation > kVague * scale.metres) {
     spdlog::warn("the standard deviation of the scale is {:.0f} %: {}",
                  100.0 * scale.deviation / scale.metres, scale.source);
   }
-  scale.metres *= unit;
-  scale.deviation *= unit;
   return scale;
 }
 

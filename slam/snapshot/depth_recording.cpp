@@ -76,9 +76,11 @@ cv::Mat DecodeDepth(std::string_view bytes, cv::Size size) {
     const auto low = static_cast<std::uint8_t>(raw[i]);
     const auto high = static_cast<std::uint8_t>(raw[i + depth.total()]);
     value = static_cast<std::uint16_t>(value + low + 256U * high);
-    depth.at<float>(static_cast<int>(i)) =
-        value == 0 ? 0.0F
-                   : static_cast<float>(1.0 / (smallest + (value - 1) / kSteps * (largest - smallest)));
+    const double z = value == 0 ? 0.0 : 1.0 / (smallest + (value - 1) / kSteps * (largest - smallest));
+    if (!(z <= kMaxMapUnits)) {
+      ThrowCutOff();
+    }
+    depth.at<float>(static_cast<int>(i)) = static_cast<float>(z);
   }
   return depth;
 }

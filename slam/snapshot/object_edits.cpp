@@ -11,6 +11,7 @@
 
 #include "slam/util/error.h"
 #include "slam/util/json_file.h"
+#include "slam/util/limits.h"
 #include "slam/util/options.h"
 #include "slam/util/text_lines.h"
 
@@ -73,9 +74,11 @@ std::pair<int, ObjectEdit> ParseEdit(const std::filesystem::path& path, const st
   std::pair<int, ObjectEdit> parsed;
   auto& [id, edit] = parsed;
   for (const auto& [key, value] : entry.items()) {
-    const auto check = [&, &key = key, &value = value](bool valid, const char* expected) {
+    const auto check = [&, &key = key, &value = value](bool valid, const std::string& expected) {
       if (!valid) {
-        throw InputError("{}: {}.{}: {}, expected {}", path.string(), where, key, value.dump(), expected);
+        constexpr std::size_t kShown = 80;  // bytes
+        throw InputError("{}: {}.{}: {}, expected {}", path.string(), where, key,
+                         CutText(value.dump(), kShown), expected);
       }
     };
     if (key == "id" || key == "merged_into") {
@@ -88,8 +91,10 @@ std::pair<int, ObjectEdit> ParseEdit(const std::filesystem::path& path, const st
         edit.merged_into = value.get<int>();
       }
     } else if (key == "name" || key == "label") {
-      check(value.is_string() && !value.get<std::string>().empty(), "a text that is not empty");
-      (key == "name" ? edit.name : edit.label) = ValidText(value.get<std::string>());
+      const std::string text = value.is_string() ? ValidText(value.get<std::string>()) : "";
+      check(!text.empty() && text.size() <= kMaxLabelBytes,
+            fmt::format("a text of 1 to {} bytes", kMaxLabelBytes));
+      (key == "name" ? edit.name : edit.label) = text;
     } else if (key == "hidden" || key == "deleted") {
       check(value.is_boolean(), "true or false");
       (key == "hidden" ? edit.hidden : edit.deleted) = value.get<bool>();
@@ -143,12 +148,12 @@ void ObjectEdits::Update(int id, auto change) {
 }
 
 void ObjectEdits::Rename(int id, const std::string& name) {
-  Update(id, [&](ObjectEdit& edit) { edit.name = Trimmed(name); });
+  Update(id, [&](ObjectEdit& edit) { edit.name = ValidLabel(Trimmed(name)); });
 }
 
 void ObjectEdits::SetLabel(int id, const std::string& label) {
   Update(id, [&](ObjectEdit& edit) {
-    edit.label = Trimmed(label);
+    edit.label = ValidLabel(Trimmed(label));
     std::ranges::replace(edit.label, ' ', '_');
   });
 }

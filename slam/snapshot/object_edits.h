@@ -25,7 +25,8 @@ struct ObjectEdit {
 // edits to what they read (Apply).
 class ObjectEdits {
  public:
-  // Leading and trailing blanks are removed. An empty name or label restores that of the map.
+  // Leading and trailing blanks are removed, and what is longer than kMaxLabelBytes is cut. An empty name or
+  // label restores that of the map.
   void Rename(int id, const std::string& name);
   void SetLabel(int id, const std::string& label);  // blanks become underscores, as in boxes.txt
   void Hide(int id, bool hidden = true);

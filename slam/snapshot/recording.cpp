@@ -13,6 +13,7 @@
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 #include "slam/util/limits.h"
+#include "slam/util/text_lines.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -277,7 +278,8 @@ void TidyUpAfterOthers(const fs::path& path) {
 
 }  // namespace
 
-RecordingReader::RecordingReader(const fs::path& path, Edit edit) : impl_(std::make_unique<Impl>()) {
+RecordingReader::RecordingReader(const fs::path& path, Edit edit, Lengths lengths)
+    : impl_(std::make_unique<Impl>()) {
   if (!fs::is_regular_file(path)) {
     throw InputError("{}: does not exist or is no file, expected a map.sqmap", path.string());
   }
@@ -302,8 +304,10 @@ RecordingReader::RecordingReader(const fs::path& path, Edit edit) : impl_(std::m
                      version.empty() ? "no recording of a map" : "version " + version,
                      kOldestSnapshotFormatVersion, kSnapshotFormatVersion);
   }
-  impl_->info = {impl_->Meta("sequence_path"), impl_->Meta("program_version"), impl_->Meta("config"),
-                 ReadMapScale(path)};
+  FinishRescaling(path);
+  impl_->info = {impl_->Meta("sequence_path"), WithoutControls(impl_->Meta("program_version")),
+                 LinesWithoutControls(impl_->Meta("config")),
+                 lengths == Lengths::kScaled ? ReadMapScale(path) : std::nullopt};
   Statement select(impl_->db.get(), path, "SELECT frame_index, timestamp FROM snapshots ORDER BY id");
   while (select.Next()) {
     impl_->frames.emplace_back(select.Int(0), select.Real(1));

@@ -13,7 +13,7 @@
 namespace sqslam {
 
 struct RecordingInfo {
-  std::string sequence_path;  // the sequence that was mapped
+  std::string sequence_path;  // the sequence that was mapped; as stored: show it WithoutControls()
   std::string program_version;
   std::string config;                  // the whole configuration as YAML
   std::optional<MapScale> scale = {};  // if known, snapshots are read in metres
@@ -49,8 +49,12 @@ class RecordingReader {
   // Changes each snapshot on reading, for example by edits of the map.
   using Edit = std::function<MapSnapshotPtr(MapSnapshotPtr)>;
 
+  // kInUnits: as if the recording had no scale, also if its scale is broken.
+  enum class Lengths { kScaled, kInUnits };
+
   // Throws InputError if the file is missing or is no recording.
-  explicit RecordingReader(const std::filesystem::path& path, Edit edit = {});
+  explicit RecordingReader(const std::filesystem::path& path, Edit edit = {},
+                           Lengths lengths = Lengths::kScaled);
   ~RecordingReader();
   RecordingReader(RecordingReader&&) noexcept;
 

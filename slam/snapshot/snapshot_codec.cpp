@@ -113,6 +113,9 @@ void Visit(auto& archive, auto& snapshot, int version) {
 
 // Sanitizes labels, and throws InputError for objects that cannot be drawn.
 void Check(MapSnapshot& snapshot) {
+  if (snapshot.objects.size() > kMaxObjects) {
+    throw InputError("a snapshot has {} objects, expected at most {}", snapshot.objects.size(), kMaxObjects);
+  }
   for (SnapshotObject& object : snapshot.objects) {
     const auto& [shape, T_map_object] = object.superquadric;
     const bool sized = shape.half_size.allFinite() && shape.half_size.minCoeff() >= 0.0 &&
@@ -121,10 +124,10 @@ void Check(MapSnapshot& snapshot) {
     if (!sized || !shaped || !(T_map_object.translation.norm() <= kMaxMapUnits)) {
       throw InputError("object {} of a snapshot has an impossible size, shape or place", object.id);
     }
-    object.label = ValidText(object.label).substr(0, kMaxLabelBytes);
+    object.label = ValidLabel(object.label);
   }
   for (SnapshotDetection& item : snapshot.detections) {
-    item.detection.label = ValidText(item.detection.label).substr(0, kMaxLabelBytes);
+    item.detection.label = ValidLabel(item.detection.label);
   }
 }
 

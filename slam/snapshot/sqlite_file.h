@@ -116,7 +116,16 @@ inline Database OpenRecording(const std::filesystem::path& path, int access) {
                          "'%VIRTUAL%' OR sql LIKE '%GENERATED%' OR sql LIKE '% AS %'")
                    .Next();
   } catch (const InputError&) {
-    return db;  // no database: its reader reports that
+    if (sqlite3_errcode(db.get()) == SQLITE_NOTADB) {
+      return db;  // its reader reports that
+    }
+    if (sqlite3_extended_errcode(db.get()) == SQLITE_READONLY_ROLLBACK) {
+      throw InputError(
+          "{0}: a program was killed while it changed it, and its folder is not writable to undo that; copy "
+          "it and {0}-journal to one that is",
+          path.string());
+    }
+    throw;
   }
   if (computes) {
     throw InputError("{}: holds a view, a trigger or a computed column, expected a recording's tables",

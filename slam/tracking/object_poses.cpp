@@ -93,8 +93,10 @@ class ObjectPoseSearch {
   }
 
  private:
+  using ExplainedTriple = std::array<Explained, 3>;
+  static constexpr std::size_t kMaxSamples = 3000;
+
   std::vector<ObjectPose> RoughPoses() const {
-    constexpr int kMaxSamples = 3000;
     std::vector<Explained> pairs;
     for (int i = 0; i < static_cast<int>(boxes_.size()); ++i) {
       const auto& free = boxes_[i].edge_free;
@@ -104,12 +106,25 @@ class ObjectPoseSearch {
         }
       }
     }
-    std::vector<std::array<Explained, 3>> triples;
+    std::vector<ObjectPose> poses;
+    for (const ExplainedTriple& triple : SampleTriples(pairs)) {
+      AddPosesOf(triple, poses);
+    }
+    return poses;
+  }
+
+  // Returns the triples of pairs with three boxes and three landmarks, or a random part if there are many.
+  static std::vector<ExplainedTriple> SampleTriples(const std::vector<Explained>& pairs) {
+    constexpr std::size_t kMaxListed = 1000000;
+    std::vector<ExplainedTriple> triples;
     for (std::size_t a = 0; a < pairs.size(); ++a) {
       for (std::size_t b = a + 1; b < pairs.size(); ++b) {
         for (std::size_t c = b + 1; c < pairs.size() && Differ(pairs[a], pairs[b]); ++c) {
           if (Differ(pairs[a], pairs[c]) && Differ(pairs[b], pairs[c])) {
             triples.push_back({pairs[a], pairs[b], pairs[c]});
+          }
+          if (triples.size() > kMaxListed) {
+            return DrawTriples(pairs);
           }
         }
       }
@@ -118,18 +133,28 @@ class ObjectPoseSearch {
       std::shuffle(triples.begin(), triples.end(), std::mt19937(1));
       triples.resize(kMaxSamples);
     }
-    std::vector<ObjectPose> poses;
-    for (const std::array<Explained, 3>& triple : triples) {
-      AddPosesOf(triple, poses);
+    return triples;
+  }
+
+  // Draws triples without listing all: dozens of boxes and landmarks of one label make billions.
+  static std::vector<ExplainedTriple> DrawTriples(const std::vector<Explained>& pairs) {
+    std::mt19937 random(1);
+    std::uniform_int_distribution<std::size_t> index(0, pairs.size() - 1);
+    std::vector<ExplainedTriple> triples;
+    while (triples.size() < kMaxSamples) {
+      const ExplainedTriple drawn = {pairs[index(random)], pairs[index(random)], pairs[index(random)]};
+      if (Differ(drawn[0], drawn[1]) && Differ(drawn[0], drawn[2]) && Differ(drawn[1], drawn[2])) {
+        triples.push_back(drawn);
+      }
     }
-    return poses;
+    return triples;
   }
 
   static bool Differ(const Explained& a, const Explained& b) {
     return a.box != b.box && a.landmark != b.landmark;
   }
 
-  void AddPosesOf(const std::array<Explained, 3>& triple, std::vector<ObjectPose>& poses) const {
+  void AddPosesOf(const ExplainedTriple& triple, std::vector<ObjectPose>& poses) const {
     std::array<Eigen::Vector3d, 3> centres;
     std::array<Eigen::Vector2d, 3> pixels;
     for (std::size_t k = 0; k < 3; ++k) {

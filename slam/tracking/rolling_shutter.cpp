@@ -80,6 +80,17 @@ double RollingShutter::Readout() const {
   return std::abs(readout) >= 1e-3 * options_.min_readout_ms ? readout : 0.0;
 }
 
+std::optional<CameraMotion> RollingShutter::Motion(const Rigid3d& T_last_map, const Rigid3d& T_current_map,
+                                                   double seconds) const {
+  constexpr double kLongest = 0.2;    // s
+  constexpr double kShortest = 2e-3;  // s
+  constexpr double kOfReadout = 0.5;  // with a margin: no image begins before the last one is read
+  const double shortest = std::max(kShortest, kOfReadout * std::abs(Readout()));
+  return seconds >= shortest && seconds <= kLongest
+             ? std::optional(CameraMotion::Between(T_last_map, T_current_map, seconds))
+             : std::nullopt;
+}
+
 FrameFeaturesPtr RollingShutter::Correct(const FrameFeaturesPtr& features, const CameraMotion& motion,
                                          std::span<const ShutterObservation> observations) const {
   const double readout = Readout();
@@ -96,7 +107,11 @@ FrameFeaturesPtr RollingShutter::Correct(const FrameFeaturesPtr& features, const
     Keypoint& keypoint = corrected->keypoints[i];
     const double depth = depths[i] > 0.0 ? depths[i] : 1.0 / inverse_depths.At(keypoint.pixel);
     const Eigen::Vector3d p_camera = depth * camera_.Unproject(keypoint.pixel);
+    const Eigen::Vector2d uncorrected = keypoint.pixel;
     keypoint.pixel -= readout * RowDelay(keypoint.raw_pixel.y()) * motion.InImage(camera_, p_camera);
+    if (!IsInReach(keypoint.pixel)) {
+      keypoint.pixel = uncorrected;
+    }
   }
   corrected->grid = KeypointGrid(corrected->keypoints, camera_.width, camera_.height);
   return corrected;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 
 #include "slam/features/frame_features.h"
@@ -59,6 +60,11 @@ class RollingShutter {
 
   // Returns the readout time in seconds; 0 if there is nothing to correct.
   double Readout() const;
+
+  // Returns the camera's motion between two frames; nothing if they are too far apart in time for one motion,
+  // or, by wrong timestamps, so close that it would be mostly the error of the poses.
+  std::optional<CameraMotion> Motion(const Rigid3d& T_last_map, const Rigid3d& T_current_map,
+                                     double seconds) const;
 
   // Returns the features as if all rows were taken at once, or the same features if there is nothing to
   // correct. `motion`: of the camera at this frame. `observations` give the depth; keypoints without one take

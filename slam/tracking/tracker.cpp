@@ -171,14 +171,9 @@ Rigid3d Tracker::PredictedMotion() const {
   return known ? velocity_->Across(current_.index - last_->index) : Rigid3d{};
 }
 
-// Returns the camera's motion since the last frame, or nothing if that frame is too old.
+// Returns the camera's motion since the last frame, or nothing if that frame is too old or too close in time.
 std::optional<CameraMotion> Tracker::Motion() const {
-  constexpr double kMaxShutterInterval = 0.2;  // s
-  const double interval = current_.timestamp - last_->timestamp;
-  if (interval <= 0.0 || interval > kMaxShutterInterval) {
-    return std::nullopt;
-  }
-  return CameraMotion::Between(last_->T_camera_map, current_.T_camera_map, interval);
+  return shutter_.Motion(last_->T_camera_map, current_.T_camera_map, current_.timestamp - last_->timestamp);
 }
 
 std::vector<ShutterObservation> Tracker::ShutterObservations() const {

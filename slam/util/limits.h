@@ -21,10 +21,20 @@ inline constexpr std::uintmax_t kMaxFileBytes = std::uintmax_t{2} << 30;
 // Bytes of one state of a map in a recording, uncompressed: 27 are one point.
 inline constexpr std::uint64_t kMaxSnapshotBytes = std::uint64_t{256} << 20;
 
-// Distance from the origin of anything in a recording, and half size of an object, in map units.
+// Objects of one state of a map: pictures place names by comparing each with all others.
+inline constexpr std::size_t kMaxObjects = 20000;
+
+// Distance from the origin of anything in a recording and of a camera that looks at it, and half size of an
+// object, in map units.
 inline constexpr double kMaxMapUnits = 1e9;
+
+// Metres of a map unit, or map units of a metre: lengths of either kind are then finite also as floats.
+inline constexpr double kMaxMetresPerUnit = 1e9;
 
 // Size of a number in a JSON file that is no whole number of 64 bits: what fits into the smallest type read.
 inline constexpr double kMaxJsonReal = 2147483647.0;
+
+// Levels of lists and objects in a JSON file: each takes a part of the stack where a value is copied.
+inline constexpr int kMaxJsonDepth = 100;
 
 }  // namespace sqslam

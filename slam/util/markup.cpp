@@ -4,19 +4,21 @@
 
 #include <cstdint>
 
+#include "slam/util/text_lines.h"
+
 namespace sqslam {
 
 std::string EscapeMarkup(std::string_view text) {
   std::string out;
   for (const char c : text) {
-    const bool control = static_cast<unsigned char>(c) < 0x20;
+    const bool control = static_cast<unsigned char>(c) < 0x20 || c == 0x7f;
     out += c == '&'   ? "&amp;"
            : c == '<' ? "&lt;"
            : c == '>' ? "&gt;"
            : c == '"' ? "&quot;"
                       : std::string(1, control ? ' ' : c);
   }
-  return out;
+  return ValidText(out);
 }
 
 std::string Base64(std::string_view bytes) {

@@ -6,7 +6,7 @@
 namespace sqslam {
 
 // Escapes text for HTML and SVG, including attribute values in double quotes. Control characters become
-// blanks.
+// blanks, bytes that are no UTF-8 become U+FFFD.
 std::string EscapeMarkup(std::string_view text);
 
 // Encodes as in RFC 4648, with padding.

@@ -38,6 +38,13 @@ std::string WithoutControls(std::string_view text) {
   return clean;
 }
 
+std::string LinesWithoutControls(std::string_view text) {
+  std::string clean = WithoutControls(text);
+  std::ranges::transform(text, clean, clean.begin(),
+                         [](char raw, char shown) { return raw == '\n' ? raw : shown; });
+  return clean;
+}
+
 namespace {
 
 // Returns the bytes of the character at the start, by its first byte and the range of its second (RFC 3629);
@@ -74,6 +81,16 @@ std::string ValidText(std::string_view text) {
   }
   return valid;
 }
+
+std::string CutText(std::string_view text, std::size_t most) {
+  std::size_t end = std::min(most, text.size());
+  while (end > 0 && end < text.size() && (text[end] & 0xC0) == 0x80) {  // inside a character
+    --end;
+  }
+  return std::string(text.substr(0, end));
+}
+
+std::string ValidLabel(std::string_view text) { return CutText(ValidText(text), kMaxLabelBytes); }
 
 std::size_t Characters(std::string_view text) {
   return static_cast<std::size_t>(std::ranges::count_if(text, [](char c) { return (c & 0xC0) != 0x80; }));
@@ -116,16 +133,20 @@ std::string ClockText(double seconds) {
 }
 
 std::vector<TextLine> ReadTextLines(const std::filesystem::path& path, std::string_view expected) {
-  std::istringstream stream(ReadFile(path, expected));
+  return TextLinesIn(ReadFile(path, expected));
+}
+
+std::vector<TextLine> TextLinesIn(std::string_view text) {
   std::vector<TextLine> lines;
-  int number = 0;
-  for (std::string text; std::getline(stream, text);) {
-    ++number;
-    const std::size_t begin = text.find_first_not_of(" \t\r");
-    if (begin == std::string::npos || text[begin] == '#') {
+  for (int number = 1; !text.empty(); ++number) {
+    const std::string_view whole = text.substr(0, text.find('\n'));
+    text.remove_prefix(std::min(whole.size() + 1, text.size()));
+    const std::size_t begin = whole.find_first_not_of(" \t\r");
+    if (begin == std::string_view::npos || whole[begin] == '#') {
       continue;
     }
-    TextLine line{number, text.substr(begin, text.find_last_not_of(" \t\r") + 1 - begin), {}};
+    const std::size_t end = whole.find_last_not_of(" \t\r") + 1;
+    TextLine line{number, std::string(whole.substr(begin, end - begin)), {}};
     std::istringstream words(line.text);
     line.words.assign(std::istream_iterator<std::string>(words), {});
     lines.push_back(std::move(line));

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <charconv>
+#include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -25,8 +26,17 @@ std::optional<Number> ParseNumber(std::string_view text) {
 // Replaces control characters by question marks, so that no file can send control sequences to the terminal.
 std::string WithoutControls(std::string_view text);
 
+// Same for text of several lines, whose ends stay.
+std::string LinesWithoutControls(std::string_view text);
+
 // Returns the text as UTF-8 without control characters, with U+FFFD for each invalid byte.
 std::string ValidText(std::string_view text);
+
+// Returns the start of UTF-8 text in at most `most` bytes, cut between two characters.
+std::string CutText(std::string_view text, std::size_t most);
+
+// Returns a label or name from a file as ValidText of at most kMaxLabelBytes.
+std::string ValidLabel(std::string_view text);
 
 // Returns the number of characters of UTF-8 text.
 std::size_t Characters(std::string_view text);
@@ -50,6 +60,9 @@ struct TextLine {
 // Reads all data lines; '#' at the start of a line begins a comment, line ends may be CRLF. Throws InputError
 // if the file cannot be read.
 std::vector<TextLine> ReadTextLines(const std::filesystem::path& path, std::string_view expected);
+
+// The same for the text of a file.
+std::vector<TextLine> TextLinesIn(std::string_view text);
 
 // Throws InputError "FILE:LINE: 'TEXT', expected EXPECTED".
 [[noreturn]] void ThrowBadLine(const std::filesystem::path& path, const TextLine& line,

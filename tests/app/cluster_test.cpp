@@ -4,10 +4,12 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <thread>
 
 #include "app/cluster/slurm.h"
+#include "slam/snapshot/object_edits.h"
 #include "slam/snapshot/recording.h"
 #include "tests/app/run_program.h"
 #include "tests/app/tiny_experiment.h"
@@ -249,6 +251,49 @@ TEST_F(StandIn, DrawsAVideoInPiecesAndThoseAgainThatAreCut) {
   EXPECT_EQ(render("whole.mp4", "").exit_code, 0);
   EXPECT_EQ(Slurp(folder_.Path() / "film.mp4"), Slurp(folder_.Path() / "whole.mp4"));
   EXPECT_EQ(render("film.png", on_slurm).exit_code, 2);
+}
+
+TEST_F(StandIn, PiecesOfAVideoCountUntilAFileThatTheyAreDrawnFromChanges) {
+  const fs::path map = folder_.Path() / "map.sqmap";
+  RecordingWriter writer(map, {});
+  writer.Add(HandMadeMap());
+  writer.Close();
+  const auto hide = [&](int object) {
+    ObjectEdits edits;
+    edits.Hide(object);
+    WriteObjectEdits(EditsFileOf(map), edits);
+  };
+  hide(0);
+  const std::string film = (folder_.Path() / "film.mp4").string();
+  const std::string command =
+      "render " + map.string() + " --resolution 160,120 --rendering-backend osmesa --quiet --fps 1 --style " +
+      folder_.Write("style.yaml", "background: \"#ffffff\"\n").string() + " --camera-path " +
+      folder_.Write("path.yaml", "keys: [{time: 0, view: front}, {time: 4, view: left}]\n").string() +
+      " --dense-cloud " + folder_.Write("cloud.txt", "0 0 0\n0 0 1\n0 1 0\n1 0 0\n").string() +
+      " --edits auto --output " + film + " --on slurm --shards 2";
+  folder_.Write("refuse", "");
+  const auto counts_after_taking_up = [&] {
+    EXPECT_THAT(RunProgram(command, Before()).err, HasSubstr("invalid partition"));
+    return fs::exists(film + ".pieces/film.part-1-of-2.mp4.size");
+  };
+  const std::vector<std::function<void()>> changes = {
+      [&] { hide(1); }, [&] { folder_.Write("style.yaml", "background: \"#eeeeee\"\n"); },
+      [&] { folder_.Write("path.yaml", "keys: [{time: 0, view: front}, {time: 4, view: right}]\n"); },
+      [&] { folder_.Write("cloud.txt", "0 0 0\n0 0 1\n0 1 0\n2 0 0\n"); }};
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    const ProgramRun piece = RunProgram(command + " --task 1/2", Before());
+    EXPECT_EQ(piece.exit_code, 0) << piece.err;
+    EXPECT_TRUE(counts_after_taking_up()) << i;
+    changes[i]();
+    EXPECT_FALSE(counts_after_taking_up()) << i;
+  }
+  fs::remove(folder_.Path() / "refuse");
+  const fs::path slurm = folder_.Write("slurm.yaml", "poll: 0.2\nsetup: [\"sed -i s/right/left/ " +
+                                                         (folder_.Path() / "path.yaml").string() + "\"]\n");
+  const ProgramRun mixed = RunProgram(command + " --slurm " + slurm.string(), Before());
+  EXPECT_EQ(mixed.exit_code, 3);
+  EXPECT_THAT(mixed.err, HasSubstr("has changed while the pieces were made"));
+  EXPECT_FALSE(fs::exists(film));
 }
 
 // A result to be densified, and another that was on one computer.

@@ -16,6 +16,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "app/export/glb_file.h"
 #include "render/scene/style.h"
 #include "render/solids/scene_order.h"
 #include "run_program.h"
@@ -191,6 +192,24 @@ TEST_F(ExportTest, GlbKeepsTheRulesOfTheSpecification) {
                 position["max"][static_cast<std::size_t>(axis)].get<float>());
     }
   }
+}
+
+TEST(GlbFile, ALongerFileThanTheFormatAllowsIsRefused) {
+  const std::vector<Eigen::Vector3f> points(10, Eigen::Vector3f::Ones());  // 120 bytes
+  nlohmann::ordered_json root;
+  root["name"] = "root";
+  const auto write = [&](std::size_t longest) {
+    app::GlbFile file("test", longest);
+    file.AddPositions(points);
+    return file.Bytes(file.AddNode(root), "scene");
+  };
+  const std::string whole = write(app::GlbFile::kLongest);
+  EXPECT_EQ(write(whole.size()), whole);
+  EXPECT_THAT(InputErrorOf([&] { write(whole.size() - 1); }),
+              HasSubstr(fmt::format("expected at most {}, the limit", whole.size() - 1)));
+  app::GlbFile file("test", 230);
+  file.AddPositions(points);
+  EXPECT_THAT(InputErrorOf([&] { file.AddPositions(points); }), HasSubstr("240 bytes or more"));
 }
 
 TEST_F(ExportTest, GlbTellsWhatAnObjectIs) {

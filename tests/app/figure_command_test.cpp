@@ -166,6 +166,24 @@ TEST_F(FigureCommandTest, ResultsStandSideBySide) {
             HasSubstr(">not found<"), HasSubstr(">0.00<")));
 }
 
+TEST_F(FigureCommandTest, APlaceFarFromTheOriginIsDrawn) {
+  const auto path = folder_.Write("far/trajectory.txt", "0 1e9 0 0 0 0 0 1\n");
+  const auto file = folder_.Path() / "far.svg";
+  const ProgramRun run = RunProgram("figure trajectory " + path.string() + " --output " + file.string(),
+                                    "ulimit -v 6000000; ulimit -t 60");  // its ticks once took all memory
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(Slurp(file), HasSubstr(">x [map units]<"));
+}
+
+TEST_F(FigureCommandTest, AFolderNamedInLatin1IsDrawn) {
+  const std::filesystem::path other = folder_.Path() / "caf\xe9";
+  std::filesystem::copy(result_, other, std::filesystem::copy_options::recursive);
+  const std::string timing = "timing " + result_.string() + " " + other.string() + " --title 'No\xebl'";
+  EXPECT_THAT(Svg(timing), AllOf(HasSubstr(">caf\xef\xbf\xbd<"), HasSubstr(">No\xef\xbf\xbdl<")));
+  const ProgramRun run = RunProgram("figure " + timing + " -o " + (folder_.Path() / "figure.png").string());
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+}
+
 TEST_F(FigureCommandTest, OutliersAreShownOfObjectsThatHaveAnImage) {
   EXPECT_THAT(Svg("outliers " + result_.string()),
               AllOf(HasSubstr(">book<"), Not(HasSubstr(">cup<")), Not(HasSubstr(">no image<"))));

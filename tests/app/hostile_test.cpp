@@ -38,8 +38,8 @@ void ExpectRefused(const std::string& arguments, int exit_code, const std::strin
 std::string File(const std::string& name) { return (kHostile / name).string(); }
 
 // A map of a moment, to draw and to edit.
-fs::path WriteMap(const fs::path& folder) {
-  RecordingWriter writer(folder / "map.sqmap", {"a sequence", "1.0", ""});
+fs::path WriteMap(const fs::path& folder, const RecordingInfo& info = {"a sequence", "1.0", ""}) {
+  RecordingWriter writer(folder / "map.sqmap", info);
   MapSnapshot map;
   map.camera = {64, 48, 50.0, 50.0, 32.0, 24.0};
   map.points.resize(10);
@@ -96,6 +96,8 @@ TEST(Hostile, PathsAndKeysOfYamlFilesAreRefused) {
                 "camera_path_bad.yaml:10: unknown option");
   ExpectRefused("render " + map + video + " --camera-path " + File("campath_key.yaml"), 2,
                 "campath_key.yaml:2: unknown option");
+  ExpectRefused("render " + map + video + " --camera-path still --camera-position 1e160,0,0", 2,
+                "camera position: expected coordinates");
   const WrittenSequence sequence = TinySequence();
   ExpectRefused("detect " + sequence.Path().string() + " --detector " + File("detector_long_path.yaml") +
                     " --output boxes.txt",
@@ -121,7 +123,7 @@ TEST(Hostile, APipeInAnImagesPlaceIsSkipped) {
   ASSERT_EQ(mkfifo(sequence.Image(0).c_str(), 0600), 0);
   const ProgramRun run = RunProgram("run " + sequence.Path().string() + " --detector none --output " +
                                     (sequence.Path() / "result").string());
-  EXPECT_THAT(run.err, HasSubstr("is a pipe"));
+  EXPECT_THAT(run.err, HasSubstr("frame 0 skipped: " + sequence.Image(0).string() + " is no regular file"));
 }
 
 TEST(Hostile, LabelsThatAreNoTextCostThemselvesAndNotTheFile) {
@@ -130,7 +132,7 @@ TEST(Hostile, LabelsThatAreNoTextCostThemselvesAndNotTheFile) {
   object.label = "caf\xe9 \x1b[31m";
   object.superquadric.shape.half_size = {1.0, 1.0, 1.0};
   WriteObjects(folder.Path() / "objects.json", {object});
-  EXPECT_THAT(ReadObjects(folder.Path() / "objects.json").at(0).label, HasSubstr("caf\xef\xbf\xbd"));
+  EXPECT_EQ(ReadObjects(folder.Path() / "objects.json").at(0).label, "caf\xef\xbf\xbd ?[31m");
   const WrittenSequence sequence = TinySequence();
   sequence.Write("boxes.txt", ReadFile(kHostile / "boxes_latin1.txt", ""));
   ExpectRefused("run " + sequence.Path().string() + " --output " + (folder.Path() / "result").string(), 3,
@@ -141,6 +143,17 @@ TEST(Hostile, WordsThatDoNotGetThroughAreNoSuccess) {
   const ProgramRun run = RunProgram("run --dump-config >/dev/full");
   EXPECT_EQ(run.exit_code, 3);
   EXPECT_THAT(run.ErrorLines(), ElementsAre(HasSubstr("No space left")));
+}
+
+TEST(Hostile, InfoWritesNoControlCharactersOfARecording) {
+  const TemporaryFolder folder;
+  const std::string map =
+      WriteMap(folder.Path(), {"a\x1b[31m/b", "1.0\x1b[2J", "seed: 1\n# \x1b]0;title\x07\n"}).string();
+  EXPECT_EQ(RunProgram("info " + map + " --config").out, "seed: 1\n# ?]0;title?\n");
+  const ProgramRun run = RunProgram("info " + map);
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("sequence   a?[31m/b\nwritten by sqslam 1.0?[2J\n"));
+  EXPECT_EQ(RecordingReader(map).Info().sequence_path, "a\x1b[31m/b");  // still the path
 }
 
 TEST(Hostile, MessagesWriteNoControlCharacters) {

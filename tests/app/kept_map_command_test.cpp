@@ -377,6 +377,37 @@ TEST_F(KeptMapCommands, ImagesThatWereResizedAreWritten) {
   EXPECT_EQ(images, ReadStats(Out("small") / "stats.json").keyframes);
 }
 
+// Once in a folder that is linked, once in one of smaller images, which are written.
+TEST_F(KeptMapCommands, AKeyframeWhoseImageCannotBeReadIsLeftOut) {
+  const MapSnapshotPtr map = RecordingReader(fs::path(Map()) / "map.sqmap").Last();
+  const std::string image = fmt::format("{:04}.jpg", map->keyframes.at(1).frame_index);
+  const int left = ReadStats(fs::path(Map()) / "stats.json").keyframes - 1;
+  for (const bool linked : {true, false}) {
+    const fs::path input = Out(linked ? "input-linked" : "input-written");
+    const fs::path output = Out(linked ? "output-linked" : "output-written");
+    fs::copy(Input(), input, fs::copy_options::recursive);
+    if (linked) {
+      fs::remove(input / "rgb" / image);
+    } else {
+      for (const fs::directory_entry& file : fs::directory_iterator(input / "rgb")) {
+        cv::imwrite(file.path().string(), cv::Mat(120, 160, CV_8UC3, cv::Scalar::all(90)));
+      }
+      WriteFileAtomically(input / "rgb" / image, "no image");
+    }
+    const ProgramRun run = RunProgram("export " + Map() + " --format nerfstudio --images " + input.string() +
+                                      " -o " + output.string());
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_EQ(fs::is_symlink(output / "images"), linked);
+    EXPECT_THAT(run.err, HasSubstr("keyframes whose images cannot be read, left out: 1"));
+    EXPECT_THAT(run.out, HasSubstr(fmt::format("{} images, ", left)));
+    const auto json = nlohmann::json::parse(Slurp(output / "transforms.json"));
+    EXPECT_EQ(json.at("frames").size(), static_cast<std::size_t>(left));
+    for (const auto& frame : json.at("frames")) {
+      EXPECT_TRUE(fs::is_regular_file(output / frame.at("file_path").get<std::string>())) << frame;
+    }
+  }
+}
+
 TEST_F(KeptMapCommands, FormatsAreForMapsThatWereKept) {
   ExpectRefused("export " + Map() + " --format colmap --meshes", 2, "--format colmap: holds no objects");
   ExpectRefused("export " + Map() + " --images " + Input(), 2, "--images: ");

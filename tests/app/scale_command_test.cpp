@@ -7,6 +7,7 @@
 #include "slam/io/result_files.h"
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/recording.h"
+#include "slam/snapshot/sqlite_file.h"
 #include "tests/app/run_program.h"
 #include "tests/app/written_sequence.h"
 #include "tests/render/hand_made_map.h"
@@ -74,6 +75,36 @@ TEST_F(ScaleCommand, BringsAllFilesToMetresAndBack) {
   EXPECT_THAT(RunProgram("scale " + Map()).out, HasSubstr("no scale"));
 }
 
+TEST_F(ScaleCommand, ABrokenFileKeepsTheScaleFromAllOthers) {
+  const fs::path trajectory = folder_.Path() / "trajectory.txt";
+  const fs::path keyframes = folder_.Path() / "keyframes.txt";
+  fs::copy_file(trajectory, keyframes);
+  std::ofstream(keyframes, std::ios::app) << "x\n";
+  const std::string before = Slurp(trajectory);
+  ExpectRefused("--object 1 --height 0.1", 3, "keyframes.txt:");
+  EXPECT_EQ(Slurp(trajectory), before);
+  EXPECT_NEAR(CupHeight(), 0.4, 1e-9);
+  const double way = WayOf(trajectory);
+  fs::copy_file(trajectory, keyframes, fs::copy_options::overwrite_existing);
+  ASSERT_EQ(RunProgram("scale " + Map() + " --object 1 --height 0.1").exit_code, 0);
+  EXPECT_NEAR(WayOf(trajectory), 0.25 * way, 1e-6);
+  EXPECT_NEAR(WayOf(keyframes), 0.25 * way, 1e-6);
+  EXPECT_NEAR(CupHeight(), 0.1, 1e-9);
+}
+
+TEST_F(ScaleCommand, NoneRemovesABrokenScale) {
+  const fs::path recording = folder_.Path() / "map.sqmap";
+  sqlite::Execute(
+      sqlite::Open(recording, SQLITE_OPEN_READWRITE).get(), recording,
+      R"(INSERT INTO meta VALUES ('map_scale', '{"metres": null, "deviation": 1, "source": "x"}'))");
+  EXPECT_THAT(RunProgram("info " + Map()).err, HasSubstr("sqslam scale --none removes it"));
+  const ProgramRun run = RunProgram("scale " + Map() + " --none");
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("trajectory.txt: left as it is"));
+  EXPECT_EQ(RunProgram("info " + Map()).exit_code, 0);
+  EXPECT_NEAR(CupHeight(), 0.4, 1e-9);
+}
+
 TEST_F(ScaleCommand, DistancesOfObjectsCount) {
   ASSERT_EQ(RunProgram("scale " + Map() + " --distance 0 1 2").exit_code, 0);
   const std::vector<SnapshotObject> objects = ReadObjects(folder_.Path() / "objects.json");
@@ -121,6 +152,7 @@ TEST_F(ScaleCommand, RefusesInOneLine) {
                 "the map has no object 7, expected one of 0 book, 1 cup, 2 sports_ball");
   ExpectRefused("--object 1 --height 0", 2, "0 m: expected a length above 0");
   ExpectRefused("--object 1 --height -2", 2, "-2 m: expected a length above 0");
+  ExpectRefused("--object 1 --height 1e308", 3, "a map unit would be inf m, give or take");
   ExpectRefused("--object 1", 2, "--object: expected --height METRES with it");
   ExpectRefused("--distance 0 1", 2, "--distance: expected A B METRES");
   ExpectRefused("--distance 0 1 -3", 2, "-3 m: expected a length above 0");

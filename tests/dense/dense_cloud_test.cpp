@@ -1,15 +1,19 @@
 #include "slam/dense/dense_cloud.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "slam/io/point_cloud.h"
+#include "slam/util/text_lines.h"
 #include "tests/io/temporary_folder.h"
 
 namespace sqslam {
 namespace {
+
+using ::testing::HasSubstr;
 
 // A camera half a metre above a table (z = 0), looking down aslant.
 DepthMap TableFromAbove() {
@@ -146,6 +150,20 @@ TEST(DenseCloud, OtherProgramsReadTheFile) {
   ASSERT_EQ(read.points.size(), cloud.size());
   EXPECT_EQ(read.points[5].cast<float>(), cloud[5].p_map);
   EXPECT_EQ(read.rgb[5], cloud[5].rgb);
+}
+
+TEST(DenseCloud, MorePointsThanTheFileHoldsAreRefused) {
+  const TemporaryFolder folder;
+  const std::filesystem::path file = folder.Path() / "dense.ply";
+  WriteDenseCloud(file, {});
+  const std::string empty = ReadFile(file, "");
+  constexpr const char* kWraps = "4611686018427387904";  // 2^62: its bytes are a multiple of 2^64
+  for (const char* points : {"1", kWraps, "18446744073709551615", "99999999999999999999"}) {
+    std::string promised = empty;
+    promised.replace(promised.find("vertex 0") + 7, 1, points);
+    folder.Write("dense.ply", promised);
+    EXPECT_THAT(InputErrorOf([&] { ReadDensePoints(file); }), HasSubstr("expected a dense.ply")) << points;
+  }
 }
 
 }  // namespace

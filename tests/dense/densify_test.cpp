@@ -12,6 +12,7 @@
 #include "slam/snapshot/recording.h"
 #include "slam/util/error.h"
 #include "tests/dense/true_result.h"
+#include "tests/io/captured_log.h"
 
 namespace sqslam::testing {
 namespace {
@@ -125,6 +126,30 @@ TEST(Densify, ImagesThatAreGoneAreNamedAndMayLieElsewhere) {
               HasSubstr("expected them at " + result.Images().Path().string() + " or with --images"));
   EXPECT_EQ(RecordingReader(result.Path() / "map.sqmap").Size(), 1);
   EXPECT_EQ(MakeDense(result.Path(), 1, elsewhere.Path() / "moved").estimated, 7);
+}
+
+TEST(Densify, KeyframesBeyondASequenceThatHasBecomeShorterGetNoDepth) {
+  const TrueResult result(Pan(kFrames, 0.06));
+  result.Images().List({0, 1, 2, 3, 4, 5, 6, 7, 8});
+  const CapturedLog log;
+  const DensifySummary summary = MakeDense(result.Path());
+  EXPECT_EQ(summary.keyframes, 7);
+  EXPECT_EQ(summary.without, 2);
+  EXPECT_EQ(summary.estimated, 5);
+  EXPECT_THAT(log.Text(), HasSubstr("2 of 7 keyframes get no new depth, they are beyond the 9 images"));
+}
+
+TEST(Densify, ImagesWithOtherNumbersThanInTheMapAreRefused) {
+  const TrueResult result(Pan(kFrames, 0.06));
+  MapSnapshot map = *RecordingReader(result.Path() / "map.sqmap").Last();
+  map.frame_index = 6;
+  map.image_path = result.Images().Image(6).string();
+  AppendToRecording(result.Path() / "map.sqmap", map);
+  result.Images().List({1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12});
+  EXPECT_THAT(MessageOf<InputError>([&] { MakeDense(result.Path()); }),
+              HasSubstr("0006.jpg is image 5 there (from 0), but image 6 of the map"));
+  result.Images().List({0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12});
+  EXPECT_EQ(MakeDense(result.Path()).estimated, 7);
 }
 
 TEST(Densify, AnImageThatCannotBeReadCostsItsKeyframeOnly) {

@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "slam/util/error.h"
+#include "slam/util/limits.h"
 
 namespace sqslam {
 namespace {
@@ -43,6 +44,13 @@ constexpr const char* kFlat = R"([0,-1,0,1,1,0,0,2,0,0,1,3,0,0,0,1])";
 std::string Entry(const std::string& pose, const std::string& more = "") {
   return R"({"id": 4, "label": "cup", "primitive": "cylinder", "center": [1,2,3], "half_size": [0.1,0.2,0.3],)" +
          more + R"("T_world_object": )" + pose + "}";
+}
+
+TEST_F(GroundTruthTest, LongLabelsAreCutAsThoseOfMaps) {
+  const auto objects = ReadGroundTruthObjects(
+      Write("objects_gt.json", R"([{"id": 1, "label": ")" + std::string(kMaxLabelBytes + 100, 'a') +
+                                   R"(", "primitive": "cuboid", "center": [0,0,0], "half_size": [1,1,1]}])"));
+  EXPECT_EQ(objects.at(0).label, std::string(kMaxLabelBytes, 'a'));
 }
 
 TEST_F(GroundTruthTest, ReadsBothFormsOfListAndPose) {

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <array>
-#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 #include <set>
 
 #include "tests/support/textured_world.h"
@@ -46,6 +46,11 @@ TEST(OrbExtractor, LeavesOutWhatIsIgnoredAndSpreadsOverTheRest) {
     return keypoint.raw_pixel.x() > ignored.cols / 2 - 2.0;
   }));
   EXPECT_GT(features.Size(), 6 * ExtractFirstImage().Size() / 10);
+}
+
+TEST(OrbExtractor, MayHaveMoreLevelsThanTheImageHasRoomFor) {
+  const FrameFeatures features = ExtractFirstImage({.scale_factor = 2.0, .levels = 12});
+  EXPECT_GE(features.Size(), 300U);
 }
 
 TEST(OrbExtractor, RepeatsItself) {
@@ -100,6 +105,33 @@ TEST(OrbExtractor, UndistortsKeypointsAndKeepsTheRawPixel) {
   for (const Keypoint& keypoint : features.keypoints) {
     const Eigen::Vector2d raw = camera.ProjectDistorted(camera.Unproject(keypoint.pixel));
     EXPECT_LT((raw - keypoint.raw_pixel).norm(), 1e-4);
+  }
+}
+
+// The lens model folds over: near the image's corners no ray has the pixel, and what undistorting it gives is
+// beyond what a saved map holds.
+TEST(OrbExtractor, LeavesOutWhatTheLensModelCarriesOutOfReach) {
+  const Camera camera{1920, 1080, 900.0, 900.0, 960.0, 540.0, {-0.5, 3.0, 0.0, 0.0, -15.0}};
+  constexpr int kSide = 11;
+  cv::Mat gray(camera.height, camera.width, CV_8UC1, cv::Scalar(90));
+  for (const int x : {24, 955, 1885}) {
+    for (const int y : {24, 535, 1045}) {
+      gray(cv::Rect(x, y, kSide, kSide)).setTo(230);
+    }
+  }
+  cv::GaussianBlur(gray, gray, {5, 5}, 1.0);  // else neighbours are equally good corners
+  cv::Mat bgr;
+  cv::cvtColor(gray, bgr, cv::COLOR_GRAY2BGR);
+  const FrameFeatures all = OrbExtractor({}).Extract(gray, bgr, camera.WithoutDistortion());
+  const auto beyond = std::ranges::count_if(all.keypoints, [&](const Keypoint& keypoint) {
+    return !IsInReach(camera.Undistort(keypoint.raw_pixel));
+  });
+  ASSERT_GT(beyond, 0);
+  const FrameFeatures features = OrbExtractor({}).Extract(gray, bgr, camera);
+  EXPECT_EQ(features.Size() + static_cast<std::size_t>(beyond), all.Size());
+  EXPECT_GT(features.Size(), 0U);
+  for (const Keypoint& keypoint : features.keypoints) {
+    EXPECT_TRUE(IsInReach(keypoint.pixel)) << keypoint.pixel.transpose();
   }
 }
 

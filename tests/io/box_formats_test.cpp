@@ -2,6 +2,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <array>
+#include <iterator>
 
 #include "slam/io/detections.h"
 #include "tests/io/temporary_folder.h"
@@ -164,6 +168,21 @@ TEST_F(BoxFormats, TakeACommaInALabelForALabel) {
 TEST_F(BoxFormats, RefuseScoresThatAreNone) {
   EXPECT_THAT(ErrorOf(folder_.Write("boxes.txt", "0.0 cup 50 10 20 30 40\n")),
               HasSubstr("boxes.txt:1: score 50"));
+}
+
+// As the shell's <(...) gives it.
+TEST_F(BoxFormats, ReadAPipeThatGivesItsTextOnce) {
+  for (const std::string text :
+       {R"([{"image_id": 1, "category_id": 1, "bbox": [10, 20, 30, 40], "score": 0.5}])",
+        "0.1 person 0.5 10 20 30 40\n", "2,-1,11,21,30,40,0.5\n",
+        "frame,class,conf,xmin,ymin,xmax,ymax\n1,person,0.5,10,20,40,60\n"}) {
+    std::array<int, 2> ends{};
+    ASSERT_EQ(::pipe(ends.data()), 0);
+    ASSERT_EQ(::write(ends[1], text.data(), text.size()), std::ssize(text));
+    ::close(ends[1]);
+    ExpectBox(Read("/dev/fd/" + std::to_string(ends[0]), images_)[1], "person", 0.5, {10, 20, 30, 40});
+    ::close(ends[0]);
+  }
 }
 
 class WrittenBoxes : public BoxFormats, public ::testing::WithParamInterface<std::tuple<BoxFormat, bool>> {};

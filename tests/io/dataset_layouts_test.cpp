@@ -231,6 +231,9 @@ TEST(DatasetLayouts, KittiPrefersItsColourCamera) {
   EXPECT_EQ(sequence.camera.fy, 701.5);
   EXPECT_EQ(sequence.camera.cy, 180.2);
   EXPECT_NEAR(sequence.camera.fps, 2 / 0.2073, 1e-6);
+  cv::imwrite((folder.Path() / "image_2/000000.png").string(), cv::Mat(8, 128, CV_8UC3, cv::Scalar()));
+  EXPECT_THAT(InputErrorOf([&] { OpenSequence({.path = folder.Path()}); }),
+              HasSubstr(": 128x8 pixels, expected sides from 16 to 16384"));
   folder.Write("calib.txt", "P2: 700.5 0\n");
   EXPECT_THAT(InputErrorOf([&] { OpenSequence({.path = folder.Path()}); }), HasSubstr("calib.txt:1: "));
 }
@@ -257,6 +260,26 @@ TEST(ForeignCameras, KalibrAndRosAreRead) {
   EXPECT_EQ(ros.cx, 321.5);
   EXPECT_EQ(ros.distortion[4], 0.05);
   EXPECT_EQ(ros.lens, LensModel::kRadialTangential);
+}
+
+TEST(ForeignCameras, MatricesOfRosMayBeListsAndAreNeverLeftOut) {
+  const TemporaryFolder folder;
+  const std::string size = "image_width: 640\nimage_height: 480\n";
+  const std::string matrix = "camera_matrix: [520.1, 0, 321.5, 0, 521.2, 239.5, 0, 0, 1]\n";
+  const Camera camera = ReadCamera(
+      folder.Write("lists.yaml", size + matrix + "distortion_coefficients: [0.1, -0.2, 0.003, 0.004]\n"));
+  EXPECT_EQ(camera.fy, 521.2);
+  EXPECT_EQ(camera.cx, 321.5);
+  EXPECT_EQ(camera.distortion[1], -0.2);
+  const auto error_of = [&](const std::string& lines) {
+    return InputErrorOf([&] { ReadCamera(folder.Write("bad.yaml", size + lines)); });
+  };
+  for (const std::string none : {"0", "{rows: 1, cols: 5}", "{data: 0}"}) {
+    EXPECT_THAT(error_of(matrix + "distortion_coefficients: " + none + "\n"),
+                HasSubstr("bad.yaml:4: distortion is no list of at most five numbers"))
+        << none;
+    EXPECT_THAT(error_of("camera_matrix: " + none + "\n"), HasSubstr("bad.yaml: fx is missing")) << none;
+  }
 }
 
 TEST(ForeignCameras, EquidistantIsTheFisheyeModel) {

@@ -1,15 +1,20 @@
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 
 #include "slam/io/detections.h"
+#include "tests/io/temporary_folder.h"
 
 namespace sqslam {
 namespace {
 namespace fs = std::filesystem;
+
+using ::testing::HasSubstr;
 
 class DetectionFilesTest : public testing::Test {
  protected:
@@ -42,7 +47,6 @@ TEST_F(DetectionFilesTest, WhatIsWrittenIsReadBack) {
   EXPECT_TRUE(frames[1].empty());
 }
 
-// Wherever the job is killed, the boxes are the same in the end, none lost and none twice.
 TEST_F(DetectionFilesTest, AJobThatWasCutOffAtAnyByteEndsWithTheSameFile) {
   const std::vector<std::vector<Detection>> boxes = {
       {{"cup", 0.5, {1, 2, 30, 40}}, {"book", 0.5, {3, 2, 30, 40}}}, {}, {{"cup", 0.75, {1, 2, 31, 40}}}};
@@ -85,6 +89,57 @@ TEST_F(DetectionFilesTest, OtherSettingsBeginAnew) {
   EXPECT_EQ(DetectionWriter(folder_ / "boxes.txt", "threshold 0.4").Frames(), 0);
   { DetectionWriter(folder_ / "boxes.txt", "threshold 0.3").Add(0.0, {}); }
   EXPECT_EQ(DetectionWriter(folder_ / "boxes.txt", "threshold 0.3").Frames(), 1);
+}
+
+TEST_F(DetectionFilesTest, ASecondWriterIsRefusedAndTheFirstLosesNothing) {
+  const fs::path file = folder_ / "boxes.txt";
+  DetectionWriter writer(file, "a test");
+  writer.Add(0.0, {{"cup", 0.5, {1, 2, 30, 40}}});
+  EXPECT_THAT(InputErrorOf([&] { DetectionWriter(file, "a test"); }),
+              HasSubstr("boxes.txt.part: another program is writing it"));
+  writer.Add(0.1, {{"book", 0.5, {1, 2, 30, 40}}});
+  writer.Finish();
+  const auto frames = ReadDetections(file, SmallCamera(), {0.0, 0.1});
+  EXPECT_EQ(frames[0].size(), 1U);
+  EXPECT_EQ(frames[1].size(), 1U);
+}
+
+TEST_F(DetectionFilesTest, APartThatAnotherProgramChangedIsNoResult) {
+  const fs::path file = folder_ / "boxes.txt";
+  const fs::path part = folder_ / "boxes.txt.part";
+  std::ofstream(file) << "earlier boxes";
+  for (const bool removed : {true, false}) {
+    DetectionWriter writer(file, "a test");
+    writer.Add(0.0, {{"cup", 0.5, {1, 2, 30, 40}}});
+    if (removed) {
+      fs::remove(part);
+    } else {
+      fs::resize_file(part, 10);
+    }
+    EXPECT_THAT(InputErrorOf([&] { writer.Finish(); }), HasSubstr("boxes.txt.part: holds "));
+    EXPECT_EQ(fs::file_size(file), 13U) << "the earlier boxes";
+  }
+}
+
+TEST_F(DetectionFilesTest, APauseMovesNoBoxToAnotherFrame) {
+  std::vector<double> times;  // two clips of ten seconds, ten minutes apart
+  for (int i = 0; i < 600; ++i) {
+    times.push_back(i / 30.0 + (i < 300 ? 0.0 : 600.0));
+  }
+  DetectionWriter writer(folder_ / "boxes.txt", "a test");
+  for (const double time : times) {
+    writer.Add(time, {{"cup", 0.5, {1, 2, 30, 40}}});
+  }
+  writer.Finish();
+  const auto frames = ReadDetections(folder_ / "boxes.txt", SmallCamera(), times);
+  EXPECT_TRUE(std::ranges::all_of(frames, [](const auto& frame) { return frame.size() == 1; }));
+}
+
+TEST_F(DetectionFilesTest, ABoxGoesToTheNearestOfFramesThatAreCloseTogether) {
+  std::ofstream(folder_ / "boxes.txt") << "1.0504 cup 0.9 1 2 30 40\n";
+  const auto frames = ReadDetections(folder_ / "boxes.txt", SmallCamera(), {0.0, 1.0, 1.05, 2.0, 3.0});
+  EXPECT_TRUE(frames[1].empty());
+  EXPECT_EQ(frames[2].size(), 1U);
 }
 
 TEST_F(DetectionFilesTest, CheckNamesWhatIsOdd) {

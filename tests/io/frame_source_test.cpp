@@ -8,6 +8,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "slam/util/error.h"
+#include "slam/util/limits.h"
 #include "tests/io/captured_log.h"
 #include "tests/io/temporary_folder.h"
 
@@ -85,6 +86,16 @@ TEST_F(FrameSourceTest, AFolderInAnImagesPlaceIsSkippedAndNamed) {
   EXPECT_THAT(Play(source), ElementsAre(0, 2, 3, 4, 5, 6, 7));
   EXPECT_EQ(source.Skipped(), 1);
   EXPECT_THAT(log.Text(), HasSubstr("frame 1 skipped"));
+}
+
+TEST_F(FrameSourceTest, DevicesAndFilesWithoutEndAreSkippedAndNamed) {
+  sequence_.frames[1].image_path = "/dev/null";  // as /dev/zero, which would take all memory
+  std::filesystem::resize_file(sequence_.frames[2].image_path, kMaxFileBytes + 1);  // of zeros
+  const CapturedLog log;
+  FrameSource source(sequence_);
+  EXPECT_THAT(Play(source), ElementsAre(0, 3, 4, 5, 6, 7));
+  EXPECT_THAT(log.Text(), HasSubstr("frame 1 skipped: /dev/null is no regular file"));
+  EXPECT_THAT(log.Text(), HasSubstr("2.png cannot be read"));
 }
 
 TEST_F(FrameSourceTest, UnusableImagesAreSkippedAndNamed) {

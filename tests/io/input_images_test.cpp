@@ -67,6 +67,25 @@ TEST_F(InputImagesTest, ReadTheFilesOfAFolder) {
   EXPECT_EQ(images.Read(3).size(), cv::Size(64, 48));
 }
 
+TEST_F(InputImagesTest, AreNotReadByNumberIfTheNumbersHaveChanged) {
+  const auto image = [this](int i) { return folder_.Path() / ("images" + std::to_string(i) + ".png"); };
+  for (int i = 0; i < 5; ++i) {
+    cv::imwrite(image(i).string(), GreyPicture(i));
+  }
+  MapSnapshot map;
+  map.frame_index = 3;
+  map.image_path = image(3).string();
+  const RecordingReader recording = Record(folder_.Path(), map);
+  fs::remove(image(4));  // frames before it keep their numbers
+  EXPECT_EQ(IndexOf(InputImages(recording).Read(2)), 2);
+  fs::remove(image(0));
+  InputImages images(recording);
+  EXPECT_EQ(images.FindSequence(), nullptr);
+  EXPECT_TRUE(images.Read(2).empty());
+  EXPECT_THAT(images.WhyNot(), HasSubstr("images3.png is image 2 there (from 0), but image 3 of the map"));
+  EXPECT_EQ(IndexOf(images.Read(map)), 3);  // the file that the snapshot names is still there
+}
+
 TEST_F(InputImagesTest, PreferTheFileThatTheSnapshotNames) {
   const fs::path named = folder_.Path() / "named.png";
   cv::imwrite(named.string(), GreyPicture(33));

@@ -89,9 +89,9 @@ TEST_F(PointCloudFile, TextWithCommentsNamesAndCommas) {
 }
 
 TEST_F(PointCloudFile, HolesAreSkippedAndCounted) {
-  const PointCloud cloud = ReadPointCloud(folder_.Write("a.xyz", "1 2 3\nnan nan nan\n4 inf 6\n"));
+  const PointCloud cloud = ReadPointCloud(folder_.Write("a.xyz", "1 2 3\nnan nan nan\n4 inf 6\n7 8 1e300\n"));
   EXPECT_THAT(cloud.points, ElementsAre(Vector3d(1, 2, 3)));
-  EXPECT_EQ(cloud.skipped, 2);
+  EXPECT_EQ(cloud.skipped, 3);
 }
 
 TEST_F(PointCloudFile, ErrorsNameLineAndExpectation) {

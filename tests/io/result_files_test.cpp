@@ -5,6 +5,7 @@
 
 #include <cstring>
 
+#include "slam/util/limits.h"
 #include "slam/util/text_lines.h"
 #include "tests/io/temporary_folder.h"
 
@@ -54,6 +55,17 @@ TEST(ObjectsJson, ANameIsWrittenWhereThereIsOne) {
   const std::vector<SnapshotObject> read = ReadObjects(folder.Path() / "objects.json");
   EXPECT_EQ(read[0].name, "");
   EXPECT_EQ(read[1].name, "Ada's chair");
+}
+
+TEST(ObjectsJson, LongLabelsAndNamesAreCut) {
+  const TemporaryFolder folder;
+  SnapshotObject object = Chair();
+  object.label = std::string(kMaxLabelBytes + 100, 'a');
+  object.name = std::string(kMaxLabelBytes + 100, 'b');
+  WriteObjects(folder.Path() / "objects.json", {object});
+  const std::vector<SnapshotObject> read = ReadObjects(folder.Path() / "objects.json");
+  EXPECT_EQ(read[0].label, std::string(kMaxLabelBytes, 'a'));
+  EXPECT_EQ(read[0].name, std::string(kMaxLabelBytes, 'b'));
 }
 
 TEST(ObjectsJson, BrokenFilesNameTheObject) {

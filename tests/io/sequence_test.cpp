@@ -75,6 +75,17 @@ TEST(CameraYaml, BrokenFocalLengthsNameFileAndLine) {
   }
 }
 
+TEST(CameraYaml, SidesTooShortToBeTrackedAreRefused) {
+  const TemporaryFolder folder;
+  for (const char* side : {"0", "1", "15"}) {
+    const auto path = folder.Write(
+        "camera.yaml", std::string("width: 64\nheight: ") + side + "\nfx: 50\nfy: 50\ncx: 32\ncy: 1\n");
+    EXPECT_THAT(InputErrorOf([&] { ReadCamera(path); }),
+                AllOf(HasSubstr("camera.yaml:2: height is "), HasSubstr("a number from 16 to 16384")))
+        << side;
+  }
+}
+
 TEST(CameraYaml, MissingEntriesAndBrokenYamlAreReported) {
   const TemporaryFolder folder;
   EXPECT_THAT(InputErrorOf([&] { ReadCamera(folder.Write("a.yaml", "width: 64\n")); }),

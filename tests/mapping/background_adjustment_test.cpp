@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <random>
+#include <stdexcept>
 #include <thread>
 
 #include "tests/support/synthetic_map.h"
@@ -81,6 +83,19 @@ TEST(BackgroundAdjustment, AStoppedOneNeverComes) {
   adjustment.Start({0, {}, ExtractBundleProblem(world.map, world.camera)}, {10, 10, 1});
   adjustment.Stop();
   EXPECT_FALSE(adjustment.TakeFinished());
+}
+
+TEST(BackgroundAdjustment, AnErrorCountsOnlyWhereTheResultIsTaken) {
+  const auto fail = [](BundleProblem&, const BundleSolverOptions&, const std::function<bool()>&) -> bool {
+    throw std::runtime_error("no memory");
+  };
+  BackgroundAdjustment adjustment(false, fail);
+  adjustment.Start({}, {10, 10, 1});
+  EXPECT_THROW(WaitFor(adjustment), std::runtime_error);
+  adjustment.Start({}, {10, 10, 1});
+  EXPECT_NO_THROW(adjustment.Stop());
+  EXPECT_FALSE(adjustment.TakeFinished());
+  adjustment.Start({}, {10, 10, 1});  // stopped by the destructor
 }
 
 // While the problem was being solved, the map was moved, one keyframe came and one went.

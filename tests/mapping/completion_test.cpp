@@ -47,6 +47,36 @@ TEST(LeftoverFrames, KeepsNothingWhereNothingIsToBeTried) {
   EXPECT_TRUE(frames.ByIndex().empty());
 }
 
+TEST(CompletionAttempts, AreMadeOnceUntilAMapChanges) {
+  using Kind = CompletionAttempts::Kind;
+  CompletionAttempts attempts;
+  EXPECT_TRUE(attempts.AreDue(Kind::kTie, 1, 2));
+  attempts.Fail(Kind::kTie, 1, 2);
+  attempts.Fail(Kind::kTie, 1, 3);
+  attempts.Fail(Kind::kLocate, 1, 2);
+  attempts.Fail(Kind::kLocate, 4, 1);  // frame 1
+  EXPECT_FALSE(attempts.AreDue(Kind::kTie, 1, 2));
+  EXPECT_FALSE(attempts.AreDue(Kind::kLocate, 1, 2));
+  EXPECT_TRUE(attempts.AreDue(Kind::kTie, 2, 1)) << "the other way round";
+  EXPECT_TRUE(attempts.AreDue(Kind::kTwoViews, 1, 2));
+  attempts.Change(2);
+  EXPECT_TRUE(attempts.AreDue(Kind::kTie, 1, 2));
+  EXPECT_FALSE(attempts.AreDue(Kind::kTie, 1, 3));
+  EXPECT_FALSE(attempts.AreDue(Kind::kLocate, 1, 2)) << "2 is a frame there";
+  attempts.Change(1);
+  EXPECT_TRUE(attempts.AreDue(Kind::kTie, 1, 3));
+  EXPECT_TRUE(attempts.AreDue(Kind::kLocate, 1, 2));
+  EXPECT_FALSE(attempts.AreDue(Kind::kLocate, 4, 1));
+}
+
+TEST(CompletionAttempts, AreNoLongerDueOnceStopped) {
+  bool stopped = false;
+  const CompletionAttempts attempts([&] { return stopped; });
+  EXPECT_TRUE(attempts.AreDue(CompletionAttempts::Kind::kTie, 1, 2));
+  stopped = true;
+  EXPECT_FALSE(attempts.AreDue(CompletionAttempts::Kind::kTie, 1, 2));
+}
+
 class CompletionTest : public ::testing::Test {
  protected:
   Camera camera_ = SyntheticWorld().camera;

@@ -253,6 +253,30 @@ TEST_F(MapperTest, PlacesFramesThatWereLeftOver) {
   }
 }
 
+// A frame of the map, and one of elsewhere. `stop` is asked before each attempt.
+TEST_F(MapperTest, TriesNoFrameAgainInAMapThatStaysAsItIs) {
+  for (const bool stop : {false, true}) {
+    Restart();
+    Begin();
+    Walk(5);
+    TrackingReport lost = Report(11);
+    lost.unplaced = world_.See(PoseOnArc(5.5), {.pixel_noise = 0.2}).features;
+    mapper_->Process(std::move(lost));
+    TrackingReport elsewhere = Report(14);
+    elsewhere.unplaced = MakeSyntheticMap({.seed = 99}).See(PoseOnArc(3.0)).features;
+    mapper_->Process(std::move(elsewhere));
+    int asked = 0;
+    const auto count = [&] {
+      ++asked;
+      return stop;
+    };
+    EXPECT_EQ(mapper_->Finish(count).at(0).trajectory.size(), stop ? 10U : 11U);
+    EXPECT_EQ(mapper_->Counters().placed_at_end, stop ? 0 : 1);
+    // The one is placed, and the other is tried in both ways; stopped, all of them are refused.
+    EXPECT_EQ(asked, stop ? 4 : 3);
+  }
+}
+
 TEST_F(MapperTest, LeavesFramesOutWhereNothingIsToBeCompleted) {
   options_.mapping.completion.max_frames = 0;
   Restart();

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "seen_landmark.h"
 
@@ -31,6 +32,37 @@ TEST(Landmark, KeepsAnEvenShareOfViewsOfALongRun) {
                       [&](const BoxView& v) { return v.frame_index < std::int64_t{stride} * kHours / 2; });
     EXPECT_NEAR(static_cast<double>(first_half) / static_cast<double>(landmark.views.size()), 0.5, 0.05);
   }
+}
+
+TEST(Landmark, KeepsTheSameFramesAsAnyOther) {
+  std::set<std::int64_t> kept;  // of a run twice as long
+  for (const BoxView& view : SeenAt(100.0, 2 * kHours).views) {
+    kept.insert(view.frame_index);
+  }
+  Landmark landmark = SeenAt(100.0, kHours);
+  landmark.Absorb(SeenAt(300.0, kHours));
+  EXPECT_GE(landmark.views.size(), 1400U);
+  for (const BoxView& view : landmark.views) {
+    EXPECT_TRUE(kept.contains(view.frame_index)) << view.frame_index;
+  }
+}
+
+// Merging two maps renumbers the frames of one of them.
+TEST(Landmark, KeepsHalfOfItsViewsThoughTheFramesWereRenumbered) {
+  Landmark landmark = SeenAt(100.0, kHours);
+  Landmark later = landmark;
+  for (BoxView& view : landmark.views) {
+    view.frame_index += 1;
+  }
+  for (BoxView& view : later.views) {
+    view.frame_index += kHours + 5;
+  }
+  const auto before = static_cast<double>(landmark.views.size() + later.views.size());
+  landmark.Absorb(std::move(later));
+  const auto early =
+      std::ranges::count_if(landmark.views, [](const BoxView& view) { return view.frame_index < kHours; });
+  EXPECT_NEAR(static_cast<double>(landmark.views.size()), 0.5 * before, 1.0);
+  EXPECT_NEAR(static_cast<double>(early), 0.25 * before, 2.0);
 }
 
 TEST(PointVotes, TellWhereTheCamerasWere) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 
 #include "seen_landmark.h"
 #include "slam/objects/landmark_geometry.h"
@@ -22,6 +23,22 @@ TEST(Merging, ThoseSeenTogetherAreKnownToBeTwoHoweverLongTheRun) {
   const Landmark young_one = SeenAt(300.0, 5000);
   EXPECT_GE(FramesSeenApart(old_one, young_one), 10);
   EXPECT_EQ(FramesSeenApart(old_one, SeenAt(300.0, kHours)), static_cast<int>(old_one.views.size()));
+}
+
+TEST(Merging, FramesOfBothCountHoweverLateTheOtherOneBegins) {
+  const Landmark cup = SeenAt(100.0, 100);  // frames 1 to 100
+  const auto seen_from = [](int first) {
+    Landmark other;
+    for (int frame = first; frame < first + 50; frame += 2) {
+      other.Add(ObservationOf("cup", {300.0, 100.0, 40.0, 50.0}, frame));
+    }
+    return other;
+  };
+  for (const auto& [first, apart] : {std::pair(1, 25), {60, 21}, {99, 1}, {100, 1}, {101, 0}, {500, 0}}) {
+    EXPECT_EQ(FramesSeenApart(cup, seen_from(first)), apart) << first;
+    EXPECT_EQ(FramesSeenApart(seen_from(first), cup), apart) << first;
+  }
+  EXPECT_EQ(FramesSeenApart(cup, Landmark()), 0);
 }
 
 TEST(Merging, APartSeenWithItsWholeIsNotApart) {

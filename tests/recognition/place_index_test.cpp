@@ -120,6 +120,10 @@ TEST_F(PlaceIndexTest, WordsOfRemovedPlacesTakeNoMemory) {
   index_.Add(2, Bag({3, 4}));
   index_.Remove(1);
   EXPECT_EQ(index_.NumWords(), 2U);
+  index_.Add(2, Bag({5}));
+  EXPECT_EQ(index_.NumWords(), 1U);
+  index_.Remove(2);
+  EXPECT_EQ(index_.NumWords(), 0U);
 }
 
 TEST_F(PlaceIndexTest, AddingAgainReplaces) {

@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+
+#include "render/scene/cloud_view.h"
 
 namespace sqslam {
 namespace {
@@ -55,6 +58,17 @@ TEST(CloudLayerTest, TooManyPointsAreMadeFewerInTheSameOrder) {
   EXPECT_GT(cloud->points.size(), 1000U);
   EXPECT_NEAR(cloud->spacing, 0.02, 1e-9);
   EXPECT_TRUE(std::ranges::is_sorted(cloud->points, {}, &CloudPoint::frame));
+}
+
+TEST(CloudLayerTest, ForACameraThatIsNowhereALevelIsStillChosen) {
+  CloudView view;
+  view.Show(Plane(0.05, 0.05));
+  for (const double x :
+       {1e160, std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
+    ViewCamera camera;
+    camera.position.x() = x;
+    view.LookFrom(camera, 240.0, 1.5, 1.0, 100);  // once read the counts of a level far out of their array
+  }
 }
 
 TEST(CloudLayerTest, TheSpacingOfASurfaceIsFound) {

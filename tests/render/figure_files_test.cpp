@@ -122,6 +122,19 @@ TEST(FigureFilesTest, SameFigureGivesTheSameBytes) {
               Not(HasSubstr("CreationDate")));
 }
 
+TEST(FigureFilesTest, BytesThatAreNoUtf8AreShownAsReplacementCharacters) {
+  const auto encoded = [](const std::string& name, const std::string& file) {
+    FigureOptions options = SmallFigure();
+    options.title = name;
+    TimingFigure figure = TwoTimings();
+    figure.series[0].name = name;
+    return EncodeFigure(DrawTiming(figure, options), file);
+  };
+  for (const char* file : {"figure.png", "figure.svg", "figure.pdf"}) {
+    EXPECT_TRUE(encoded("caf\xe9", file) == encoded("caf\xef\xbf\xbd", file)) << file;
+  }
+}
+
 TEST(FigureFilesTest, ErrorsOfACalibrationPointFromTheCornerToTheModel) {
   Calibration calibration;
   calibration.camera = {320, 240, 300.0, 300.0, 159.5, 119.5};

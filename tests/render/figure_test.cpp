@@ -345,6 +345,8 @@ TEST(FigureTest, AxesHaveRoundNumbers) {
   EXPECT_EQ(axis.TickText(-0.4), "\u22120.4");
   EXPECT_EQ(RoundAxis(-30.0, 270.0, 3, false).TickText(100.0), "100");
   EXPECT_GT(RoundAxis(2.0, 2.0, 4, true).high, 2.0) << "a single value still makes an axis";
+  EXPECT_TRUE((ChartAxis{1e9, 1e9 + 1e-6, 1e-8}.Ticks().empty())) << "numbers closer than doubles are";
+  EXPECT_EQ((ChartAxis{0.0, 1.0, 1e-9}.Ticks().size()), 1000u);
 }
 
 TEST(FigureTest, HatchesStayInsideTheirBars) {

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include "render/figures/figures.h"
+#include "render/page/page.h"
 #include "render/picture/picture_overlay.h"
 
 namespace sqslam {
@@ -44,6 +46,23 @@ TEST(LabelLayoutTest, TheNearestGetsTheBestPlace) {
 TEST(LabelLayoutTest, WithoutRoomThereIsNoName) {
   const std::vector<LabelRequest> requests = {{{0, 0, 50, 20}, {60, 12}, 1.0}};
   EXPECT_TRUE(PlaceLabels(requests, {50, 20}, {})[0].area.empty());
+}
+
+TEST(LabelLayoutTest, NamesOfAThousandObjectsInOnePlaceStandBelowOneAnother) {
+  const TrajectoryFigure::Footprint cup{"cup", {1, 0, 0}, {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}}, false};
+  TrajectoryFigure figure;
+  figure.objects.assign(1000, cup);  // once took hours
+  std::vector<double> heights;
+  for (const FigureElement& element : DrawTrajectories(figure, {}).elements) {
+    const auto* text = std::get_if<FigureText>(&element);
+    if (text != nullptr && text->text == "cup") {
+      heights.push_back(text->anchor.y());
+    }
+  }
+  ASSERT_EQ(heights.size(), 1000u);
+  for (std::size_t i = 1; i < heights.size(); ++i) {
+    EXPECT_GT(heights[i], heights[i - 1] + 5.0);
+  }
 }
 
 }  // namespace

@@ -94,6 +94,17 @@ TEST(PlaceImageTest, KeepsTheAspectAndStandsInTheMiddle) {
   EXPECT_NEAR(place.camera.cy, 151.0, 1e-9);
 }
 
+TEST(PanelTest, OnlyThePartInTheImageIsDrawn) {
+  const Eigen::Vector3d color(0.2, 0.4, 0.6);
+  cv::Mat whole(100, 120, CV_8UC3, cv::Scalar::all(255));
+  DrawPanel(whole, {10, 10, 60, 40}, 12.0, color, 0.8);
+  cv::Mat part(40, 45, CV_8UC3, cv::Scalar::all(255));
+  DrawPanel(part, {-20, -20, 60, 40}, 12.0, color, 0.8);
+  EXPECT_EQ(cv::norm(whole(cv::Rect(30, 30, 45, 40)), part, cv::NORM_INF), 0.0);
+  DrawPanel(part, {-10, 0, 2'000'000'000, 40}, 0.0, color);  // once took memory for all of it
+  EXPECT_LT(part.at<cv::Vec3b>(39, 44)[2], 100);
+}
+
 TEST(OutlineTest, BehindANearerObjectIsFaint) {
   MapSnapshot map = HandMadeMap();
   map.objects.resize(2);

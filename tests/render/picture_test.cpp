@@ -1,11 +1,15 @@
 #include "render/picture/picture.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <limits>
 #include <numbers>
 #include <opencv2/imgproc.hpp>
+#include <string>
 
 #include "baseline.h"
 #include "slam/util/error.h"
@@ -14,6 +18,8 @@
 
 namespace sqslam {
 namespace {
+
+using ::testing::HasSubstr;
 
 TEST(PictureTest, LooksLikeItsBaseline) {
   ExpectBaseline(RenderPicture(HandMadeMap(), SmallPicture()), "map_paper");
@@ -217,6 +223,27 @@ TEST(PictureTest, SizesAndStylesWithoutSenseAreRefused) {
   options.style.background = "white";
   EXPECT_THROW(RenderPicture(HandMadeMap(), options), UsageError);
   EXPECT_THROW(LoadStyle("no-such-style"), std::exception);
+}
+
+TEST(PictureTest, CamerasThatAreNowhereAreRefusedByName) {
+  const auto error_of = [](const std::function<void(CameraOverrides&)>& change) -> std::string {
+    PictureOptions options = SmallPicture();
+    change(options.camera);
+    try {
+      RenderPicture(HandMadeMap(), options);
+    } catch (const UsageError& error) {
+      return error.what();
+    }
+    return "(no UsageError)";
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT(error_of([](auto& camera) { camera.position->x() = 1e160; }), HasSubstr("position"));
+  EXPECT_THAT(error_of([&](auto& camera) { camera.focal_point->z() = nan; }), HasSubstr("focal point"));
+  EXPECT_THAT(error_of([](auto& camera) { camera.view_up = Eigen::Vector3d::Zero(); }), HasSubstr("view up"));
+  EXPECT_THAT(error_of([](auto& camera) { camera.view_angle = 180.0; }), HasSubstr("view angle 180"));
+  EXPECT_THAT(error_of([&](auto& camera) { camera.azimuth = nan; }), HasSubstr("azimuth nan"));
+  EXPECT_THAT(error_of([](auto& camera) { camera.zoom = 0.0; }), HasSubstr("zoom 0"));
+  EXPECT_EQ(error_of([](auto& camera) { camera.zoom = 2.0; }), "(no UsageError)");
 }
 
 TEST(PictureTest, EmptyMapIsDrawn) { EXPECT_FALSE(RenderPicture(MapSnapshot(), SmallPicture()).empty()); }

@@ -225,6 +225,18 @@ TEST(SolidOrderTest, SolidsThatReachIntoOneAnotherAreDrawnTogether) {
   EXPECT_EQ(SolidOrder(solids).BackToFront({50.0, 0.0, 0.0}), (Order{{0, 1}, {2}, {3}}));
 }
 
+TEST(SolidOrderTest, OfThousandsOfSolidsOnlyTheDistancesCount) {
+  std::vector<PosedSuperquadric> solids(3000);
+  for (std::size_t i = 0; i < solids.size(); ++i) {  // a row, each reaching into the next one
+    solids[i].shape.half_size.setConstant(1.0);
+    solids[i].T_map_object.translation = {static_cast<double>(i), 0.0, 0.0};
+  }
+  const Order order = SolidOrder(solids).BackToFront({-10.0, 0.0, 0.0});
+  ASSERT_EQ(order.size(), solids.size());
+  EXPECT_EQ(order.front(), (std::vector<int>{2999}));
+  EXPECT_EQ(order.back(), (std::vector<int>{0}));
+}
+
 TEST(CameraPathTest, OrbitKeepsItsDistanceAndCloses) {
   const std::vector<ViewCamera> path = OrbitPath(ViewCamera(), 36, Eigen::Vector3d::UnitZ());
   ASSERT_EQ(path.size(), 36U);

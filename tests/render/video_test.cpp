@@ -9,6 +9,7 @@
 #include <opencv2/videoio.hpp>
 
 #include "hand_made_map.h"
+#include "slam/io/video_index.h"
 #include "slam/util/error.h"
 #include "slam/util/text_lines.h"
 #include "tests/support/film.h"
@@ -45,7 +46,10 @@ class VideoTest : public ::testing::Test {
     options_.picture.height = 200;
     options_.picture.backend = RenderBackend::kOsmesa;
   }
-  void TearDown() override { fs::remove_all(folder_); }
+  void TearDown() override {
+    fs::current_path(working_);
+    fs::remove_all(folder_);
+  }
 
   fs::path Record(const std::string& name) const {
     RecordingWriter writer(folder_ / name, {});
@@ -68,6 +72,7 @@ class VideoTest : public ::testing::Test {
     return static_cast<int>(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()));
   }
 
+  const fs::path working_ = fs::current_path();
   fs::path folder_;
   std::vector<MapSnapshot> maps_;
   VideoOptions options_;
@@ -143,6 +148,15 @@ TEST_F(VideoTest, StoppedHalfwayAVideoPlaysUntilThere) {
   EXPECT_EQ(WriteGrowthVideo(recording, options_, folder_ / "growth.mp4", stop_at_two), 2);
   EXPECT_EQ(FramesIn(folder_ / "growth.mp4"), 2);
   EXPECT_EQ(FilesLeft(), before + 2);  // nothing temporary
+}
+
+TEST_F(VideoTest, ANameWithAColonInTheWorkingFolderIsNoProtocol) {
+  fs::current_path(folder_);
+  options_.seconds = 0.2;
+  const std::string piece = "2024-05-01T12:30.part-1-of-1.mp4";
+  EXPECT_EQ(WriteOrbit(HandMadeMap(), options_, piece), 6);
+  EXPECT_EQ(JoinVideo({piece}, "2024-05-01T12:30.mp4", 30.0), 6);
+  EXPECT_EQ(IndexVideo("2024-05-01T12:30.mp4").timestamps.size(), 6U);
 }
 
 TEST_F(VideoTest, GrowthShowsOutlinesOnTheImageAndKeyframesOnTheTimeLine) {

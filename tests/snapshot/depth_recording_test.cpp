@@ -5,6 +5,7 @@
 #include <sqlite3.h>
 
 #include <cmath>
+#include <limits>
 
 #include "slam/snapshot/recording.h"
 #include "tests/io/temporary_folder.h"
@@ -111,6 +112,14 @@ TEST_F(DepthRecordingTest, DepthMapsOfALaterVersionAndBrokenOnesAreRefused) {
   sqlite3_close(db);
   EXPECT_THAT(InputErrorOf([&] { DepthRecording recording(path_); }),
               HasSubstr("version 2, expected version 1"));
+}
+
+TEST_F(DepthRecordingTest, DepthsThatAreNotFiniteAreRefused) {
+  DepthMap map = MakeMap(4, 1.0);
+  map.depth.setTo(std::numeric_limits<double>::infinity());  // written as a range from 0 to 0
+  DepthRecording(path_, DepthRecording::Access::kWrite).PutEstimate(map, "some");
+  EXPECT_THAT(InputErrorOf([&] { DepthRecording(path_).Estimate(4); }),
+              HasSubstr("the depth map of keyframe 4 is broken"));
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "slam/util/error.h"
+#include "slam/util/limits.h"
 #include "tests/io/temporary_folder.h"
 #include "tests/render/hand_made_map.h"
 
@@ -51,6 +52,8 @@ TEST(ObjectEdits, NameAndLabel) {
   EXPECT_EQ(map->objects[1].label, "beer_mug");
   EXPECT_EQ(ShownName(map->objects[1]), "the red mug");
   EXPECT_EQ(ShownName(map->objects[0]), "book");
+  edits.Rename(1, std::string(kMaxLabelBytes - 1, 'a') + "é");
+  EXPECT_EQ(edits.Of(1).name, std::string(kMaxLabelBytes - 1, 'a')) << "as long as a file of edits may say";
   edits.Rename(1, "");
   edits.SetLabel(1, " ");
   EXPECT_TRUE(edits.Empty()) << "what is the map's own again is no edit";
@@ -171,6 +174,12 @@ TEST_F(ObjectEditsFile, ErrorsNameFileAndField) {
               HasSubstr("objects[0].hidden: 1, expected true or false"));
   EXPECT_THAT(MessageOf(R"([{"label": "cup"}])"), HasSubstr("objects[0]: has no id"));
   EXPECT_THAT(MessageOf(R"([{"id": 1, "label": ""}])"), HasSubstr("objects[0].label"));
+  for (const std::string key : {"name", "label"}) {
+    const std::string letters(kMaxLabelBytes + 1, 'a');
+    EXPECT_THAT(MessageOf("[{\"id\": 1, \"" + key + "\": \"" + letters + "\"}]"),
+                HasSubstr("objects[0]." + key + ": \"" + letters.substr(0, 79) +
+                          ", expected a text of 1 to 200 bytes"));
+  }
   EXPECT_THAT(MessageOf(R"([{"id": 1}, {"id": 1}])"), HasSubstr("objects[1].id: 1 is there twice"));
   EXPECT_THAT(MessageOf(R"([{"id": 1, "merged_into": 2}, {"id": 2, "merged_into": 1}])"),
               HasSubstr("object 1: merged_into leads back"));

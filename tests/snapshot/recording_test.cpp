@@ -15,6 +15,7 @@
 
 #include "slam/snapshot/byte_archive.h"
 #include "slam/snapshot/snapshot_codec.h"
+#include "slam/snapshot/sqlite_file.h"
 #include "tests/io/temporary_folder.h"
 #include "tests/snapshot/sample_snapshots.h"
 
@@ -240,26 +241,37 @@ TEST(Recording, AReaderDoesNotKeepItsWriterFromClosing) {
 }
 
 // As in the middle of `sqslam scale`, or of the last step of a run.
-TEST(Recording, IsAsBeforeAChangeInWhichAProgramWasKilled) {
-  const TemporaryFolder folder;
-  const auto path = folder.Path() / "map.sqmap";
-  const auto killed = folder.Path() / "killed.sqmap";
+// Returns a recording as a program leaves it that is killed in the middle of a change.
+std::filesystem::path RecordingOfAKilledProgram(const std::filesystem::path& folder) {
+  const auto path = folder / "map.sqmap";
+  const auto killed = folder / "killed.sqmap";
   RecordingWriter writer(path, {});
   for (int i = 0; i < 5; ++i) {
     writer.Add(MakeSnapshot(i, 20000));
   }
   writer.Close();
-  sqlite3* db = nullptr;
-  ASSERT_EQ(sqlite3_open(path.c_str(), &db), SQLITE_OK);
-  const char* change = "PRAGMA cache_size = 1; BEGIN; UPDATE snapshots SET data = zeroblob(1000000)";
-  ASSERT_EQ(sqlite3_exec(db, change, nullptr, nullptr, nullptr), SQLITE_OK);
+  const auto db = sqlite::Open(path, SQLITE_OPEN_READWRITE);
+  sqlite::Execute(db.get(), path,
+                  "PRAGMA cache_size = 1; BEGIN; UPDATE snapshots SET data = zeroblob(1000000)");
   std::filesystem::copy(path, killed);
   std::filesystem::copy(path.string() + "-journal", killed.string() + "-journal");
-  sqlite3_close(db);
-  const RecordingReader reader(killed);
+  return killed;
+}
+
+TEST(Recording, IsAsBeforeAChangeInWhichAProgramWasKilled) {
+  const TemporaryFolder folder;
+  const auto path = RecordingOfAKilledProgram(folder.Path());
+  const RecordingReader reader(path);
   ASSERT_EQ(reader.Size(), 5);
   EXPECT_EQ(reader.Last()->points.size(), 20000u);
-  EXPECT_FALSE(std::filesystem::exists(killed.string() + "-journal"));
+  EXPECT_FALSE(std::filesystem::exists(path.string() + "-journal"));
+}
+
+TEST(Recording, SaysWhyAHalfMadeChangeCannotBeUndone) {
+  const TemporaryFolder folder;
+  const auto path = RecordingOfAKilledProgram(folder.Path());
+  EXPECT_THAT(InputErrorOf([&] { sqlite::OpenRecording(path, SQLITE_OPEN_READONLY); }),
+              HasSubstr("killed.sqmap: a program was killed while it changed it"));
 }
 
 TEST(Recording, AFullDiskIsReportedAndKeepsWhatWasAdded) {

@@ -6,6 +6,7 @@
 
 #include "slam/snapshot/byte_archive.h"
 #include "slam/util/error.h"
+#include "slam/util/limits.h"
 #include "tests/snapshot/sample_snapshots.h"
 
 namespace sqslam {
@@ -146,6 +147,25 @@ TEST(SnapshotCodec, SizesThatAreNoNumbersAreRefused) {
     snapshot.objects[0].superquadric.shape.half_size[axis] = std::numeric_limits<double>::quiet_NaN();
     EXPECT_THROW(DecodeSnapshot(EncodeSnapshot(snapshot)), InputError) << axis;
   }
+}
+
+TEST(SnapshotCodec, LongLabelsAreCutBetweenCharacters) {
+  const std::string letters(kMaxLabelBytes - 1, 'a');
+  MapSnapshot snapshot = MakeSnapshot(1);
+  snapshot.objects[0].label = letters + "é";
+  snapshot.detections = {{{letters + "☕", 1.0, {}}, -1}};
+  const MapSnapshot read = DecodeSnapshot(EncodeSnapshot(snapshot));
+  EXPECT_EQ(read.objects[0].label, letters);
+  EXPECT_EQ(read.detections[0].detection.label, letters);
+}
+
+TEST(SnapshotCodec, MoreObjectsThanCanBeDrawnAreRefused) {
+  MapSnapshot snapshot = MakeSnapshot(1);
+  const SnapshotObject object = snapshot.objects[0];
+  snapshot.objects.assign(kMaxObjects, object);
+  EXPECT_EQ(DecodeSnapshot(EncodeSnapshot(snapshot)).objects.size(), kMaxObjects);
+  snapshot.objects.push_back(object);
+  EXPECT_THROW(DecodeSnapshot(EncodeSnapshot(snapshot)), InputError);
 }
 
 }  // namespace

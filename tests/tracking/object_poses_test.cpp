@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <random>
+#include <string>
 
 #include "slam/objects/landmark_geometry.h"
 #include "slam/tracking/relocalizer.h"
@@ -83,6 +85,55 @@ TEST_F(ObjectPosesTest, NeedsThreeBoxesOfKnownThings) {
     thing.shown = false;
   }
   EXPECT_TRUE(PosesFromObjects(Boxes(PoseOnArc(2.5)), things_, map_.camera, 3).empty());
+}
+
+// Six things of each of 36 labels, of which the frame shows one: over a million triples, one in 216 is right.
+TEST_F(ObjectPosesTest, FindsTheCameraAmongMoreTriplesThanCanBeListed) {
+  constexpr int kLabels = 36;
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> place(-0.8, 0.8);
+  std::uniform_real_distribution<double> size(0.05, 0.2);
+  const auto add_one_of_each = [&] {
+    for (int label = 0; label < kLabels; ++label) {
+      ObjectLandmarkView& thing = things_.landmarks.emplace_back();
+      thing.id = static_cast<int>(things_.landmarks.size()) - 1;
+      thing.label = std::to_string(label);
+      thing.estimated = thing.shown = true;
+      thing.superquadric = {{{size(random), size(random), size(random)}, 0.3, 1.0},
+                            {Eigen::Quaterniond::Identity(), {place(random), place(random), place(random)}}};
+    }
+  };
+  things_.landmarks.clear();
+  add_one_of_each();
+  const std::vector<BoxCandidate> boxes = Boxes(PoseOnArc(2.5));
+  ASSERT_GE(boxes.size(), 32U);
+  for (int more = 0; more < 5; ++more) {
+    add_one_of_each();
+  }
+  const std::vector<Rigid3d> poses = PosesFromObjects(boxes, things_, map_.camera, 3);
+  ASSERT_FALSE(poses.empty());
+  EXPECT_LT(CenterDistance(poses[0], PoseOnArc(2.5)), 0.05);
+}
+
+// As many triples would take over ten gigabytes.
+TEST_F(ObjectPosesTest, DozensOfThingsAndBoxesOfOneLabelTakeLittleMemory) {
+  constexpr int kChairs = 60;
+  constexpr int kBoxes = 25;
+  things_.landmarks.clear();
+  for (int i = 0; i < kChairs; ++i) {
+    ObjectLandmarkView& chair = things_.landmarks.emplace_back();
+    chair.id = i;
+    chair.label = "chair";
+    chair.estimated = chair.shown = true;
+    chair.superquadric = {{{1e-3, 1e-3, 1e-3}, 0.3, 1.0},
+                          {Eigen::Quaterniond::Identity(), {0.2 * (i % 8), 0.2 * (i / 8), 0.05 * (i % 7)}}};
+  }
+  std::vector<BoxCandidate> boxes(kBoxes);
+  for (int i = 0; i < kBoxes; ++i) {
+    boxes[static_cast<std::size_t>(i)].detection = {
+        "chair", 0.9, {90.0 * (i % 5) + 3.0 * (i / 5), 60.0 * (i / 5) + 2.0 * (i % 5), 150.0, 150.0}};
+  }
+  EXPECT_TRUE(PosesFromObjects(boxes, things_, map_.camera, 3).empty()) << "none is as large as its box";
 }
 
 // The last keyframe is unknown and there are no words: nothing but the boxes tells where the frame is.

@@ -154,6 +154,41 @@ TEST(RollingShutter, LeavesAGlobalShutterAlone) {
   EXPECT_EQ(shutter.Correct(view.features, view.motion, view.observations), view.features);
 }
 
+TEST(RollingShutter, TakesNoMotionFromFramesWithWrongTimestamps) {
+  const RollingShutter at_once(TestCamera(), {});
+  const RollingShutter in_rows(TestCamera(), {.estimate = false, .readout_ms = 30.0});
+  const Rigid3d last{};
+  Rigid3d current{};
+  current.translation.x() = 0.01;
+  const auto motion = at_once.Motion(last, current, kInterval);
+  ASSERT_TRUE(motion);
+  EXPECT_NEAR(motion->velocity.x(), 0.3, 1e-9);
+  EXPECT_TRUE(at_once.Motion(last, current, 1.0 / 240.0));
+  EXPECT_TRUE(in_rows.Motion(last, current, 1.0 / 60.0));
+  EXPECT_FALSE(in_rows.Motion(last, current, 0.014)) << "less than half the time that it takes to read one";
+  for (const double seconds : {-1.0, 0.0, 1e-6, 1e-3, 0.25}) {
+    EXPECT_FALSE(at_once.Motion(last, current, seconds)) << seconds;
+    EXPECT_FALSE(in_rows.Motion(last, current, seconds)) << seconds;
+  }
+}
+
+// The correction of a ray far off the axis is large, and a saved map holds no pixel beyond kMaxKeypoint.
+TEST(RollingShutter, CarriesNoKeypointOutOfReach) {
+  const RollingShutter shutter(TestCamera(), {.estimate = false, .readout_ms = 27.0});
+  FrameFeatures features;
+  features.keypoints.push_back({{kMaxKeypoint - 1.0, 200.0}, {630.0, 470.0}, 0.0F, 0});
+  features.keypoints.push_back({{300.0, 200.0}, {300.0, 470.0}, 0.0F, 0});
+  CameraMotion motion;
+  const std::vector<ShutterObservation> observations = {{1, {0.0, 0.0, 2.0}, 1.0}};
+  for (const double side : {-1.0, 1.0}) {
+    motion.turn.y() = side;
+    const FrameFeaturesPtr corrected =
+        shutter.Correct(std::make_shared<const FrameFeatures>(features), motion, observations);
+    EXPECT_TRUE(IsInReach(corrected->keypoints[0].pixel)) << corrected->keypoints[0].pixel.transpose();
+    EXPECT_NE(corrected->keypoints[1].pixel, features.keypoints[1].pixel);
+  }
+}
+
 TEST(RollingShutter, KnowsNothingFromACameraThatStands) {
   SwingingCamera world(0.027, 0.5);
   RollingShutter shutter(TestCamera(), {});

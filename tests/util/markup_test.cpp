@@ -17,6 +17,7 @@ TEST(Markup, Base64IsThatOfTheStandard) {  // the examples of RFC 4648
 TEST(Markup, TextIsSafeInElementsAndAttributes) {
   EXPECT_EQ(EscapeMarkup("<a b=\"c\">&\n"), "&lt;a b=&quot;c&quot;&gt;&amp; ");
   EXPECT_EQ(EscapeMarkup("µ ε₁"), "µ ε₁");
+  EXPECT_EQ(EscapeMarkup("<caf\xe9\x7f"), "&lt;caf\xef\xbf\xbd ");
 }
 
 }  // namespace

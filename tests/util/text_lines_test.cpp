@@ -4,6 +4,7 @@
 
 #include "slam/util/error.h"
 #include "slam/util/json_file.h"
+#include "slam/util/limits.h"
 #include "tests/io/temporary_folder.h"
 
 namespace sqslam::testing {
@@ -23,6 +24,27 @@ TEST(ValidText, ReplacesWhatIsNoCharacter) {
   EXPECT_EQ(ValidText("\xed\xa0\x80"), mark + mark + mark);          // a surrogate
   EXPECT_EQ(ValidText("\xf4\x90\x80\x80").size(), 4 * mark.size());  // beyond Unicode
   EXPECT_EQ(ValidText("a\x1b[31mb\n"), "a?[31mb?");
+}
+
+TEST(CutText, KeepsCharactersWhole) {
+  EXPECT_EQ(CutText("été", 5), "été");
+  EXPECT_EQ(CutText("été", 4), "ét");
+  EXPECT_EQ(CutText("été", 3), "ét");
+  EXPECT_EQ(CutText("été", 1), "");
+  EXPECT_EQ(CutText("☕☕", 5), "☕");
+}
+
+TEST(ValidLabel, IsShortAndEndsWithACharacter) {
+  const std::string letters(kMaxLabelBytes - 1, 'a');
+  EXPECT_EQ(ValidLabel(letters + "b"), letters + "b");
+  EXPECT_EQ(ValidLabel(letters + "é"), letters);
+  EXPECT_EQ(ValidLabel(letters + "\xe9"), letters);
+  EXPECT_EQ(ValidLabel("a\x1b\xe9"), "a?\xef\xbf\xbd");
+}
+
+TEST(WithoutControls, KeepsTheEndsOfLinesIfAsked) {
+  EXPECT_EQ(WithoutControls("a: 1\r\nb\x1b[2J\n"), "a: 1??b?[2J?");
+  EXPECT_EQ(LinesWithoutControls("a: 1\r\nb\x1b[2J\n"), "a: 1?\nb?[2J\n");
 }
 
 TEST(ShellLine, QuotesWhatAShellWouldTakeApart) {
@@ -59,11 +81,27 @@ TEST(JsonFile, SaysWhereItIsBroken) {
   };
   EXPECT_TRUE(message("[1,\n2,,3]").ends_with("a.json:2: no valid JSON, expected a list"));
   EXPECT_TRUE(message("[1e400]").ends_with("a.json: a number is beyond all ranges, expected a list"));
-  for (const char* huge :
-       {"[3e9]", "[-8.5e30]", "[99999999999999999999999]"}) {  // whatever is asked for later
+  for (const char* huge : {"[3e9]", "[-8.5e30]", "[99999999999999999999999]",
+                           R"({"a": [1, {"b": 3e9}], "c": 2})"}) {  // whatever is asked for later
     EXPECT_TRUE(message(huge).ends_with("a.json: a number is beyond all ranges, expected a list")) << huge;
   }
   EXPECT_EQ(message("[1, 1305031102.17, 9007199254740993]"), "");
+}
+
+TEST(JsonFile, IsRefusedWhereItIsNestedTooDeep) {
+  const TemporaryFolder folder;
+  const auto read = [&](const std::string& text) { ReadJsonFile(folder.Write("a.json", text), "a list"); };
+  const auto nested = [](std::size_t depth) { return std::string(depth, '[') + std::string(depth, ']'); };
+  EXPECT_NO_THROW(read(nested(100)));
+  const std::string message = InputErrorOf([&] { read("[1,\n" + nested(1'000'000) + "]"); });
+  EXPECT_TRUE(message.ends_with("a.json:2: nested deeper than 100 levels, expected a list")) << message;
+  std::string siblings = "[0";
+  for (int i = 0; i < 200; ++i) {
+    siblings += ", {\"a\": [1]}";
+  }
+  EXPECT_NO_THROW(read(siblings + "]"));
+  const std::string brackets(200, '[');
+  EXPECT_NO_THROW(read(R"({"a": "\")" + brackets + R"(\\", "b": ")" + brackets + "\"}"));
 }
 
 TEST(JsonFile, IsWrittenThoughATextIsNone) {

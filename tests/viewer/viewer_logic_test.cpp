@@ -201,10 +201,10 @@ TEST(InputEventsTest, WhatIsWrittenDownReadsBackTheSame) {
        {InputEvent{.kind = Kind::kMove, .x = 12.5, .y = -3.0}, InputEvent{.kind = Kind::kPress, .code = 2},
         InputEvent{.kind = Kind::kWheel, .x = 0.0, .y = -1.0},
         InputEvent{.kind = Kind::kKeyDown, .code = key::kF12}, InputEvent{.kind = Kind::kKeyUp, .code = 'W'},
-        InputEvent{.kind = Kind::kText, .text = "\u00e9 a"},
+        InputEvent{.kind = Kind::kText, .text = "\u00e9 a"}, InputEvent{.kind = Kind::kText, .text = " "},
         InputEvent{.kind = Kind::kResize, .x = 0.0, .y = 0.0},
-        InputEvent{.kind = Kind::kDrop, .text = "/a b/c"}, InputEvent{.kind = Kind::kFocus, .code = 1},
-        InputEvent{.kind = Kind::kClose}}) {
+        InputEvent{.kind = Kind::kDrop, .text = "/a b/c"}, InputEvent{.kind = Kind::kDrop, .text = " a"},
+        InputEvent{.kind = Kind::kFocus, .code = 1}, InputEvent{.kind = Kind::kClose}}) {
     const std::vector<ScriptLine> script = ParseScript(FormatEvent(event), "test");
     ASSERT_EQ(script.size(), 1U);
     EXPECT_EQ(script.front().event, event) << FormatEvent(event);
@@ -224,6 +224,15 @@ TEST(InputEventsTest, ABrokenLineIsNamed) {
   EXPECT_THAT(message("key Foo"), HasSubstr("expected a key"));
   EXPECT_THAT(message("jump"), HasSubstr("expected move, press"));
   EXPECT_THAT(message("wait long"), HasSubstr("expected idle, map or end"));
+  EXPECT_THAT(message("picture window.xyz"), HasSubstr("a.txt:1: expected FILE.png"));
+}
+
+TEST(InputEventsTest, NumbersThatWouldEndNoScriptAreRefused) {
+  for (const char* line : {"frames -1", "frames 1e10", "repeat -1", "repeat 1e10", "wait frame 1e10",
+                           "move 1e10 0", "resize 0 -1e10"}) {
+    EXPECT_THROW(ParseScript(line, "a.txt"), UsageError) << line;
+  }
+  EXPECT_EQ(ParseScript("frames 1000000", "a.txt").front().count, 1000000);
 }
 
 TEST(InputEventsTest, AClickGoesToATextAndThenPresses) {

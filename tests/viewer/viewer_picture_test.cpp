@@ -56,6 +56,16 @@ TEST_F(ViewerWindow, LightWithASelectedObjectLooksLikeItsBaseline) {
   ExpectBaseline(stage_.Picture(), "viewer_light_selected");
 }
 
+TEST_F(ViewerWindow, ARequestThatFailsIsAMessage) {
+  Open();
+  stage_.viewer->State().view.style_name = (folder_.Path() / "gone.yaml").string();
+  stage_.viewer->State().requests.emplace_back(CopyCommandRequest{});
+  stage_.Frames();
+  ASSERT_FALSE(stage_.State().messages.notices.empty());
+  EXPECT_THAT(stage_.State().messages.notices.back().text, HasSubstr("gone.yaml"));
+  EXPECT_EQ(stage_.viewer->TakeClipboard(), std::nullopt);
+}
+
 TEST_F(ViewerWindow, HelpLooksLikeItsBaseline) {
   stage_.Key('H');
   stage_.Settle();

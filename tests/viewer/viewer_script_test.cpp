@@ -107,6 +107,16 @@ TEST_F(ViewerScript, WhatWasRecordedPlaysAgain) {
   EXPECT_EQ(again.exit_code, 0) << again.err;
 }
 
+TEST_F(ViewerScript, AFileThatCannotBeWrittenIsSaid) {
+  WriteGrowingMap(folder_.Path());
+  const ProgramRun picture = Play("wait idle\npicture nowhere/window.png\nclose\n", "desk");
+  EXPECT_EQ(picture.exit_code, 3);
+  EXPECT_THAT(picture.err, HasSubstr("script.txt:2: nowhere/window.png: cannot be written"));
+  const ProgramRun log = Play("wait idle\nclose\n", "desk --record-events /dev/full");
+  EXPECT_EQ(log.exit_code, 3);
+  EXPECT_THAT(log.err, HasSubstr("/dev/full: cannot be written"));
+}
+
 // A camera that moves sideways past a textured world.
 std::vector<Rigid3d> Sideways(int frames) {
   std::vector<Rigid3d> poses;

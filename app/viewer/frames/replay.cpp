@@ -5,6 +5,7 @@
 #include <future>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <utility>
 
@@ -25,7 +26,8 @@ class RunFrames {
   // Never throws: missing data is left out, and WhyNoImages() gives the reason.
   RunFrames(const RecordingReader& recording, const fs::path& map_file);
 
-  // Returns every frame from the first snapshot to the last; only the snapshots if the sequence is gone.
+  // Returns every frame from the first snapshot to the last; only the snapshots where the sequence is gone or
+  // has become shorter.
   std::vector<Moment> Moments(const RecordingReader& recording) const;
 
   // T_map_camera in the finished map.
@@ -34,9 +36,9 @@ class RunFrames {
     return found == poses_.end() ? std::nullopt : std::optional(found->second);
   }
   std::vector<Detection> BoxesOf(std::int64_t frame) const {
-    const auto at = static_cast<std::size_t>(frame);
-    return sequence_ && at < sequence_->frames.size() ? sequence_->frames[at].detections
-                                                      : std::vector<Detection>();
+    return sequence_ && HasFrame(*sequence_, frame)
+               ? sequence_->frames[static_cast<std::size_t>(frame)].detections
+               : std::vector<Detection>();
   }
 
   // 8UC3, or empty. Fastest for frames in ascending order.
@@ -52,9 +54,12 @@ class RunFrames {
 
 RunFrames::RunFrames(const RecordingReader& recording, const fs::path& map_file) {
   try {
-    sequence_ = OpenSequence({.path = recording.Info().sequence_path, .camera = {}, .detections = {}});
+    Sequence sequence =
+        OpenSequence({.path = recording.Info().sequence_path, .camera = {}, .detections = {}});
+    CheckNumbering(recording, sequence);
+    sequence_ = std::move(sequence);
     images_.emplace(*sequence_);
-  } catch (const std::exception& error) {  // moved, deleted, or a live camera
+  } catch (const std::exception& error) {  // moved, deleted, changed, or a live camera
     why_no_images_ = error.what();
   }
   try {
@@ -68,22 +73,21 @@ RunFrames::RunFrames(const RecordingReader& recording, const fs::path& map_file)
 std::vector<Moment> RunFrames::Moments(const RecordingReader& recording) const {
   std::vector<Moment> moments;
   const int snapshots = recording.Size();
-  if (!sequence_) {
-    for (int i = 0; i < snapshots; ++i) {
-      moments.push_back({recording.FrameIndex(i), recording.Timestamp(i), i});
-    }
-    return moments;
-  }
-  const std::int64_t end = std::min<std::int64_t>(recording.FrameIndex(snapshots - 1) + 1,
-                                                  static_cast<std::int64_t>(sequence_->frames.size()));
   int snapshot = 0;
-  for (std::int64_t frame = recording.FrameIndex(0); frame < end; ++frame) {
+  for (std::int64_t frame = recording.FrameIndex(0);
+       sequence_ && HasFrame(*sequence_, frame) && frame <= recording.FrameIndex(snapshots - 1); ++frame) {
     while (snapshot + 1 < snapshots && recording.FrameIndex(snapshot + 1) <= frame) {
       ++snapshot;
     }
     const bool tracked = poses_.empty() || poses_.contains(frame);
     moments.push_back(
         {frame, sequence_->frames[static_cast<std::size_t>(frame)].timestamp, snapshot, tracked});
+  }
+  const auto shown = moments.empty() ? std::nullopt : std::optional(moments.back().frame_index);
+  for (int i = 0; i < snapshots; ++i) {
+    if (!shown || recording.FrameIndex(i) > *shown) {
+      moments.push_back({recording.FrameIndex(i), recording.Timestamp(i), i});
+    }
   }
   return moments;
 }

@@ -62,6 +62,8 @@ constexpr std::array<NamedKey, 31> kNamed = {{{key::kSpace, "Space", ImGuiKey_Sp
 
 constexpr std::array<std::string_view, 3> kButtons = {"left", "right", "middle"};
 
+constexpr double kLargestNumber = 1e6;  // of frames, seconds or pixels: fits into an int
+
 // Reads the words of one line in order.
 class Words {
  public:
@@ -73,16 +75,25 @@ class Words {
     stream_ >> word;
     return word;
   }
-  double Number(const char* expected) {
+  double Number(const char* expected, double least = -kLargestNumber) {
     double value = 0.0;
     if (!(stream_ >> value)) {
       Fail(expected);
+    }
+    if (value < least || value > kLargestNumber) {
+      Fail(fmt::format("{} from {:.0f} to {:.0f}", expected, least, kLargestNumber));
     }
     return value;
   }
   std::string Rest() {
     std::string rest;
     std::getline(stream_ >> std::ws, rest);
+    return rest;
+  }
+  std::string Verbatim() {  // after one blank: further ones may have been typed
+    std::string rest;
+    stream_.ignore();
+    std::getline(stream_, rest);
     return rest;
   }
   [[noreturn]] void Fail(const std::string& expected) const {
@@ -158,10 +169,13 @@ ScriptLine ReadLine(const LineWord& type, Words& words, int number) {
       }
       break;
     case Operand::kNumber:
-      event.code = line.count = static_cast<int>(words.Number(type.number));
+      event.code = line.count = static_cast<int>(words.Number(type.number, 0.0));
       break;
     case Operand::kText:
-      event.text = line.text = words.Rest();
+      event.text = line.text = type.kind == ScriptLine::Kind::kEvent ? words.Verbatim() : words.Rest();
+      if (type.kind == ScriptLine::Kind::kPicture && !line.text.ends_with(".png")) {
+        words.Fail("FILE.png");
+      }
       break;
     case Operand::kPointAndText:
       event.x = words.Number("two numbers and a text");
@@ -171,7 +185,7 @@ ScriptLine ReadLine(const LineWord& type, Words& words, int number) {
     case Operand::kState:
       line.text = words.Next();
       if (line.text == "frame") {
-        line.count = static_cast<int>(words.Number("frame N"));
+        line.count = static_cast<int>(words.Number("frame N", 0.0));
       } else if (line.text != "idle" && line.text != "map" && line.text != "end") {
         words.Fail("idle, map or end, or frame N");
       }

@@ -132,10 +132,12 @@ void AddSamples(int snapshot, const MapSnapshot& map, ObjectHistories& histories
     const Superquadric& shape = object.superquadric.shape;
     std::vector<ObjectSample>& samples = histories[object.id];
     const long quarters = samples.empty() ? 0 : std::lround((samples.back().yaw - object.yaw) / kQuarterTurn);
-    for (ObjectSample& sample : samples) {  // same solids, axes named as in the newest sample
-      sample.yaw -= static_cast<double>(quarters) * kQuarterTurn;
-      if (quarters % 2 != 0) {
-        std::swap(sample.half_size.x(), sample.half_size.y());
+    if (quarters != 0) {
+      for (ObjectSample& sample : samples) {  // same solids, axes named as in the newest sample
+        sample.yaw -= static_cast<double>(quarters) * kQuarterTurn;
+        if (quarters % 2 != 0) {
+          std::swap(sample.half_size.x(), sample.half_size.y());
+        }
       }
     }
     samples.push_back(

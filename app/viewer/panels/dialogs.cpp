@@ -98,7 +98,7 @@ class SettingsPanel : public Panel {
     std::string theme = NameOf(settings.theme);
     bool changed = Word("theme", theme, AllNames<Theme>());
     settings.theme = FromName<Theme>(theme).value_or(settings.theme);
-    changed |= Word("scene style", settings.style, ConfigNames("configs/styles"));
+    changed |= Word("scene style", settings.style, styles_);
     changed |= ImGui::Checkbox("input image beside the map", &settings.show_image);
     changed |= Slide("letters", settings.font_size, 10.0, 28.0, "%.0f px", 12.0F);
     Tip("Height of the letters; from the next start on");
@@ -121,6 +121,8 @@ class SettingsPanel : public Panel {
     value = chosen ? words[*chosen] : value;
     return chosen.has_value();
   }
+
+  const std::vector<std::string> styles_ = ConfigNames("configs/styles");
 };
 
 // Asks what to do with unsaved changes before they would be lost.

@@ -3,6 +3,7 @@
 #include <imgui_stdlib.h>
 
 #include <string>
+#include <vector>
 
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/widgets/widgets.h"
@@ -156,9 +157,8 @@ class ViewPanel : public Panel {
 
   void DrawLook() {
     Heading("Look");
-    const std::vector<std::string> names = ConfigNames("configs/styles");
-    if (const auto chosen = Choice("style", view_.style_name, names, -8.5F)) {
-      messages_.Try([&] { view_.UseStyle(names[*chosen]); });
+    if (const auto chosen = Choice("style", view_.style_name, styles_, -8.5F)) {
+      messages_.Try([&] { view_.UseStyle(styles_[*chosen]); });
     }
     if (const auto look = OneOf({{"auto", "Glass where there is a dense cloud, solid elsewhere"},
                                  {"solid", "Surfaces in light"},
@@ -178,6 +178,7 @@ class ViewPanel : public Panel {
     }
   }
 
+  const std::vector<std::string> styles_ = ConfigNames("configs/styles");
   SceneStyle& style_ = view_.style;
   std::filesystem::path cloud_file_;  // from which the text was made
   std::string cloud_text_;

@@ -1,12 +1,14 @@
 #!/usr/bin/env python3
 """The Python module on a short run of the desk. usage: module_test.py PROGRAM SOURCES DESK"""
 import ast
+import contextlib
 import html
 import json
 import os
 import pathlib
 import re
 import shutil
+import sqlite3
 import subprocess
 import sys
 import tempfile
@@ -77,6 +79,31 @@ class Reading(unittest.TestCase):
         points = sqslam.read(RESULT)[0].points
         self.assertTrue(np.isfinite(points).all())
 
+    def test_a_relative_path_means_the_same_after_a_change_of_folder(self):
+        before = os.getcwd()
+        with tempfile.TemporaryDirectory() as folder:
+            try:
+                os.chdir(RESULT.parent)
+                result = sqslam.read(RESULT.name)
+                os.chdir(folder)
+                times = result.trajectory[0]
+            finally:
+                os.chdir(before)
+        np.testing.assert_array_equal(times, self.result.trajectory[0])
+
+    def test_names_that_are_no_utf8_are_read(self):
+        with tempfile.TemporaryDirectory() as folder:
+            copy, renamed = pathlib.Path(folder) / "copy", os.fsencode(folder) + b"/caf\xe9"
+            shutil.copytree(RESULT, copy)
+            with contextlib.closing(sqlite3.connect(copy / "map.sqmap")) as recording, recording:
+                recording.execute("UPDATE meta SET value = ? WHERE key = 'sequence_path'", (b"/data/caf\xe9",))
+            os.rename(copy, renamed)
+            result = sqslam.read(os.fsdecode(renamed))
+            self.assertEqual(os.fsencode(result.sequence), b"/data/caf\xe9")
+            self.assertIn("<title>caf\ufffd</title>", result.page())
+            with self.assertRaisesRegex(sqslam.InputError, "/caf\ufffd/none"):
+                sqslam.read(os.fsdecode(renamed + b"/none"))
+
     def test_what_cannot_be_read_is_named(self):
         with self.assertRaisesRegex(sqslam.InputError, "nowhere"):
             sqslam.read("nowhere")
@@ -127,6 +154,11 @@ class Pictures(unittest.TestCase):
         self.assertEqual(clear[0, 0, 3], 0)
         with self.assertRaisesRegex(sqslam.UsageError, "blueprint"):
             sqslam.render(self.result, style="blueprin")
+        with self.assertRaises(TypeError):
+            sqslam.render(None)
+        for wrong in {"zoom": 0.0}, {"azimuth": np.nan}, {"elevation": np.inf}:
+            with self.assertRaisesRegex(sqslam.UsageError, next(iter(wrong))):
+                sqslam.render(self.result, **wrong)
 
     def test_a_dense_map_is_drawn_as_a_cloud_or_as_a_mesh(self):
         with tempfile.TemporaryDirectory() as folder:

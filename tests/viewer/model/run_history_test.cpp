@@ -95,6 +95,20 @@ TEST(ObjectHistoriesOfBoxes, AQuarterTurnWithSwappedAxesIsNoJump) {
   EXPECT_EQ(samples[0].half_size, Eigen::Vector3d(0.2, 0.3, 0.1));
 }
 
+TEST(ObjectHistoriesOfBoxes, OnlyATurnChangesEarlierSamples) {
+  MapSnapshot map = HandMadeMap();
+  ObjectHistories histories;
+  for (const double yaw : {0.1, 0.4, 0.4 + std::numbers::pi, 0.6 + std::numbers::pi}) {
+    map.objects[0].yaw = yaw;
+    AddSamples(static_cast<int>(histories[0].size()), map, histories);
+    const double half_turn = yaw < 1.0 ? 0.0 : std::numbers::pi;
+    const std::vector<ObjectSample>& samples = histories.at(0);
+    EXPECT_DOUBLE_EQ(samples.front().yaw, 0.1 + half_turn);
+    EXPECT_EQ(samples.front().half_size, Eigen::Vector3d(0.3, 0.2, 0.1));
+    EXPECT_EQ(samples.back().yaw, yaw);
+  }
+}
+
 TEST_F(RecordingPass, YawHasNoJumpsOfHalfTurns) {
   const RecordingReader reader(path_);
   const ObjectHistories histories = Histories(reader);
