@@ -1,7 +1,7 @@
 #!/bin/bash
 # Installs missing packages on a bare Debian 12, builds sqslam and runs `sqslam demo` with the given arguments.
 set -euo pipefail
-cd "$(dirname "$0")/.."
+repository=$(cd "$(dirname "$0")/.." && pwd)
 
-scripts/build.sh demo
-build/release/bin/sqslam demo "$@"
+"$repository/scripts/build.sh" demo
+"$repository/build/release/bin/sqslam" demo "$@"

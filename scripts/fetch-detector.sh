@@ -54,4 +54,4 @@ python3 scripts/tfjs2onnx.py "$work/package/models/centernet.json" "$work/networ
   fail "the network cannot be converted"
 check "$work/network.onnx" "$network_sha"
 mv "$work/network.onnx" "$target"
-echo "$target: \`sqslam run\` finds it by itself"
+echo "$target is there; \`sqslam run\` finds networks in assets/detectors by itself"
