@@ -89,9 +89,10 @@ q run desk -o second --no-render --start 15
 q merge map second -o merged
 if [ -n "${DETECTOR:-}" ]; then
   q run film.mp4 -o detected --camera desk/camera.yaml --detector "$DETECTOR" --no-render
-  for name in boxes yolo coco mot csv; do
+  for name in boxes yolo coco mot; do
     q detect desk --frames 5 --detector "$DETECTOR" --output-format "$name" -o "boxes.$name"
   done
+  try 2 "$folder/bin/sqslam" detect desk --detector "$DETECTOR" --output-format csv -o boxes.csv
 fi
 q detect --check desk/boxes.txt desk
 for sequence in "${sequences[@]}"; do
