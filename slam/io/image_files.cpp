@@ -162,8 +162,8 @@ ImageFile ReadImageFile(const fs::path& path) {
 
 void CheckImageSides(const fs::path& path, const cv::Size& size) {
   ThrowIf<InputError>(std::min(size.width, size.height) < kMinImageSide || IsTooLarge(size),
-                      "{}: {}x{} pixels, expected sides from {} to {}", path.string(), size.width,
-                      size.height, kMinImageSide, kMaxImageSide);
+                      "{}: {}x{} pixels, expected sides from {} to {} and at most {} in all", path.string(),
+                      size.width, size.height, kMinImageSide, kMaxImageSide, kMaxImagePixels);
 }
 
 cv::Mat ReadImage(const fs::path& path, int flags) {

@@ -160,7 +160,10 @@ std::optional<cv::Size> SizeInHeader(std::string_view bytes) {
   return size.empty() ? std::nullopt : std::optional(size);
 }
 
-bool IsTooLarge(const cv::Size& size) { return std::max(size.width, size.height) > kMaxImageSide; }
+bool IsTooLarge(const cv::Size& size) {
+  return std::max(size.width, size.height) > kMaxImageSide ||
+         std::int64_t{size.width} * size.height > kMaxImagePixels;
+}
 
 DecodedImage DecodeImage(std::string_view bytes, int flags) {
   const std::optional<cv::Size> size = SizeInHeader(bytes);
@@ -169,8 +172,8 @@ DecodedImage DecodeImage(std::string_view bytes, int flags) {
   }
   if (IsTooLarge(*size)) {
     return {{},
-            fmt::format("claims {}x{} pixels, expected at most {} a side", size->width, size->height,
-                        kMaxImageSide)};
+            fmt::format("claims {}x{} pixels, expected at most {} a side and {} in all", size->width,
+                        size->height, kMaxImageSide, kMaxImagePixels)};
   }
   try {
     const std::vector<unsigned char> copy(bytes.begin(), bytes.end());  // OpenCV's decoder takes no view

@@ -74,6 +74,8 @@ TEST(ImageDecoding, DoesNotDecodeWhatClaimsTooManyPixels) {
     EXPECT_THAT(decoded.problem, HasSubstr("claims 20000x48 pixels, expected at most 16384 a side"));
     EXPECT_TRUE(decoded.pixels.empty());
   }
+  EXPECT_THAT(DecodeImage("P6\n16000 16000\n65535\nabc", cv::IMREAD_COLOR).problem,
+              HasSubstr("claims 16000x16000 pixels, expected at most 16384 a side and 67108864 in all"));
 }
 
 TEST(ImageDecoding, RefusesOtherFormatsAndEveryBeginningOfAFile) {
