@@ -256,8 +256,7 @@ std::vector<FileBox> ReadCoco(const fs::path& path, const std::string& text) {
   return boxes;
 }
 
-constexpr const char* kBoxFile = "a file with boxes";
-
+// Detects the format of a file by its content.
 BoxFormat FormatOf(std::string_view text) {
   const std::size_t first = text.find_first_not_of(" \t\r\n\xef\xbb\xbf");
   if (first != std::string::npos && (text[first] == '{' || text[first] == '[')) {
@@ -279,15 +278,11 @@ BoxFormat FormatOf(std::string_view text) {
 
 }  // namespace
 
-BoxFormat DetectBoxFormat(const fs::path& path) {
-  return fs::is_directory(path) ? BoxFormat::kFolder : FormatOf(ReadFile(path, kBoxFile));
-}
-
 std::vector<FileBox> ReadBoxFile(const fs::path& path, const cv::Size& image) {
   if (fs::is_directory(path)) {
     return ReadFolder(path, image);
   }
-  const std::string text = ReadFile(path, kBoxFile);  // once: a pipe does not give it again
+  const std::string text = ReadFile(path, "a file with boxes");  // once: a pipe does not give it again
   switch (FormatOf(text)) {
     case BoxFormat::kCoco:
       return ReadCoco(path, text);
@@ -295,11 +290,9 @@ std::vector<FileBox> ReadBoxFile(const fs::path& path, const cv::Size& image) {
       return ReadMot(path, text);
     case BoxFormat::kCsv:
       return ReadTable(path, text, image);
-    case BoxFormat::kFolder:
-    case BoxFormat::kBoxes:
-      break;
+    default:
+      return ReadBoxes(path, text);
   }
-  return ReadBoxes(path, text);
 }
 
 }  // namespace sqslam

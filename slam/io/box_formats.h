@@ -42,9 +42,6 @@ struct FileBox {
   Detection detection;  // pixels, top-left corner
 };
 
-// Detects the format of a file or folder by its content.
-BoxFormat DetectBoxFormat(const std::filesystem::path& path);
-
 // Reads all boxes of a file or folder. `image`: size of the images that they refer to, pixels. Labels are
 // those of the file's own categories, of classes.txt in the folder (labels.txt beside a MOT file), else
 // COCO's (MOTChallenge's). Throws InputError that names file and line, also if the content is ambiguous.

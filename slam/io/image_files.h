@@ -59,7 +59,7 @@ struct ImageFile {
 // block, and a device may never end.
 ImageFile ReadImageFile(const std::filesystem::path& path);
 
-// Throws InputError that begins with the path if a side is too short or too long to be tracked.
+// Throws InputError that begins with the path if a side is too short or too long, or the image too large.
 void CheckImageSides(const std::filesystem::path& path, const cv::Size& size);
 
 // Reads an image file as DecodeImage() (util/image_decoding.h) does; empty if it cannot be read.

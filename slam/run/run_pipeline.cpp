@@ -292,7 +292,7 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
       [&](KeptMap map) { recorder.Keep(std::move(map)); });
   const int dropped = Play(request, input, recorder, feed, *system, live.get(), host);
   feed.Finish(*system);
-  // What the host has ended before is finished all the same, as live runs always end like that.
+  // A run that the host had ended before is completed all the same: live runs always end like that.
   const bool ended = host.Stopped();
   FinishedRun run{request.output,
                   input.sequence.path.string(),

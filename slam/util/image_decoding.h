@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
@@ -12,9 +11,6 @@ namespace sqslam {
 // how much memory decoding takes. A TIFF file's tiles count if they are larger than its image. Empty for
 // other files and for a header that is cut off.
 std::optional<cv::Size> SizeInHeader(std::string_view bytes);
-
-// Pixels of an image: a decoder may need eight bytes for each, beside three of the result.
-inline constexpr std::int64_t kMaxImagePixels = std::int64_t{1} << 26;
 
 // True if a side is longer than kMaxImageSide, or if there are more than kMaxImagePixels.
 bool IsTooLarge(const cv::Size& size);

@@ -12,6 +12,9 @@ namespace sqslam {
 inline constexpr int kMinImageSide = 16;
 inline constexpr int kMaxImageSide = 16384;
 
+// Pixels of an image: a decoder may need eight bytes for each, beside three of the result.
+inline constexpr std::int64_t kMaxImagePixels = std::int64_t{1} << 26;
+
 // Bytes of a label or a name: a class has one or two words, and pictures break lines at words only.
 inline constexpr std::size_t kMaxLabelBytes = 200;
 
