@@ -10,7 +10,6 @@
 #include "app/export/map_export.h"
 #include "app/terminal/terminal.h"
 #include "slam/dense/densify.h"
-#include "slam/run/dense_objects.h"
 #include "slam/system_options.h"
 #include "slam/util/data_path.h"
 #include "slam/util/options.h"
@@ -21,9 +20,8 @@ namespace {
 
 constexpr const char* kDensifyNotes = R"(
 Writes dense.ply (a point cloud) and dense.glb (a coloured mesh with holes where nothing was seen) to the result
-folder, and depth maps of the keyframes to its map.sqmap. Needs the images that were mapped. With --set
-objects.dense_evidence=auto, objects that the cloud shows better than their boxes are estimated again, in
-objects.json and in the recording. Run the same command to resume after an interruption; other options start over.
+folder, and depth maps of the keyframes to its map.sqmap. Needs the images that were mapped. Run the same
+command to resume after an interruption; other options start over.
 With --on slurm, tasks write depth maps to RESULT/dense.sqmap.pieces, and the command fuses them into the same cloud.
 
 Examples:
@@ -55,8 +53,7 @@ SystemOptions OptionsOf(const DensifyArguments& a) {
 }
 
 // Densifies the result, with the depth maps of `request.pieces`.
-int DensifyHere(const DensifyArguments& a, const DensifyRequest& request,
-                const ObjectOptions& object_options) {
+int DensifyHere(const DensifyArguments& a, const DensifyRequest& request) {
   StoppableProgress progress(a.quiet, "keyframe");
   const DensifySummary summary = Densify(request, std::ref(progress));
   const bool meshed =
@@ -67,10 +64,6 @@ int DensifyHere(const DensifyArguments& a, const DensifyRequest& request,
                             summary.estimated + summary.resumed));
     return 130;
   }
-  const DenseObjects objects = RefineObjectsWithCloud(a.result, object_options);
-  if (!a.quiet && objects.map) {
-    fmt::print("{}\n", objects.Text());
-  }
   if (!a.quiet) {
     const fs::path result = a.result;
     fmt::print("{}\nwritten: {}{}\n", summary.Text(), (result / "dense.ply").string(),
@@ -80,8 +73,7 @@ int DensifyHere(const DensifyArguments& a, const DensifyRequest& request,
 }
 
 // The pieces are depth maps of some of the keyframes; with them, the result is densified as on one computer.
-int DensifyOnSlurm(const DensifyArguments& a, const DensifyRequest& request,
-                   const ObjectOptions& object_options) {
+int DensifyOnSlurm(const DensifyArguments& a, const DensifyRequest& request) {
   const auto with_threads = [&](int cpus) {
     DensifyRequest own = request;
     own.threads = own.threads > 0 ? own.threads : cpus;
@@ -94,7 +86,7 @@ int DensifyOnSlurm(const DensifyArguments& a, const DensifyRequest& request,
   const auto join = [&](const std::vector<std::string>& pieces, int cpus) {
     DensifyRequest all = with_threads(cpus);
     all.pieces = {pieces.begin(), pieces.end()};
-    return DensifyHere(a, all, object_options);
+    return DensifyHere(a, all);
   };
   const auto settings = [&] {
     return fmt::format("{} pieces of {}", *a.cluster.shards, DepthFingerprint(request));
@@ -105,10 +97,8 @@ int DensifyOnSlurm(const DensifyArguments& a, const DensifyRequest& request,
 
 int RunDensify(const DensifyArguments& a) {
   a.cluster.Check();
-  const SystemOptions options = OptionsOf(a);
-  const DensifyRequest request{a.result, a.images, options.dense, a.threads};
-  return a.cluster.OnSlurm() ? DensifyOnSlurm(a, request, options.objects)
-                             : DensifyHere(a, request, options.objects);
+  const DensifyRequest request{a.result, a.images, OptionsOf(a).dense, a.threads};
+  return a.cluster.OnSlurm() ? DensifyOnSlurm(a, request) : DensifyHere(a, request);
 }
 
 }  // namespace

@@ -64,7 +64,7 @@ bool PassesTTest(const BoxCandidate& box, const KnownLandmark& landmark, const A
   }
   // Centroids of one-sided clouds move with the viewpoint, so their spread has a lower bound.
   return IsSampleOf(landmark.centroids, *box.centroid, options.alpha, rules.least_spread * landmark.Radius(),
-                    rules.one_sample, options.t_test);
+                    rules.one_sample);
 }
 
 bool PassesRankSum(const BoxCandidate& box, const KnownLandmark& landmark,

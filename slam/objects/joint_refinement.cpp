@@ -102,14 +102,6 @@ void AddPoints(const RefinementInput& input, const Eigen::Vector3d& place, doubl
   }
 }
 
-void AddSurface(const RefinementInput& input, const RefinementOptions& options, RefinementProblem& problem) {
-  const double weight =
-      options.dense_weight / static_cast<double>(std::max<std::size_t>(1, input.surface.size()));
-  for (const Eigen::Vector3d& p : input.surface) {
-    problem.points.push_back({p, 1.0 / input.surface_sigma, weight, true});
-  }
-}
-
 void AddContact(const RefinementInput& input, double shown, const RefinementOptions& options,
                 RefinementProblem& problem) {
   constexpr double kFlat = 0.01;  // standard deviation of a top that others stand on, share of the shown size
@@ -290,7 +282,6 @@ RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementI
   const Eigen::Vector3d place = PlaceOf(input);
   const double shown = LargestShown(input.views, place, input.camera);
   AddPoints(input, place, shown, options, problem);
-  AddSurface(input, options, problem);
   AddContact(input, shown, options, problem);
   const YawMode* yaw = YawMeant(start, input);
   AddPrior(start.shape, yaw, input, options, problem);

@@ -32,8 +32,6 @@ struct RefinementInput {
   std::vector<SilhouetteView> views;
   std::vector<Eigen::Vector3d> points;      // inliers, map frame
   std::vector<PointCameras> point_cameras;  // of each point; may be empty
-  std::vector<Eigen::Vector3d> surface;     // more surface points, from dense depth, map frame
-  double surface_sigma = 0.0;               // standard deviation of their distance to the surface, map units
   std::vector<YawMode> yaws;                // from lines; the one nearest to the start is used
   bool yaw_is_given = false;                // known, not estimated from lines
   std::optional<double> support_height;     // z of the surface that it stands on; empty: none

@@ -70,7 +70,7 @@ std::vector<bool> InsideBoxes(const NamedPoints& points, const std::vector<BoxVi
                               const EstimationContext& context) {
   const OutlierOptions& options = context.options->outliers;
   return ToVector(
-      BoxVotes::Of(Positions(points), views, context.camera, options.box_margin, false),
+      BoxVotes::Of(Positions(points), views, context.camera, options.box_margin),
       [&](const BoxVotes& votes) { return votes.inside >= options.min_inside_share * votes.seen; });
 }
 
@@ -123,25 +123,23 @@ std::vector<PointVerdict> Verdicts(const Landmark& landmark, const NamedPoints& 
 }  // namespace
 
 std::vector<BoxVotes> BoxVotes::Of(const std::vector<Eigen::Vector3d>& points,
-                                   const std::vector<BoxView>& views, const Camera& camera, double margin,
-                                   bool undistorted) {
+                                   const std::vector<BoxView>& views, const Camera& camera, double margin) {
   std::vector<BoxVotes> votes(points.size());
   for (const BoxView& view : views) {
     const Rigid3d T_camera_map = view.T_map_camera.Inverse();
-    const Box2d box = undistorted ? UndistortBox(view.box, camera) : view.box;
-    const double pixels = 1.0 + margin * std::max(box.width, box.height);
+    const double pixels = 1.0 + margin * std::max(view.box.width, view.box.height);
     for (std::size_t i = 0; i < points.size(); ++i) {
       const Eigen::Vector3d p = T_camera_map * points[i];
       if (p.z() <= 0.0) {
         continue;
       }
-      const Eigen::Vector2d pixel = undistorted ? camera.Project(p) : camera.ProjectDistorted(p);
-      if (!undistorted && !camera.InImage(pixel)) {
+      const Eigen::Vector2d pixel = camera.ProjectDistorted(p);
+      if (!camera.InImage(pixel)) {
         continue;
       }
-      const bool in_box = box.Contains(pixel, pixels);
+      const bool in_box = view.box.Contains(pixel, pixels);
       votes[i].inside += in_box ? 1 : 0;
-      votes[i].seen += in_box || IsBeyondEdge(box, view.edge_free, pixel, pixels) ? 1 : 0;
+      votes[i].seen += in_box || IsBeyondEdge(view.box, view.edge_free, pixel, pixels) ? 1 : 0;
     }
   }
   return votes;

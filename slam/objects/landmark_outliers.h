@@ -20,11 +20,9 @@ struct BoxVotes {
   int inside = 0;  // views whose box contains the point
   int seen = 0;    // views that can tell
 
-  // `margin`: of a box, as share of its size. Unless the comparison is in undistorted pixels, points outside
-  // the image get no vote.
+  // `margin`: of a box, as share of its size. Points outside the image get no vote.
   static std::vector<BoxVotes> Of(const std::vector<Eigen::Vector3d>& points,
-                                  const std::vector<BoxView>& views, const Camera& camera, double margin,
-                                  bool undistorted);
+                                  const std::vector<BoxView>& views, const Camera& camera, double margin);
 };
 
 // Returns the points of the landmark that pass the paper's two tests (section "Outlier Removal"): votes and

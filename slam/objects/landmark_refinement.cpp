@@ -8,7 +8,6 @@
 #include <ranges>
 #include <utility>
 
-#include "slam/objects/dense_evidence.h"
 #include "slam/objects/dual_quadric.h"
 #include "slam/objects/joint_refinement.h"
 #include "slam/objects/landmark_geometry.h"
@@ -294,27 +293,6 @@ std::optional<StandingFit> RefineLandmark(const Landmark& landmark, const std::v
   const std::optional<double> support = input.support_height;
   const RefinementResult result = RefineJointly(landmark.visible, input, options.refinement);
   return StandingFit{result.superquadric, support, result.cost, result.covariance};
-}
-
-StandingFit RefineLandmarkWithSurface(const Landmark& landmark, const std::vector<BoxView>& views,
-                                      std::span<const SurfacePoint> surface, double sigma,
-                                      const EstimationContext& context) {
-  constexpr std::size_t kMost = 400;
-  const ObjectOptions& options = *context.options;
-  RefinementInput input = InputOf(landmark, views, context);
-  for (std::size_t i = 0; i < surface.size(); i += StepThrough(surface.size(), kMost)) {
-    input.surface.push_back(surface[i].p_map);
-  }
-  input.surface_sigma = sigma;
-  const SupportHeights supports = PossibleSupports(landmark.points, context);
-  std::vector<PosedSuperquadric> starts;
-  for (const std::vector<Eigen::Vector3d>* points : {&input.points, &input.surface}) {
-    if (!points->empty()) {
-      const auto more = RefinementStarts(landmark, *points, input, options);
-      starts.insert(starts.end(), more.begin(), more.end());
-    }
-  }
-  return RefineStanding(starts, std::move(input), supports, options.refinement, SearchEffort::kThorough);
 }
 
 StandingFit RefineStanding(std::span<const PosedSuperquadric> starts, RefinementInput input,

@@ -11,8 +11,6 @@
 
 namespace sqslam {
 
-struct SurfacePoint;
-
 struct StandingFit {
   PosedSuperquadric superquadric;
   std::optional<double> support;  // height of the surface that it stands on; empty: on none of them
@@ -50,10 +48,5 @@ inline constexpr std::size_t kMinPoints = 4;
 // boxes do not determine the position.
 std::optional<StandingFit> RefineLandmark(const Landmark& landmark, const std::vector<BoxView>& views,
                                           bool thorough, const EstimationContext& context);
-
-// The same from all starts, with surface points of standard deviation `sigma` (map units).
-StandingFit RefineLandmarkWithSurface(const Landmark& landmark, const std::vector<BoxView>& views,
-                                      std::span<const SurfacePoint> surface, double sigma,
-                                      const EstimationContext& context);
 
 }  // namespace sqslam

@@ -212,7 +212,7 @@ bool AreSameObject(const Landmark& a, const Landmark& b, const ObjectOptions& al
     return parts.merge_by_test && same_label && a.centroids.count >= options.min_samples &&
            b.centroids.count >= options.min_samples &&
            AreSamePopulation(a.centroids, b.centroids, options.alpha,
-                             rules.least_spread * std::min(size_a, size_b), all.association.t_test);
+                             rules.least_spread * std::min(size_a, size_b));
   };
   if (all.method == ObjectMethod::kPaper) {
     return passes_t_test();

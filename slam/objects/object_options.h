@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "slam/objects/association_method.h"
-#include "slam/objects/statistical_tests.h"
 
 namespace sqslam {
 
@@ -24,21 +23,15 @@ struct DetectionFilterOptions {
   void VisitFields(auto&& visit) {
     visit("ignored_labels", ignored_labels);
     visit("min_score", min_score, 0.0, 1.0);
-    visit("max_box_share", max_box_share, 0.0, 1.0);
-    visit("min_box_share", min_box_share, 0.0, 1.0);
-    visit("duplicate_iou", duplicate_iou, 0.0, 1.0);
     visit("border_margin", border_margin, 0.0, 100.0);
-    visit("border_share", border_share, 0.0, 0.5);
-    visit("max_cut_share", max_cut_share, 0.0, 1.0);
   }
 };
 
 // Assignment of boxes to landmarks (section "Data Association").
 struct AssociationOptions {
   AssociationMethod method = AssociationMethod::kFull;
-  MeanTest t_test = MeanTest::kPerAxis;  // of one- and two-sample tests
-  double min_iou = 0.5;                  // IoU with the predicted box that makes a candidate, in [0, 1]
-  double accept_iou = 0.7;               // IoU that is accepted without shared points, in [0, 1]
+  double min_iou = 0.5;       // IoU with the predicted box that makes a candidate, in [0, 1]
+  double accept_iou = 0.7;    // IoU that is accepted without shared points, in [0, 1]
   double min_shared = 0.33;   // share of the observation's points that must be the landmark's, in [0, 1]
   int min_shared_points = 3;  // least number of these points
   int inter_frame_gap = 3;    // maximum frames since the last sighting to count as consecutive
@@ -54,21 +47,9 @@ struct AssociationOptions {
 
   void VisitFields(auto&& visit) {
     visit("method", method);
-    visit("t_test", t_test);
     visit("min_iou", min_iou, 0.0, 1.0);
-    visit("accept_iou", accept_iou, 0.0, 1.0);
-    visit("min_shared", min_shared, 0.0, 1.0);
-    visit("min_shared_points", min_shared_points, 1, 1000);
-    visit("inter_frame_gap", inter_frame_gap, 1, 1000);
-    visit("other_label_shared", other_label_shared, 0.0, 1.0);
-    visit("other_label_iou", other_label_iou, 0.0, 1.0);
     visit("alpha", alpha, 1e-9, 0.5);
-    visit("rank_sum_points", rank_sum_points, 4, 10000);
-    visit("min_t_samples", min_t_samples, 2, 1000);
     visit("projected_iou", projected_iou, 0.0, 1.0);
-    visit("projected_iou_alone", projected_iou_alone, 0.0, 1.0);
-    visit("max_centroid_distance", max_centroid_distance, 0.0, 100.0);
-    visit("min_points", min_points, 1, 1000);
   }
 };
 
@@ -83,9 +64,7 @@ struct IsolationForestOptions {
   void VisitFields(auto&& visit) {
     visit("enabled", enabled);
     visit("trees", trees, 1, 1000);
-    visit("max_samples", max_samples, 4, 10000);
     visit("threshold", threshold, 0.0, 1.0);
-    visit("min_points", min_points, 4, 10000);
   }
 };
 
@@ -106,10 +85,7 @@ struct OutlierOptions {
 
   void VisitFields(auto&& visit) {
     visit("depth_iqr", depth_iqr, 0.0, 100.0);
-    visit("min_inside_share", min_inside_share, 0.0, 1.0);
     visit("reprojection", reprojection);
-    visit("box_margin", box_margin, 0.0, 1.0);
-    visit("min_votes", min_votes, 1, 1000);
     visit("isolation_forest", isolation_forest);
   }
 };
@@ -132,29 +108,13 @@ struct YawOptions {
 
   void VisitFields(auto&& visit) {
     visit("line_interval", line_interval, 0, 1000);
-    visit("line_pixels", line_pixels, 0, 100000000);
-    visit("line_views", line_views, 0, 100000);
-    visit("max_box_share", max_box_share, 0.0, 1.0);
-    visit("min_line_length", min_line_length, 1.0, 1000.0);
-    visit("box_margin", box_margin, 0.0, 100.0);
     visit("samples", samples, 2, 360);
     visit("match_angle_deg", match_angle_deg, 0.1, 45.0);
-    visit("min_lines", min_lines, 1, 100);
-    visit("independent_views", independent_views, 0.1, 1000.0);
-    visit("max_refinement_deg", max_refinement_deg, 0.1, 45.0);
-    visit("pca_min_ratio", pca_min_ratio, 1.0, 100.0);
-    visit("pca_min_points", pca_min_points, 3, 1000);
   }
 };
 
-// Half sizes from the extreme points (the paper), or from percentiles of the points.
-enum class SizeMethod { kMinMax, kPercentile };
-constexpr auto EnumNames(SizeMethod) { return std::array{"minmax", "percentile"}; }
-
 // Half sizes from the point cloud, and the shape exponents (section "Size And Shape").
 struct SizeShapeOptions {
-  SizeMethod size_method = SizeMethod::kMinMax;
-  double percentile = 0.02;      // share of points cut off at each end by the percentile method
   double thinnest_share = 0.02;  // lower bound on half sizes, share of the largest one
   double grid_step = 0.2;        // start values of the exponents: 0.1, 0.1 + step, ... 1.9 on both axes
   double huber = 0.1;            // width of the robust loss, share of the mean half size
@@ -162,16 +122,7 @@ struct SizeShapeOptions {
   double prior_exponent = 0.5;   // from 0.1 (edged) over 1 (round) to 1.9
   int max_iterations = 20;       // Levenberg-Marquardt steps
 
-  void VisitFields(auto&& visit) {
-    visit("size_method", size_method);
-    visit("percentile", percentile, 0.0, 0.4);
-    visit("thinnest_share", thinnest_share, 0.0, 1.0);
-    visit("grid_step", grid_step, 0.05, 1.8);
-    visit("huber", huber, 1e-4, 10.0);
-    visit("regularisation", regularisation, 0.0, 100.0);
-    visit("prior_exponent", prior_exponent, 0.1, 1.9);
-    visit("max_iterations", max_iterations, 1, 1000);
-  }
+  void VisitFields(auto&& visit) { visit("regularisation", regularisation, 0.0, 100.0); }
 };
 
 // Joint refinement of centre, half sizes, yaw and shape against points and box edges (method "refined").
@@ -186,15 +137,11 @@ struct RefinementOptions {
   // Standard deviation of a point's observations, px: the smaller its baseline, the less its depth counts; 0:
   // depth is as certain as the rest.
   double depth_sigma_px = 3.0;
-  double point_weight = 1.0;  // the points together weigh at most as much as this many views
-  // All points of a dense cloud together weigh as much as this many observations of this standard deviation,
-  // share of their depth.
-  double dense_weight = 20.0;
-  double dense_sigma_share = 0.004;  // standard deviation of such an observation, share of its depth
-  double contact_sigma = 0.05;       // standard deviation of the gap to the support, share of the shown size
-  double contact_weight = 10.0;      // weight of the contact with the support, relative to one box edge
-  double floating_cost = 8.0;        // half chi square by which standing on nothing must fit better
-  double exponent_sigma = 0.2;       // standard deviation of both exponents about those of the kind of shape
+  double point_weight = 1.0;     // the points together weigh at most as much as this many views
+  double contact_sigma = 0.05;   // standard deviation of the gap to the support, share of the shown size
+  double contact_weight = 10.0;  // weight of the contact with the support, relative to one box edge
+  double floating_cost = 8.0;    // half chi square by which standing on nothing must fit better
+  double exponent_sigma = 0.2;   // standard deviation of both exponents about those of the kind of shape
   // Standard deviation of the log of the width of a round thing's ends over that of its middle: bottles,
   // bowls; 0: both are as wide.
   double taper_sigma = 0.5;
@@ -204,24 +151,11 @@ struct RefinementOptions {
   double cost_tolerance = 0.02;   // steps that reduce the cost (half a chi square) by less are the last
 
   void VisitFields(auto&& visit) {
-    visit("max_views", max_views, 1, 1000);
     visit("edge_sigma_px", edge_sigma_px, 0.01, 100.0);
     visit("edge_sigma_share", edge_sigma_share, 0.0, 1.0);
-    visit("point_sigma_px", point_sigma_px, 0.01, 100.0);
-    visit("depth_sigma_px", depth_sigma_px, 0.0, 100.0);
     visit("point_weight", point_weight, 0.0, 10000.0);
-    visit("dense_weight", dense_weight, 0.0, 1000.0);
-    visit("dense_sigma_share", dense_sigma_share, 1e-5, 1.0);
-    visit("contact_sigma", contact_sigma, 1e-4, 10.0);
-    visit("exponent_sigma", exponent_sigma, 0.01, 100.0);
     visit("taper_sigma", taper_sigma, 0.0, 10.0);
     visit("edge_bias_sigma", edge_bias_sigma, 1e-6, 1.0);
-    visit("point_sigma_share", point_sigma_share, 0.0, 1.0);
-    visit("contact_weight", contact_weight, 0.0, 1000.0);
-    visit("floating_cost", floating_cost, 0.0, 1e6);
-    visit("max_stretch", max_stretch, 0.5, 100.0);
-    visit("max_iterations", max_iterations, 1, 1000);
-    visit("cost_tolerance", cost_tolerance, 1e-9, 100.0);
   }
 };
 
@@ -239,12 +173,7 @@ struct MergingOptions {
 
   void VisitFields(auto&& visit) {
     visit("alpha", alpha, 1e-9, 0.5);
-    visit("min_samples", min_samples, 2, 1000);
     visit("overlap", overlap, 0.0, 1.0);
-    visit("overlap_other_label", overlap_other_label, 0.0, 1.0);
-    visit("concentric", concentric, 0.0, 1.0);
-    visit("max_seen_together_share", max_seen_together_share, 0.0, 1.0);
-    visit("max_seen_together", max_seen_together, 0, 10000);
   }
 };
 
@@ -255,14 +184,6 @@ struct GravityOptions {
   int ransac_iterations = 4000;  // random planes tried
   int min_points = 30;           // map points needed to look for a plane
   double min_support = 0.08;     // share of the points that must lie on the plane
-
-  void VisitFields(auto&& visit) {
-    visit("max_angle_deg", max_angle_deg, 1.0, 90.0);
-    visit("inlier_share", inlier_share, 1e-4, 0.5);
-    visit("ransac_iterations", ransac_iterations, 10, 100000);
-    visit("min_points", min_points, 3, 100000);
-    visit("min_support", min_support, 0.0, 1.0);
-  }
 };
 
 // The paper's steps alone, or the joint refinement after them.
@@ -282,16 +203,11 @@ constexpr auto EnumNames(Representation) {
 enum class QuadricInit { kMultiView, kSingleView };
 constexpr auto EnumNames(QuadricInit) { return std::array{"multi-view", "single-view"}; }
 
-// Use of a dense cloud for the objects, once there is one: if it helps, or never.
-enum class DenseEvidence { kAuto, kOff };
-constexpr auto EnumNames(DenseEvidence) { return std::array{"auto", "off"}; }
-
 struct ObjectOptions {
   ObjectMethod method = ObjectMethod::kRefined;
   Representation representation = Representation::kSuperquadric;
   QuadricInit quadric_init = QuadricInit::kMultiView;  // of representation "quadric"
   std::string class_priors = "default";                // default (configs/classes.yaml), off, or a file
-  DenseEvidence dense_evidence = DenseEvidence::kOff;  // for sqslam densify and run --dense
   int min_observations = 10;                           // boxes needed to show an object
   int min_points = 4;                                  // map points needed to show an object
   double min_box_agreement = 0.35;       // mean IoU of projected object and boxes needed to show an object
@@ -313,11 +229,7 @@ struct ObjectOptions {
     visit("representation", representation);
     visit("quadric_init", quadric_init);
     visit("class_priors", class_priors);
-    visit("dense_evidence", dense_evidence);
     visit("min_observations", min_observations, 1, 10000);
-    visit("min_points", min_points, 0, 10000);
-    visit("min_box_agreement", min_box_agreement, 0.0, 1.0);
-    visit("pointless_box_agreement", pointless_box_agreement, 0.0, 1.0);
     visit("min_reliability", min_reliability, 0.0, 1.0);
     visit("forget_after", forget_after, 1, 1000000);
     visit("max_estimates", max_estimates, 0, 10000);
@@ -328,7 +240,6 @@ struct ObjectOptions {
     visit("size_shape", size_shape);
     visit("refinement", refinement);
     visit("merging", merging);
-    visit("gravity", gravity);
   }
 };
 

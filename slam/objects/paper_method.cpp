@@ -14,7 +14,6 @@ ObjectOptions OptionsOfMethod(ObjectOptions options) {
   options.max_estimates = 0;
   options.detections.border_margin = 4.0;
   options.detections.border_share = 0.0;
-  options.association.t_test = MeanTest::kPerAxis;
   options.association.min_t_samples = 2;
   options.merging.alpha = options.association.alpha;
   options.merging.min_samples = 2;
@@ -28,7 +27,6 @@ ObjectOptions OptionsOfMethod(ObjectOptions options) {
   options.yaw.pca_min_ratio = 1.0;
   options.yaw.pca_min_points = 3;
   SizeShapeOptions& shape = options.size_shape;
-  shape.size_method = SizeMethod::kMinMax;
   shape.thinnest_share = 0.001;
   shape.huber = 10.0;  // mean half sizes: beyond all residuals
   shape.regularisation = 0.0;

@@ -3,12 +3,12 @@
 #include <ceres/ceres.h>
 #include <ceres/normal_prior.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <deque>
 #include <limits>
 
-#include "slam/util/statistics.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
@@ -79,18 +79,13 @@ ShapeFit BestOfGrid(const std::deque<ShapeCost>& costs, const SizeShapeOptions& 
 }  // namespace
 
 Extents EstimateExtents(std::span<const Eigen::Vector3d> p_object, const SizeShapeOptions& options) {
-  const double q = options.size_method == SizeMethod::kPercentile ? options.percentile : 0.0;
-  Extents extents;
-  for (int axis = 0; axis < 3; ++axis) {
-    std::vector<double> values = ToVector(p_object, [&](const Eigen::Vector3d& p) { return p[axis]; });
-    const double low = NearestQuantile(values, q);
-    const double high = NearestQuantile(std::move(values), 1.0 - q);
-    extents.centre[axis] = 0.5 * (low + high);
-    extents.half_size[axis] = 0.5 * (high - low);
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& p : p_object) {
+    box.extend(p);
   }
-  const double thinnest = std::max(1e-9, options.thinnest_share * extents.half_size.maxCoeff());
-  extents.half_size = extents.half_size.cwiseMax(thinnest);
-  return extents;
+  const Eigen::Vector3d half_size = 0.5 * box.sizes();
+  const double thinnest = std::max(1e-9, options.thinnest_share * half_size.maxCoeff());
+  return {0.5 * (box.min() + box.max()), half_size.cwiseMax(thinnest)};
 }
 
 std::vector<double> ShapeWeights(std::span<const Eigen::Vector3d> p_object) {

@@ -15,7 +15,7 @@ struct Extents {
 };
 
 // Estimates half sizes as half the difference of the largest and the smallest coordinate on each axis
-// (section "Size And Shape"), or of two percentiles. Needs at least one point.
+// (section "Size And Shape"). Needs at least one point.
 Extents EstimateExtents(std::span<const Eigen::Vector3d> p_object, const SizeShapeOptions& options);
 
 // Returns the weights alpha of section "Size And Shape": 0 for the point nearest to the centre, 1 for the

@@ -1,8 +1,6 @@
 #include "slam/objects/statistical_tests.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <boost/math/distributions/fisher_f.hpp>
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
@@ -12,24 +10,13 @@
 namespace sqslam {
 namespace {
 
-constexpr int kDimensions = 3;
-
-// True if a difference of means with covariance `scale` * `covariance` (`degrees` degrees of freedom) is not
-// significant.
-bool MayBeZero(const Eigen::Vector3d& difference, const Eigen::Matrix3d& covariance, double scale,
-               double degrees, double alpha, double min_sigma, MeanTest test) {
-  if (test == MeanTest::kPerAxis) {
-    const Eigen::Vector3d sigma = covariance.diagonal().cwiseSqrt().cwiseMax(min_sigma);
-    const Eigen::Vector3d t = difference.cwiseAbs().cwiseQuotient(sigma) / std::sqrt(scale);
-    return t.maxCoeff() <= CriticalT(alpha, degrees);
-  }
-  if (degrees < kDimensions) {
-    return false;
-  }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(covariance);
-  const Eigen::Vector3d variances = axes.eigenvalues().cwiseMax(min_sigma * min_sigma);
-  const Eigen::Vector3d along = axes.eigenvectors().transpose() * difference;
-  return along.cwiseAbs2().cwiseQuotient(variances).sum() / scale <= CriticalHotelling(alpha, degrees);
+// Returns true if a difference of means, whose covariance is `scale` times one with variances `variance`
+// (`degrees` degrees of freedom), is significant on no axis.
+bool MayBeZero(const Eigen::Vector3d& difference, const Eigen::Vector3d& variance, double scale,
+               double degrees, double alpha, double min_sigma) {
+  const Eigen::Vector3d sigma = variance.cwiseSqrt().cwiseMax(min_sigma);
+  const Eigen::Vector3d t = difference.cwiseAbs().cwiseQuotient(sigma) / std::sqrt(scale);
+  return t.maxCoeff() <= CriticalT(alpha, degrees);
 }
 
 std::vector<double> EvenlyPicked(std::span<const Eigen::Vector3d> points, int axis, int max_points) {
@@ -80,31 +67,24 @@ double CriticalT(double alpha, double degrees) {
   return boost::math::quantile(boost::math::complement(distribution, alpha / 2.0));
 }
 
-double CriticalHotelling(double alpha, double degrees) {
-  const double rest = degrees - kDimensions + 1.0;
-  const boost::math::fisher_f_distribution<double> distribution(kDimensions, rest);
-  return kDimensions * degrees / rest * boost::math::quantile(boost::math::complement(distribution, alpha));
-}
-
 bool IsSampleOf(const PointStatistics& population, const Eigen::Vector3d& p, double alpha, double min_sigma,
-                OneSampleTest scale, MeanTest test) {
+                OneSampleTest scale) {
   const int n = population.count;
   if (n < 2) {
     return false;
   }
   const double of_mean = 1.0 / n;
-  return MayBeZero(population.mean - p, population.Covariance(),
-                   scale == OneSampleTest::kOfMean ? of_mean : 1.0 + of_mean, n - 1, alpha, min_sigma, test);
+  return MayBeZero(population.mean - p, population.Variance(),
+                   scale == OneSampleTest::kOfMean ? of_mean : 1.0 + of_mean, n - 1, alpha, min_sigma);
 }
 
-bool AreSamePopulation(const PointStatistics& a, const PointStatistics& b, double alpha, double min_sigma,
-                       MeanTest test) {
+bool AreSamePopulation(const PointStatistics& a, const PointStatistics& b, double alpha, double min_sigma) {
   const int degrees = a.count + b.count - 2;
   if (a.count < 1 || b.count < 1 || degrees < 1) {
     return false;
   }
-  const Eigen::Matrix3d pooled = (a.scatter + b.scatter) / degrees;
-  return MayBeZero(a.mean - b.mean, pooled, 1.0 / a.count + 1.0 / b.count, degrees, alpha, min_sigma, test);
+  const Eigen::Vector3d pooled = (a.scatter + b.scatter).diagonal() / degrees;
+  return MayBeZero(a.mean - b.mean, pooled, 1.0 / a.count + 1.0 / b.count, degrees, alpha, min_sigma);
 }
 
 double RankSumZ(std::span<const double> a, std::span<const double> b) {

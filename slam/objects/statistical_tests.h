@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <span>
 
 #include "slam/geometry/rigid3.h"
@@ -25,38 +24,22 @@ struct PointStatistics {
   static void VisitState(auto& self, auto&& visit) { visit(self.count, self.mean, self.scatter); }
 };
 
-// Tests of three coordinates at once.
-//  kPerAxis: the paper's; a t-test on each axis at level alpha, accepted if all three accept. Rejects true
-//    hypotheses with probability 1 - (1 - alpha)^3 if the axes are independent, and depends on their
-//    directions.
-//  kHotelling: Hotelling's T^2 on the vector, with F quantiles (Hotelling 1931; Johnson and Wichern, Applied
-//    Multivariate Statistical Analysis, chapters 5 and 6). Rejects true hypotheses with probability alpha in
-//    any frame.
-enum class MeanTest { kPerAxis, kHotelling };
-constexpr auto EnumNames(MeanTest) { return std::array{"per-axis", "hotelling"}; }
-
 // Critical value of |t|: t_{alpha/2, degrees}. Throws std::domain_error for degrees <= 0 or alpha outside (0,
 // 1).
 double CriticalT(double alpha, double degrees);
 
-// Critical value of Hotelling's T^2 in three dimensions for a covariance with `degrees` degrees of freedom
-// (one sample: n - 1; two samples: n1 + n2 - 2): 3 degrees / (degrees - 2) F_{alpha; 3, degrees - 2}. Throws
-// std::domain_error for degrees <= 2 or alpha outside (0, 1).
-double CriticalHotelling(double alpha, double degrees);
-
-// One-sample test of section "Non inter-frame Association": true if `p` is accepted as a further sample of
-// the population; false if the population is too small to tell (n < 2, Hotelling n < 4). The paper's
+// One-sample t-test on each axis (section "Non inter-frame Association"): true if all three accept `p` as a
+// further sample of the population; false if the population is too small to tell (n < 2). The paper's
 // statistic compares a single centroid with the mean of n, so it rejects nearly everything for large n (the
 // critical value stays, sqrt(n) grows). `kOfSingle` tests against the spread of single samples instead, sigma
 // * sqrt(1 + 1/n). `min_sigma` (map units, in every direction) keeps tiny spreads from rejecting all.
 enum class OneSampleTest { kOfMean, kOfSingle };
 bool IsSampleOf(const PointStatistics& population, const Eigen::Vector3d& p, double alpha, double min_sigma,
-                OneSampleTest scale = OneSampleTest::kOfMean, MeanTest test = MeanTest::kPerAxis);
+                OneSampleTest scale = OneSampleTest::kOfMean);
 
 // Two-sample test with pooled (co)variance: true if both are accepted as samples of one object; false if they
-// are too small to tell (fewer than three points together, Hotelling five).
-bool AreSamePopulation(const PointStatistics& a, const PointStatistics& b, double alpha, double min_sigma,
-                       MeanTest test = MeanTest::kPerAxis);
+// are too small to tell (fewer than three points together).
+bool AreSamePopulation(const PointStatistics& a, const PointStatistics& b, double alpha, double min_sigma);
 
 // Wilcoxon's rank-sum statistic of `a` within a and b together, standardised: (U - E[U]) / sigma[U], with
 // middle ranks for ties and the variance corrected for them (Hollander, Wolfe and Chicken, Nonparametric

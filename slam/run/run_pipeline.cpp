@@ -12,7 +12,6 @@
 #include "slam/io/cameras.h"
 #include "slam/io/trajectory.h"
 #include "slam/run/auto_camera.h"
-#include "slam/run/dense_objects.h"
 #include "slam/run/detection_feed.h"
 #include "slam/run/known_map.h"
 #include "slam/run/map_files.h"
@@ -199,11 +198,6 @@ void MakeDense(const RunRequest& request, FinishedRun& run, int live, RunHost& h
                 });
     if (!dense.interrupted) {
       host.Say(dense.Text());
-      const DenseObjects objects = RefineObjectsWithCloud(run.output, request.options.objects);
-      if (objects.map) {
-        run.result.map.snapshot = objects.map;
-        host.Say(objects.Text());
-      }
       host.Mesh(run);
     }
   } catch (const NoMapError& error) {

@@ -170,9 +170,6 @@ TEST(Associate, FindsAnObjectAgainAfterAGapByTheTTest) {
   EXPECT_EQ(AssociateAll({back}, {landmark}, options), std::vector<int>{-1});
   options.method = AssociationMethod::kIouTTest;
   EXPECT_EQ(AssociateAll({back}, {landmark}, options), std::vector<int>{0});
-  options.t_test = MeanTest::kHotelling;
-  EXPECT_EQ(AssociateAll({back}, {landmark}, options), std::vector<int>{0});
-  EXPECT_EQ(AssociateAll({elsewhere}, {landmark}, options), std::vector<int>{-1});
 }
 
 TEST(Associate, OfTwoThatPassTheTestTakesTheNearer) {

@@ -2,15 +2,15 @@
 
 #include <gtest/gtest.h>
 
-#include "dense_box_scene.h"
 #include "slam/geometry/angles.h"
 #include "slam/objects/landmark_estimation.h"
 #include "slam/objects/landmark_geometry.h"
+#include "tests/objects/box_scene.h"
 
 namespace sqslam {
 namespace {
 
-using testing::DenseBoxScene;
+using testing::BoxScene;
 
 TEST(IsBottomSeen, AsksForAThirdOfTheViews) {
   std::vector<BoxView> views(9);
@@ -54,7 +54,7 @@ class RefineLandmarkTest : public ::testing::Test {
     return landmark;
   }
 
-  const DenseBoxScene scene_;
+  const BoxScene scene_;
   const ObjectOptions options_;
   const ClassPriors classes_;
   const SupportSurfaces supports_ = SupportSurfaces::Everywhere(0.0);
