@@ -3,6 +3,7 @@
 # usage: scripts/check.sh [CHECK]...
 #   format     every source is formatted by clang-format
 #   modules    modules include only lower layers, without cycles (scripts/check-modules.py)
+#   words      names of tests and constants, subjects of commits (scripts/check-words.py)
 #   options    docs/options.md is up to date (scripts/list-options.py)
 #   asan-slam  the unit tests of slam/ under AddressSanitizer and the cheaper checks of UBSan
 # By hand, since they take hours:
@@ -24,6 +25,11 @@ check_format() {
 check_modules() {
   scripts/install-packages.sh python3
   scripts/check-modules.py
+}
+
+check_words() {
+  scripts/install-packages.sh python3
+  scripts/check-words.py
 }
 
 check_options() {

@@ -96,7 +96,7 @@ TEST_F(KeptMapCommands, ColmapsModelHasTheErrorThatWeHave) {
 
 TEST_F(KeptMapCommands, ColmapItselfReadsTheModel) {
   if (std::system("command -v colmap >/dev/null 2>&1") != 0) {
-    GTEST_SKIP() << "colmap is not installed (apt-get install colmap)";
+    GTEST_SKIP() << "colmap is not installed (packages-test.txt)";
   }
   const ProgramRun run = RunProgram("export " + Map() + " --format colmap -o " + Out("analysed").string());
   ASSERT_EQ(run.exit_code, 0) << run.err;
@@ -122,7 +122,7 @@ TEST_F(KeptMapCommands, ColmapItselfReadsTheModel) {
 // COLMAP goes on with the model: it adjusts it, and triangulates points of its own from its poses.
 TEST_F(KeptMapCommands, ColmapItselfGoesOnWithTheModel) {
   if (std::system("command -v colmap >/dev/null 2>&1") != 0) {
-    GTEST_SKIP() << "colmap is not installed (apt-get install colmap)";
+    GTEST_SKIP() << "colmap is not installed (packages-test.txt)";
   }
   const ProgramRun run = RunProgram("export " + Map() + " --format colmap -o " + Out("handed").string());
   ASSERT_EQ(run.exit_code, 0) << run.err;
