@@ -46,7 +46,7 @@ TEST(Assignment, FindsTheBestSumOfAllPermutations) {
   }
 }
 
-TEST(Assignment, LeavesOutWhatIsImpossible) {
+TEST(Assignment, LeavesOutImpossiblePairs) {
   Eigen::MatrixXd gain(2, 1);
   gain << 0.0, 0.5;
   EXPECT_EQ(AssignOptimally(gain), (std::vector<int>{-1, 0}));
@@ -54,7 +54,7 @@ TEST(Assignment, LeavesOutWhatIsImpossible) {
   EXPECT_EQ(AssignOptimally(Eigen::MatrixXd(2, 0)), (std::vector<int>{-1, -1}));
 }
 
-TEST(TTest, CriticalValuesAgreeWithTheTables) {
+TEST(TTest, MatchesTabulatedCriticalValues) {
   EXPECT_NEAR(CriticalT(0.05, 30), 2.042, 5e-4);
   EXPECT_NEAR(CriticalT(0.001, 30), 3.646, 5e-4);
   EXPECT_NEAR(CriticalT(0.05, 1), 12.706, 5e-4);
@@ -73,7 +73,7 @@ PointStatistics Sample(const Eigen::Vector3d& mean, double sigma, int count, uns
   return statistics;
 }
 
-TEST(TTest, MergedStatisticsEqualThoseOfAllSamples) {
+TEST(TTest, MergesStatisticsExactly) {
   PointStatistics all;
   PointStatistics first;
   PointStatistics second;
@@ -88,7 +88,7 @@ TEST(TTest, MergedStatisticsEqualThoseOfAllSamples) {
   EXPECT_TRUE(first.scatter.isApprox(all.scatter));
 }
 
-TEST(TTest, AcceptsItsOwnAndRejectsWhatIsFar) {
+TEST(TTest, AcceptsOwnSamplesAndRejectsDistantOnes) {
   const PointStatistics cup = Sample({1, 2, 3}, 0.02, 20, 1);
   EXPECT_TRUE(IsSampleOf(cup, {1.01, 2.0, 3.0}, 0.01, 0.0, OneSampleTest::kOfSingle));
   EXPECT_FALSE(IsSampleOf(cup, {1.2, 2.0, 3.0}, 0.01, 0.0, OneSampleTest::kOfSingle));
@@ -128,7 +128,7 @@ BoxCandidate Candidate(const std::string& label, double score, const Box2d& box,
   return candidate;
 }
 
-TEST(Associate, TellsCupsInARowApartByTheirPoints) {
+TEST(Associate, SeparatesCupsInARowByTheirPoints) {
   const std::vector<KnownLandmark> known = {Cup(Box2d{100, 100, 40, 40}, {1, 2, 3, 4, 5, 6, 7, 8}),
                                             Cup(Box2d{112, 100, 40, 40}, {11, 12, 13, 14, 15, 16, 17, 18}),
                                             Cup(Box2d{124, 100, 40, 40}, {21, 22, 23, 24, 25, 26, 27, 28})};
@@ -142,7 +142,7 @@ TEST(Associate, TellsCupsInARowApartByTheirPoints) {
   EXPECT_EQ(AssociateAll(boxes, known, options), (std::vector<int>{1, 2}));
 }
 
-TEST(Associate, SurvivesAWrongLabelAtTheSamePlace) {
+TEST(Associate, SurvivesWrongLabelAtTheSamePlace) {
   const std::vector<KnownLandmark> known = {Cup(Box2d{100, 100, 40, 40}, {1, 2, 3, 4, 5})};
   const BoxCandidate same = Candidate("bowl", 0.5, {101, 100, 40, 40}, {1, 2, 3, 4, 5});
   const BoxCandidate other = Candidate("bowl", 0.5, {125, 100, 40, 40}, {21, 22, 23, 24, 25});
@@ -150,7 +150,7 @@ TEST(Associate, SurvivesAWrongLabelAtTheSamePlace) {
   EXPECT_EQ(AssociateAll({other}, known, AssociationOptions()), std::vector<int>{-1});
 }
 
-TEST(Associate, FindsAnObjectAgainAfterAGapByTheTTest) {
+TEST(Associate, FindsObjectAfterAGapByTheTTest) {
   ObjectLandmarkView view;
   view.estimated = true;
   view.visible.shape.half_size.setConstant(0.05);
@@ -172,7 +172,7 @@ TEST(Associate, FindsAnObjectAgainAfterAGapByTheTTest) {
   EXPECT_EQ(AssociateAll({back}, {landmark}, options), std::vector<int>{0});
 }
 
-TEST(Associate, OfTwoThatPassTheTestTakesTheNearer) {
+TEST(Associate, PicksNearerOfTwoThatPassTheTest) {
   std::vector<KnownLandmark> known(2, Cup());
   known[0].centroids = Sample({0, 0, 1}, 0.03, 12, 5);
   known[1].centroids = Sample({0.06, 0, 1}, 0.03, 12, 6);
@@ -199,7 +199,7 @@ std::vector<Eigen::Vector3d> CloudAt(const Eigen::Vector3d& centre, int count, u
 }
 
 // The parts of every method, one situation each.
-TEST(Associate, EachMethodUsesItsOwnTestsAndNoOther) {
+TEST(Associate, UsesOnlyTheTestsOfItsMethod) {
   const KnownLandmark next_frame = Cup(Box2d{100, 100, 40, 40});  // overlap only
   const KnownLandmark gap = Cup();
   const BoxCandidate by_box = Candidate("cup", 0.9, {102, 100, 40, 40});

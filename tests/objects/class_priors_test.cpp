@@ -18,7 +18,7 @@ std::filesystem::path FileWith(const std::string& text) {
   return path;
 }
 
-TEST(ClassPriors, KnowTheClassesThatComeWithTheProgram) {
+TEST(ClassPriors, KnowsBundledClasses) {
   const ClassPriors priors = ClassPriors::Read(DataPath("configs/classes.yaml"));
   const ClassPrior& bottle = priors.Of("bottle");
   EXPECT_GT(bottle.shapes[1], 0.9);
@@ -31,7 +31,7 @@ TEST(ClassPriors, KnowTheClassesThatComeWithTheProgram) {
   EXPECT_EQ(priors.Of("something nobody has named").width_sigma, ClassPrior().width_sigma);
 }
 
-TEST(ClassPriors, TakeAScreenWithItsFootForNoStranger) {
+TEST(ClassPriors, AcceptsScreenWithItsFoot) {
   const ClassPriors priors = ClassPriors::Read(DataPath("configs/classes.yaml"));
   const double hung = 0.06;  // depths, metres
   const double on_foot = 0.23;
@@ -44,7 +44,7 @@ TEST(ClassPriors, TakeAScreenWithItsFootForNoStranger) {
   }
 }
 
-TEST(BackOf, IsAsWideAndHighAsTheSeatAndAFifthAsDeep) {
+TEST(BackOf, KeepsWidthAndHeightAtAFifthOfTheDepth) {
   const ClassPrior chair =
       ClassPriors::Read(FileWith("chair: {size: [0.5, 0.4, 0.9], back: true}\n")).Of("chair");
   EXPECT_TRUE(chair.back);
@@ -56,7 +56,7 @@ TEST(BackOf, IsAsWideAndHighAsTheSeatAndAFifthAsDeep) {
   EXPECT_FALSE(BackOf(ClassPrior()).log_metres);
 }
 
-TEST(ClassPriors, NameTheLineOfWhatTheyCannotRead) {
+TEST(ClassPriors, ReportsLineOfUnreadableEntry) {
   const auto message = [](const std::string& text) -> std::string {
     try {
       ClassPriors::Read(FileWith(text));
@@ -73,14 +73,14 @@ TEST(ClassPriors, NameTheLineOfWhatTheyCannotRead) {
   EXPECT_NE(message("cup: {size: [0.1,").find("classes.yaml"), std::string::npos);
 }
 
-TEST(ClassPriors, EveryKindIsNearestToItself) {
+TEST(ClassPriors, FindsEveryKindNearestToItself) {
   for (const ShapeKind kind : kShapeKinds) {
     const auto [e1, e2] = ExponentsOf(kind);
     EXPECT_EQ(NearestKind(e1, e2), kind);
   }
 }
 
-TEST(MetricScale, IsThatOfTheOthersAndForgivesAWrongLabel) {
+TEST(MetricScale, FollowsTheOthersDespiteAWrongLabel) {
   std::vector<SizedObject> objects;
   for (int i = 0; i < 6; ++i) {
     objects.push_back({i, 0.7 + 0.1 * (i % 3 - 1), 0.3});
@@ -109,7 +109,7 @@ TEST(Reliability, FallsWithEveryReasonForDoubt) {
   EXPECT_LT(with([](auto& e) { e.holds_larger = true; }), 0.5);
 }
 
-TEST(ClassSurprise, IsNoneForATypicalThingAtTheRightScale) {
+TEST(ClassSurprise, VanishesForATypicalObjectAtTheRightScale) {
   ClassPrior prior;
   prior.log_width_ratio = std::log(2.0);
   prior.log_height_ratio = 0.0;

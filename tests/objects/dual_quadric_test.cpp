@@ -103,13 +103,13 @@ TEST(DualQuadric, VanishesOnTangentPlanesAndGivesTheEllipsoidBack) {
   EXPECT_GT((back->T_map_object.rotation * Eigen::Vector3d::UnitZ()).z(), std::sqrt(1.0 / 3.0));
 }
 
-TEST(DualQuadric, OtherKindsOfQuadricsAreNoEllipsoids) {
+TEST(DualQuadric, RejectsOtherKindsOfQuadrics) {
   EXPECT_FALSE(EllipsoidOf(Eigen::Vector4d(1.0, 1.0, -0.2, -1.0).asDiagonal()));  // a hyperboloid
   EXPECT_FALSE(EllipsoidOf(Eigen::Vector4d(1.0, 1.0, 0.0, -1.0).asDiagonal()));   // a disc
   EXPECT_FALSE(EllipsoidOf(Eigen::Vector4d(1.0, 1.0, 1.0, 0.0).asDiagonal()));    // centre at infinity
 }
 
-TEST(BoxOfVisiblePart, IsTheWholeBoxWithinTheImageAndTighterThanItsCutAtTheBorder) {
+TEST(BoxOfVisiblePart, EqualsWholeBoxInsideTheImageAndIsTighterThanTheClippedBoxAtTheBorder) {
   const Camera camera = TestCamera();
   const PosedSuperquadric ellipsoid = LeaningEllipsoid();
   const Rigid3d pose = ArcOfPoses(ellipsoid.T_map_object.translation)[4];
@@ -142,7 +142,7 @@ TEST(BoxOfVisiblePart, IsTheWholeBoxWithinTheImageAndTighterThanItsCutAtTheBorde
   EXPECT_LT(visible.height, whole.height - 2.0);
 }
 
-TEST(BoxOfVisiblePart, IsEmptyForWhatIsNotInFront) {
+TEST(BoxOfVisiblePart, ReturnsNothingBehindTheCamera) {
   PosedSuperquadric ball;
   ball.T_map_object.translation = {0, 0, -3};
   EXPECT_FALSE(BoxOfVisiblePart(ball, Rigid3d(), TestCamera(), {0, 0, 640, 480}));
@@ -160,7 +160,7 @@ TEST(EstimateDualQuadric, RecoversAnEllipsoidFromExactBoxes) {
   EXPECT_EQ(estimate->shape.e2, 1.0);
 }
 
-TEST(EstimateDualQuadric, UsesWhatIsLeftOfBoxesThatTheImageCutsOff) {
+TEST(EstimateDualQuadric, UsesVisibleEdgesOfBoxesCutOffByTheImage) {
   Camera camera = TestCamera();
   const PosedSuperquadric truth = LeaningEllipsoid();
   auto views = ViewsFrom(truth, ArcOfPoses(truth.T_map_object.translation), camera);
@@ -177,7 +177,7 @@ TEST(EstimateDualQuadric, UsesWhatIsLeftOfBoxesThatTheImageCutsOff) {
   EXPECT_GT(Overlap(*estimate, truth), 0.99);
 }
 
-TEST(EstimateDualQuadric, IgnoresEdgesThatSomethingHides) {
+TEST(EstimateDualQuadric, IgnoresHiddenEdges) {
   const PosedSuperquadric truth = LeaningEllipsoid();
   auto views = ViewsFrom(truth, ArcOfPoses(truth.T_map_object.translation), TestCamera());
   for (std::size_t i = 0; i < views.size(); i += 3) {
@@ -189,7 +189,7 @@ TEST(EstimateDualQuadric, IgnoresEdgesThatSomethingHides) {
   EXPECT_GT(Overlap(*estimate, truth), 0.995);  // as exact as the overlap is measured
 }
 
-TEST(EstimateDualQuadric, IsNearTheTruthFromNoisyBoxesWithAFewWrongOnes) {
+TEST(EstimateDualQuadric, StaysNearTheTruthWithNoisyBoxesAndOutliers) {
   const PosedSuperquadric truth = LeaningEllipsoid();
   auto views = ViewsFrom(truth, ArcOfPoses(truth.T_map_object.translation, 60), TestCamera());
   std::mt19937_64 random(7);
@@ -249,7 +249,7 @@ TEST(EstimateDualQuadric, RefusesViewsAlongOneLine) {
   EXPECT_FALSE(EstimateDualQuadric(ViewsFrom(truth, forward, TestCamera()), TestCamera(), ObjectOptions()));
 }
 
-TEST(EstimateDualQuadric, RefusesACameraThatOnlyTurns) {
+TEST(EstimateDualQuadric, RefusesPureRotation) {
   const PosedSuperquadric truth = LeaningEllipsoid();
   const Eigen::Vector3d& target = truth.T_map_object.translation;
   const Rigid3d first = LookAt(target + Eigen::Vector3d(2.0, -1.0, 1.0), target);

@@ -18,7 +18,7 @@ Landmark With(int observations, int estimated_at, double half_size = 0.0) {
   return landmark;
 }
 
-TEST(MostOutdated, ThoseNeverEstimatedThenThoseWithTheLargestShareOfNewBoxes) {
+TEST(MostOutdated, PutsNeverEstimatedFirstThenTheLargestShareOfNewBoxes) {
   const std::map<int, Landmark> landmarks = {{1, With(110, 100)},  // hardly changed
                                              {2, With(150, 100)},
                                              {3, With(20, 10)},
@@ -29,7 +29,7 @@ TEST(MostOutdated, ThoseNeverEstimatedThenThoseWithTheLargestShareOfNewBoxes) {
   EXPECT_THAT(MostOutdated({}, 3), IsEmpty());
 }
 
-TEST(MostOutdated, NoLandmarkWaitsForEver) {
+TEST(MostOutdated, EstimatesEveryLandmarkEventually) {
   std::map<int, Landmark> landmarks;
   for (int id = 0; id < 12; ++id) {
     landmarks[id] = With(0, 0);
@@ -58,7 +58,7 @@ TEST(LargestFirst, OrdersByDiagonalAndPutsThoseWithoutEstimateLast) {
   EXPECT_THAT(LargestFirst(landmarks, {3, 4}, {}, {}), ElementsAre(3, 4));
 }
 
-TEST(LargestFirst, KnowsTablesToBeLargerThanChairs) {
+TEST(LargestFirst, PutsTablesBeforeChairs) {
   std::map<int, Landmark> landmarks = {{1, With(9, 9, 0.9)}, {2, With(9, 9, 0.3)}, {3, With(9, 9, 0.4)}};
   landmarks.at(1).labels.Add("chair", 1.0);  // far too large so far
   landmarks.at(2).labels.Add("dining_table", 1.0);

@@ -44,7 +44,7 @@ World MakeWorld(int wall_points) {
   return world;
 }
 
-TEST(SupportPlane, IsTheDeskAndNotTheWall) {
+TEST(SupportPlane, FindsTheDeskInsteadOfTheWall) {
   const World world = MakeWorld(1200);
   const auto plane = EstimateSupportPlane(world.points, world.poses, {}, GravityOptions(), 1);
   ASSERT_TRUE(plane);
@@ -54,7 +54,7 @@ TEST(SupportPlane, IsTheDeskAndNotTheWall) {
   EXPECT_GT(plane->confidence, 0.2);
 }
 
-TEST(SupportPlane, IsTheSameForTheSameSeed) {
+TEST(SupportPlane, DependsOnlyOnTheSeed) {
   const World world = MakeWorld(300);
   const auto a = EstimateSupportPlane(world.points, world.poses, {}, GravityOptions(), 5);
   const auto b = EstimateSupportPlane(world.points, world.poses, {}, GravityOptions(), 5);
@@ -74,7 +74,7 @@ TEST(SupportPlane, RefusesACloudWithoutAPlaneAndTooFewPoints) {
   EXPECT_FALSE(EstimateSupportPlane(MakeWorld(0).points, {}, {}, GravityOptions(), 1));
 }
 
-TEST(SupportHeight, IsTheDesk) {
+TEST(SupportHeight, EqualsTheHeightOfTheDesk) {
   const SyntheticDesk desk(2);
   std::vector<Eigen::Vector3d> points;
   for (std::int64_t id = 0; desk.Position(id); ++id) {

@@ -11,7 +11,7 @@ namespace {
 
 const Eigen::Vector3d kHull(0.6, 0.4, 0.5);
 
-TEST(HandledBody, FillsTheHullButTheEndWithTheHandle) {
+TEST(HandledBody, FillsTheHullExceptTheEndWithTheHandle) {
   const HandledBody body(kHull, true);
   EXPECT_DOUBLE_EQ(body.shift - body.half.x(), -kHull.x());
   EXPECT_LT(body.shift + body.half.x(), kHull.x());
@@ -45,7 +45,7 @@ TEST(HandledBody, ChainsDerivativesToTheHull) {
   }
 }
 
-TEST(HandleSupport, ReachesAsFarAsTheFarthestPointOfTheHandle) {
+TEST(HandleSupport, EqualsTheFarthestPointOfTheHandle) {
   for (const Eigen::Vector3d n : {Eigen::Vector3d(1.0, 2.0, 0.5), Eigen::Vector3d(-1.0, 0.3, -0.8)}) {
     const double upper = n.dot(Eigen::Vector3d(kHull.x(), 0.0, 0.5 * kHull.z()));
     const double lower = n.dot(Eigen::Vector3d(kHull.x(), 0.0, -0.5 * kHull.z()));

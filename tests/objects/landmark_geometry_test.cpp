@@ -74,7 +74,7 @@ TEST(ProjectToBox, HoldsForAllShapesFromAllSides) {
   }
 }
 
-TEST(ProjectToBox, RefusesWhatIsBehindTheCamera) {
+TEST(ProjectToBox, RefusesSolidsBehindTheCamera) {
   PosedSuperquadric s;
   s.T_map_object.translation = {0, 0, -3};
   EXPECT_FALSE(ProjectToBox(s, Rigid3d(), SyntheticDesk(1).Camera()));
@@ -95,7 +95,7 @@ TEST(DistortBox, UndoesUndistortBox) {
   EXPECT_NEAR(back.y + back.height, box.y + box.height, 0.5);
 }
 
-TEST(BoxAgreement, DoesNotHoldAHiddenPartAgainstTheWhole) {
+TEST(BoxAgreement, IgnoresHiddenParts) {
   const SyntheticDesk desk(1);
   const PosedSuperquadric whole = desk.Objects()[5].superquadric;
   std::vector<BoxView> views;
@@ -111,7 +111,7 @@ TEST(BoxAgreement, DoesNotHoldAHiddenPartAgainstTheWhole) {
   EXPECT_LT(BoxAgreement(whole, views, desk.Camera()), 0.7);
 }
 
-TEST(MayBeInView, NeverDeniesWhatIsSeenAndMostlyWhatIsNot) {
+TEST(MayBeInView, NeverRejectsVisibleSolidsAndRejectsMostOthers) {
   const Camera camera = SyntheticDesk(1).Camera();
   PosedSuperquadric s;
   s.shape = {{0.1, 0.2, 0.05}, 0.3, 0.7};
@@ -130,7 +130,7 @@ TEST(MayBeInView, NeverDeniesWhatIsSeenAndMostlyWhatIsNot) {
   EXPECT_GT(denied, (4000 - seen) / 2);
 }
 
-TEST(OverlapOfSmaller, IsOneInsideAndZeroApart) {
+TEST(OverlapOfSmaller, EqualsOneInsideAndZeroApart) {
   PosedSuperquadric large;
   large.shape = {{1, 1, 1}, 1.0, 1.0};
   PosedSuperquadric small;

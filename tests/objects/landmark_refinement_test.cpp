@@ -12,7 +12,7 @@ namespace {
 
 using testing::BoxScene;
 
-TEST(IsBottomSeen, AsksForAThirdOfTheViews) {
+TEST(IsBottomSeen, NeedsAThirdOfTheViews) {
   std::vector<BoxView> views(9);
   for (BoxView& view : views) {
     view.edge_free = {true, true, true, false};

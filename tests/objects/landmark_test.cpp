@@ -48,7 +48,7 @@ TEST(Landmark, KeepsTheSameFramesAsAnyOther) {
 }
 
 // Merging two maps renumbers the frames of one of them.
-TEST(Landmark, KeepsHalfOfItsViewsThoughTheFramesWereRenumbered) {
+TEST(Landmark, KeepsHalfOfItsViewsAfterRenumbering) {
   Landmark landmark = SeenAt(100.0, kHours);
   Landmark later = landmark;
   for (BoxView& view : landmark.views) {
@@ -65,7 +65,7 @@ TEST(Landmark, KeepsHalfOfItsViewsThoughTheFramesWereRenumbered) {
   EXPECT_NEAR(static_cast<double>(early), 0.25 * before, 2.0);
 }
 
-TEST(PointVotes, TellWhereTheCamerasWere) {
+TEST(PointVotes, KeepPositionsOfTheCameras) {
   const std::vector<Eigen::Vector3d> cameras = {{1, 0, 0}, {3, 0, 0}, {1, 2, 0}, {3, 2, 0}};
   Landmark::PointVotes votes;
   Landmark::PointVotes others;
@@ -90,7 +90,7 @@ TEST(PointVotes, TellWhereTheCamerasWere) {
 
 // A landmark with a few points, seen from frames of which the even ones move by one similarity and the odd
 // ones by another, in a map that was bent.
-TEST(Landmark, GoesWithTheFramesThatSawIt) {
+TEST(Landmark, MovesWithTheFramesThatSawIt) {
   const auto motion = [](double side) {
     return Sim3d{std::exp(0.1 * side),
                  Eigen::Quaterniond(Eigen::AngleAxisd(0.5 + 0.05 * side, Eigen::Vector3d::UnitZ()) *
@@ -136,7 +136,7 @@ TEST(Landmark, GoesWithTheFramesThatSawIt) {
   EXPECT_NEAR(distance(landmark), distance(before), 1e-6);
 }
 
-TEST(Landmark, AbsorbingCountsAllObservations) {
+TEST(Landmark, CountsAllObservationsWhenAbsorbing) {
   Landmark landmark = SeenAt(100.0, 1500);
   landmark.Absorb(SeenAt(100.0, kHours));
   EXPECT_EQ(landmark.observations, kHours + 1500);
@@ -151,7 +151,7 @@ Landmark EstimatedAt(double x, int frames, double size) {
   return landmark;
 }
 
-TEST(Landmark, TheEstimateOfAMuchBetterKnownOneStays) {
+TEST(Landmark, KeepsItsEstimateWhenMuchBetterKnown) {
   for (const bool old_first : {true, false}) {
     Landmark landmark = EstimatedAt(100.0, old_first ? 100 : 10, old_first ? 2.0 : 1.0);
     landmark.id = 7;
@@ -185,7 +185,7 @@ TEST(Landmark, StaysUprightUnlessTheMapTurnsOver) {
   EXPECT_EQ(landmark.estimated_at, 0);
 }
 
-TEST(LabelVotes, ScoresDecideNotCounts) {
+TEST(LabelVotes, DecidesByScoresInsteadOfCounts) {
   LabelVotes votes;
   votes.Add("cup", 0.9);
   votes.Add("bowl", 0.3);

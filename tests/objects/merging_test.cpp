@@ -18,14 +18,14 @@ using testing::ObservationOf;
 using testing::SeenAt;
 
 // Two things that stand side by side in every image must never be taken for one.
-TEST(Merging, ThoseSeenTogetherAreKnownToBeTwoHoweverLongTheRun) {
+TEST(Merging, KeepsLandmarksSeenTogetherApartInLongRuns) {
   const Landmark old_one = SeenAt(100.0, kHours);
   const Landmark young_one = SeenAt(300.0, 5000);
   EXPECT_GE(FramesSeenApart(old_one, young_one), 10);
   EXPECT_EQ(FramesSeenApart(old_one, SeenAt(300.0, kHours)), static_cast<int>(old_one.views.size()));
 }
 
-TEST(Merging, FramesOfBothCountHoweverLateTheOtherOneBegins) {
+TEST(Merging, CountsCommonFramesWhenOneBeginsLate) {
   const Landmark cup = SeenAt(100.0, 100);  // frames 1 to 100
   const auto seen_from = [](int first) {
     Landmark other;
@@ -41,7 +41,7 @@ TEST(Merging, FramesOfBothCountHoweverLateTheOtherOneBegins) {
   EXPECT_EQ(FramesSeenApart(cup, Landmark()), 0);
 }
 
-TEST(Merging, APartSeenWithItsWholeIsNotApart) {
+TEST(Merging, MergesPartSeenWithItsWhole) {
   Landmark chair;
   Landmark back;
   for (int frame = 0; frame < 8; ++frame) {
@@ -73,7 +73,7 @@ TEST(Merging, APartSeenWithItsWholeIsNotApart) {
 
 // A detector that boxes a chair and its back at once, on the same points, while the chair is near, and later
 // the chair alone; of what stands behind a chair in as many frames the points are others.
-TEST(Merging, AThingBoxedTwiceForAWhileIsOne) {
+TEST(Merging, MergesObjectBoxedTwiceForAWhile) {
   for (const bool same_points : {true, false}) {
     Landmark back;
     Landmark chair;
@@ -103,7 +103,7 @@ TEST(Merging, AThingBoxedTwiceForAWhileIsOne) {
   }
 }
 
-TEST(Merging, TwoOfAKindAcrossEachOtherAreOne) {
+TEST(Merging, MergesCrossingDuplicates) {
   Landmark a = SeenAt(100.0, 10);
   Landmark b;
   for (int frame = 50; frame < 60; ++frame) {
@@ -123,7 +123,7 @@ TEST(Merging, TwoOfAKindAcrossEachOtherAreOne) {
   EXPECT_FALSE(same());
 }
 
-TEST(Merging, TwoOfAKindThatReachIntoEachOtherAreOneUnlessSeenTogether) {
+TEST(Merging, MergesOverlappingDuplicatesUnlessSeenTogether) {
   const Landmark a = [] {
     Landmark seen = SeenAt(100.0, 20);
     seen.superquadric.shape = {{0.1, 0.1, 0.1}, 0.1, 0.1};
@@ -165,7 +165,7 @@ Landmark SeenOnFloor(const char* label, const Eigen::Vector3d& half_size, int fi
   return landmark;
 }
 
-TEST(Merging, OfTwoLabelsTheBoxesMustAgree) {
+TEST(Merging, NeedsAgreeingBoxesForTwoLabels) {
   const Landmark chair = SeenOnFloor("chair", {0.25, 0.25, 0.4}, 0, 40);
   const auto same = [&](const Landmark& other) {
     return AreSameObject(chair, other, ObjectOptions(), testing::TestCamera());
@@ -180,7 +180,7 @@ TEST(Merging, OfTwoLabelsTheBoxesMustAgree) {
   EXPECT_FALSE(same(bench)) << "one frame shows them apart";
 }
 
-TEST(Merging, ABoxOfPartOfATableIsTheTableNotTheChairBeforeIt) {
+TEST(Merging, MergesPartOfATableIntoTheTableNotTheChairInFront) {
   const Camera camera = testing::TestCamera();
   const Landmark chair = SeenOnFloor("chair", {0.25, 0.25, 0.4}, 0, 40, -0.1);
   const Landmark part = SeenOnFloor("dining_table", {0.3, 0.3, 0.36}, 60, 20);
@@ -195,7 +195,7 @@ TEST(Merging, ABoxOfPartOfATableIsTheTableNotTheChairBeforeIt) {
       << "one label";
 }
 
-TEST(Merging, AChairThatIsCalledABenchFromOneSideIsOne) {
+TEST(Merging, MergesChairCalledBenchFromOneSide) {
   const Camera camera = testing::TestCamera();
   const Landmark chair = SeenOnFloor("chair", {0.25, 0.25, 0.4}, 0, 60);
   Landmark bench = SeenOnFloor("bench", {0.26, 0.28, 0.4}, 40, 40);
@@ -208,7 +208,7 @@ TEST(Merging, AChairThatIsCalledABenchFromOneSideIsOne) {
       << "the chair is pushed under it";
 }
 
-TEST(Merging, FlatThingsOfTwoLabelsThatHardlyOverlapAreOne) {
+TEST(Merging, MergesFlatDuplicatesOfTwoLabelsAtSmallOverlap) {
   const Camera camera = testing::TestCamera();
   constexpr double kHalfDepth = 0.02;
   const Landmark book = SeenOnFloor("book", {0.3, kHalfDepth, 0.25}, 0, 40);
@@ -224,7 +224,7 @@ TEST(Merging, FlatThingsOfTwoLabelsThatHardlyOverlapAreOne) {
 }
 
 // Two tables in one place, one of which was given boxes of a chair beside it.
-TEST(Merging, TwoOfAKindCannotShareTheirPlace) {
+TEST(Merging, MergesDuplicatesAtTheSamePlace) {
   Landmark a = SeenAt(100.0, 40);
   a.superquadric.shape = {{0.1, 0.1, 0.1}, 0.1, 0.1};
   a.estimated = a.refined = true;
@@ -254,7 +254,7 @@ TEST(Merging, TwoOfAKindCannotShareTheirPlace) {
   EXPECT_FALSE(ShareTheirPlace(a, b, Camera()));
 }
 
-TEST(Merging, StackedBooksAreTwoThoughTheirEstimatesOverlap) {
+TEST(Merging, KeepsStackedBooksApartWhenEstimatesOverlap) {
   const Camera camera = testing::TestCamera();
   const Landmark lower = SeenOnFloor("book", {0.3, 0.2, 0.06}, 0, 40);
   const auto upper = [&](int first) {
@@ -267,7 +267,7 @@ TEST(Merging, StackedBooksAreTwoThoughTheirEstimatesOverlap) {
 }
 
 // A chair seen from two sides, one estimate half its depth behind the other: their boxes agree.
-TEST(Merging, TwoOfAKindThatExplainEachOthersBoxesAreOne) {
+TEST(Merging, MergesDuplicatesThatExplainEachOthersBoxes) {
   const Camera camera = testing::TestCamera();
   const Eigen::Vector3d half_size(0.25, 0.15, 0.4);
   const Landmark near = SeenOnFloor("chair", half_size, 0, 60);
@@ -284,7 +284,7 @@ TEST(Merging, TwoOfAKindThatExplainEachOthersBoxesAreOne) {
 }
 
 // A screen and what boxes of the picture on it gave: thin, and mostly behind the screen's surface.
-TEST(Merging, APictureOnAScreenIsTheScreen) {
+TEST(Merging, MergesPictureOnAScreenIntoTheScreen) {
   const Camera camera = testing::TestCamera();
   Landmark screen;
   screen.superquadric.shape = {{0.4, 0.02, 0.25}, 0.1, 0.1};

@@ -33,7 +33,7 @@ struct DeskRun {
   const PointLookup lookup = [this](std::int64_t& id) { return desk.Position(id); };
 };
 
-TEST(ObjectMapper, OutdatedObjectsAreEstimatedAFewAtATime) {
+TEST(ObjectMapper, EstimatesOutdatedObjectsAFewAtATime) {
   const SyntheticDesk desk(5);
   ObjectOptions options;
   options.max_estimates = 2;
@@ -68,7 +68,7 @@ TEST(ObjectMapper, OutdatedObjectsAreEstimatedAFewAtATime) {
 }
 
 // A thing seen too rarely to be shown is deleted when it stays away, and its id is never used again.
-TEST(ObjectMapper, ForgetsWhatWasSeenOnceOnly) {
+TEST(ObjectMapper, DeletesObjectsSeenOnce) {
   const SyntheticDesk desk(1);
   ObjectOptions options;
   options.forget_after = 20;
@@ -117,7 +117,7 @@ TEST(ObjectMapper, EstimatesNoMoreObjectsAtAKeyframeThanAllowed) {
   EXPECT_EQ(estimated_after(2, 10), all);
 }
 
-TEST(ObjectMapper, FollowsFusedPointsAndForgetsCulledOnes) {
+TEST(ObjectMapper, FollowsFusedPointsAndDropsCulledOnes) {
   const SyntheticDesk desk(1);
   DeskRun run(desk);
   ObjectMapper& mapper = run.mapper;
@@ -136,7 +136,7 @@ TEST(ObjectMapper, FollowsFusedPointsAndForgetsCulledOnes) {
   }
 }
 
-TEST(ObjectMapper, PublishesOnlyWhatIsReliableEnough) {
+TEST(ObjectMapper, PublishesOnlyReliableObjects) {
   const SyntheticDesk desk(1);
   const auto objects = [&](double min_reliability) {
     ObjectOptions options;
@@ -158,7 +158,7 @@ TEST(ObjectMapper, PublishesOnlyWhatIsReliableEnough) {
   EXPECT_EQ(static_cast<int>(objects(middle).size()), expected);
 }
 
-TEST(ObjectMapper, AContinuedMapShowsNothingThatWasHidden) {
+TEST(ObjectMapper, KeepsHiddenObjectsHiddenWhenContinued) {
   const SyntheticDesk desk(1);
   ObjectOptions options;
   DeskRun all(desk, options);
@@ -182,7 +182,7 @@ TEST(ObjectMapper, AContinuedMapShowsNothingThatWasHidden) {
 }
 
 // An object that an earlier run has shown keeps its id in the next, also where that one would not show it.
-TEST(ObjectMapper, AnEarlierRunsObjectsStay) {
+TEST(ObjectMapper, KeepsObjectsOfAnEarlierRun) {
   const SyntheticDesk desk(1);
   DeskRun run(desk);
   ObjectMapper& first = run.mapper;

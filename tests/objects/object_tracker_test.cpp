@@ -24,7 +24,7 @@ cv::Mat Tiles(const Camera& camera) {
   return image;
 }
 
-TEST(ObjectTracker, TellsOfPointsOutsideAsItsOptionSays) {
+TEST(ObjectTracker, ReportsPointsOutsideByItsOption) {
   const SyntheticDesk desk(1, 0.12);
   const auto outside_points = [&](ReprojectionVotes reprojection) {
     ObjectOptions options;
@@ -53,7 +53,7 @@ TEST(ObjectTracker, TellsOfPointsOutsideAsItsOptionSays) {
   EXPECT_GT(all, observed);
 }
 
-TEST(ObjectTracker, LooksForLinesWithinItsBudgetButAlwaysInNewObjects) {
+TEST(ObjectTracker, SearchesLinesWithinItsBudgetButAlwaysInNewObjects) {
   const SyntheticDesk desk(1, 0.12);
   const auto looks = [&](int line_pixels, int line_views) {
     ObjectOptions options;
@@ -84,7 +84,7 @@ TEST(ObjectTracker, LooksForLinesWithinItsBudgetButAlwaysInNewObjects) {
   EXPECT_GT(most(looks(0, 0)), 10);
 }
 
-TEST(ObjectTracker, NewObjectsOfACrowdTakeTurnsInTheSearchForLines) {
+TEST(ObjectTracker, SearchesLinesOfCrowdedNewObjectsInTurn) {
   const SyntheticDesk desk(1);
   ObjectFrame frame = desk.Frame(0);
   frame.gray = Tiles(frame.camera);
@@ -104,7 +104,7 @@ TEST(ObjectTracker, NewObjectsOfACrowdTakeTurnsInTheSearchForLines) {
 }
 
 // But not a second time where it is known, or where something else is expected.
-TEST(ObjectTracker, ABareBoxBeginsNothingWhereAThingIsExpected) {
+TEST(ObjectTracker, StartsNothingFromBareBoxWhereAnObjectIsExpected) {
   const SyntheticDesk desk(1);
   ObjectTracker tracker((ObjectOptions()));
   ObjectFrame frame = desk.Frame(0);
@@ -121,7 +121,7 @@ TEST(ObjectTracker, ABareBoxBeginsNothingWhereAThingIsExpected) {
   EXPECT_TRUE(ObjectTracker(paper).Track(frame, ObjectMapView()).empty()) << "the paper needs points";
 }
 
-TEST(ObjectTracker, APartOfAThingThatIsBoxedTooBeginsNothing) {
+TEST(ObjectTracker, StartsNothingFromPartOfABoxedObject) {
   const SyntheticDesk desk(1);
   ObjectFrame frame = desk.Frame(0);
   frame.points.clear();
@@ -144,7 +144,7 @@ TEST(ObjectTracker, APartOfAThingThatIsBoxedTooBeginsNothing) {
   EXPECT_EQ(count(ObjectMethod::kPaper, "chair", back), 2U);
 }
 
-TEST(ObjectTracker, MakesNothingOfAFrameWithoutPointsOrBoxes) {
+TEST(ObjectTracker, IgnoresFramesWithoutPointsOrBoxes) {
   const SyntheticDesk desk(1);
   ObjectTracker tracker((ObjectOptions()));
   ObjectFrame frame = desk.Frame(0);

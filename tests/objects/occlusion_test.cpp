@@ -46,44 +46,44 @@ std::array<bool, 4> HiddenBy(const PosedSuperquadric& other, const PosedSuperqua
 
 std::array<bool, 4> HiddenByTheTable(const PosedSuperquadric& seen) { return HiddenBy(Table(), seen); }
 
-TEST(EdgesHiddenBy, ATableHidesTheLegsOfTheChairBehindIt) {
+TEST(EdgesHiddenBy, HidesLegsOfAChairBehindATable) {
   EXPECT_THAT(HiddenByTheTable(Box({0.1, 2.8, 0.75}, {0.2, 0.05, 0.15})),
               ElementsAre(false, false, false, true));
 }
 
-TEST(EdgesHiddenBy, NothingIsHiddenBesideOrBeforeIt) {
+TEST(EdgesHiddenBy, HidesNothingBesideOrInFront) {
   EXPECT_THAT(HiddenByTheTable(Box({1.6, 2.8, 0.75}, {0.2, 0.05, 0.15})),
               ElementsAre(false, false, false, false));
   EXPECT_THAT(HiddenByTheTable(Box({0.0, 1.2, 0.5}, {0.1, 0.05, 0.15})),
               ElementsAre(false, false, false, false));
 }
 
-TEST(EdgesHiddenBy, TheHullOfAChairHidesWhatIsBehindItNotWhatIsBeside) {
+TEST(EdgesHiddenBy, HidesBehindTheHullOfAChairNotBesideIt) {
   const PosedSuperquadric cup = Box({0.06, 1.95, 0.75}, {0.04, 0.04, 0.05});
   const Eigen::Vector3d half_size(0.23, 0.26, 0.45);
   EXPECT_THAT(HiddenBy(Box({-0.22, 1.96, 0.45}, half_size), cup), ElementsAre(false, false, false, false));
   EXPECT_THAT(HiddenBy(Box({-0.22, 1.3, 0.45}, half_size), cup), ElementsAre(true, false, false, false));
 }
 
-TEST(EdgesHiddenBy, ATableTakenTooHighHidesNothingAtItsRim) {
+TEST(EdgesHiddenBy, HidesNothingAtTheRimOfATableEstimatedTooHigh) {
   // A cup that stands 2 cm deep in the table, a hand's breadth before the far rim.
   const PosedSuperquadric cup = Box({0.1, 2.42, kTableTop + 0.03}, {0.04, 0.04, 0.05});
   EXPECT_THAT(HiddenByTheTable(cup), ElementsAre(false, false, false, false));
 }
 
-TEST(EdgesHiddenBy, WhatStandsOnTheFloorHidesNoTopAlone) {
+TEST(EdgesHiddenBy, HidesNoTopAloneByObjectsOnTheFloor) {
   const PosedSuperquadric chair = Box({0.1, 2.8, 0.7}, {0.22, 0.2, 0.18});
   const Eigen::Vector3d half_size(0.6, 0.6, 0.5);  // far too large, and where the chair is
   EXPECT_FALSE(HiddenBy(Box({-0.1, 2.6, 0.5}, half_size), chair)[kTopEdge]);
   EXPECT_TRUE(HiddenBy(Box({0.1, 1.8, 1.1}, {0.5, 0.1, 0.22}), chair)[kTopEdge]) << "a lamp does";
 }
 
-TEST(MayHide, IsNotTheTableForWhatSinksIntoItsTop) {
+TEST(MayHide, ExcludesTableForObjectsSunkIntoItsTop) {
   EXPECT_FALSE(MayHide(Table(), Box({0.1, 2.2, kTableTop - 0.05}, {0.04, 0.04, 0.05}), {}));
 }
 
 // Its points are those above the seat, whatever the last fit.
-TEST(MayHide, IsNotTheCouchForTheCushionOnItThatWasFittedDownToTheFloor) {
+TEST(MayHide, ExcludesCouchForCushionFittedDownToTheFloor) {
   const PosedSuperquadric couch = Box({0.0, 2.0, 0.42}, {0.9, 0.45, 0.42});
   const PosedSuperquadric cushion = Box({0.1, 2.0, 0.4}, {0.2, 0.1, 0.4});
   std::vector<std::pair<std::int64_t, Eigen::Vector3d>> points;
@@ -94,7 +94,7 @@ TEST(MayHide, IsNotTheCouchForTheCushionOnItThatWasFittedDownToTheFloor) {
   EXPECT_FALSE(MayHide(couch, cushion, points));
 }
 
-TEST(MayHide, IsTheTableForTheChairButNotForTheCupOnIt) {
+TEST(MayHide, IncludesTableForChairButNotForCupOnIt) {
   EXPECT_TRUE(MayHide(Table(), Box({0.1, 2.8, 0.75}, {0.2, 0.05, 0.15}), {}));
   EXPECT_TRUE(MayHide(Table(), Box({0.1, 2.4, 0.5}, {0.2, 0.05, 0.3}), {}));  // pushed under it
   EXPECT_FALSE(MayHide(Table(), Box({0.1, 2.2, kTableTop + 0.05}, {0.04, 0.04, 0.05}), {}));
@@ -102,7 +102,7 @@ TEST(MayHide, IsTheTableForTheChairButNotForTheCupOnIt) {
 }
 
 // The back of a chair that is seen over a table's rim hovers above the table as a cup does.
-TEST(MayHide, IsTheTableForWhatStandsOnTheFloorByItsClass) {
+TEST(MayHide, IncludesTableForClassesOnTheFloor) {
   const PosedSuperquadric back = Box({0.1, 2.4, kTableTop + 0.15}, {0.2, 0.05, 0.12});
   EXPECT_FALSE(MayHide(Table(), back, {}));
   EXPECT_TRUE(MayHide(Table(), back, {}, true));
@@ -140,7 +140,7 @@ Landmark FittedBehindTheTable(const std::string& label, const PosedSuperquadric&
   return landmark;
 }
 
-TEST(TakeFit, AChairOfWhichOnlyTheBackIsSeenReachesUnderTheTable) {
+TEST(TakeFit, ExtendsChairUnderTheTableWhenOnlyItsBackIsSeen) {
   const PosedSuperquadric back = Box({0.1, 2.8, 0.44}, {0.22, 0.03, 0.44});
   const Landmark chair = FittedBehindTheTable("chair", back, false);
   const Eigen::Vector3d half = chair.superquadric.shape.half_size;
@@ -153,14 +153,14 @@ TEST(TakeFit, AChairOfWhichOnlyTheBackIsSeenReachesUnderTheTable) {
   EXPECT_TRUE(SizedBy(FittedBehindTheTable("chair", back, true), classes));
 }
 
-TEST(TakeFit, AChairFittedBehindItsBackIsTurnedRoundToTheTable) {
+TEST(TakeFit, TurnsChairToTheTableWhenFittedBehindItsBack) {
   const PosedSuperquadric behind = Box({0.1, 3.0, 0.44}, {0.22, 0.2, 0.44});
   const PosedSuperquadric chair = FittedBehindTheTable("chair", behind, false, 2.8).superquadric;
   EXPECT_NEAR(chair.shape.half_size.y(), 0.22 * 0.48 / 0.52, 1e-6);
   EXPECT_NEAR(chair.T_map_object.translation.y() + chair.shape.half_size.y(), 2.8, 0.02) << "the back";
 }
 
-TEST(TakeFit, WhatIsSeenWholeOrHasNoKnownDepthKeepsIt) {
+TEST(TakeFit, KeepsDepthWhenSeenWholeOrOfUnknownClass) {
   const PosedSuperquadric back = Box({0.1, 2.8, 0.44}, {0.22, 0.03, 0.44});
   const auto depth = [](const Landmark& landmark) { return landmark.superquadric.shape.half_size.y(); };
   EXPECT_EQ(depth(FittedBehindTheTable("chair", back, true)), 0.03) << "its legs are seen";
@@ -206,7 +206,7 @@ double DepthSeenOverTheTable(const std::string& classes_text) {
   return 2.0 * fit.superquadric.shape.half_size.head<2>().minCoeff();
 }
 
-TEST(RefineLandmark, OverATableOneMaySeeTheBackOfAChairAlone) {
+TEST(RefineLandmark, FindsChairByItsBackOverATable) {
   const std::string chair =
       "chair: {size: [0.48, 0.52, 0.88], spread: 0.2, aspect: [0.2, 0.2], box: 1, hollow: true";
   EXPECT_LT(DepthSeenOverTheTable(chair + ", floor: true, back: true}\n"), 0.12);

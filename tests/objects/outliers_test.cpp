@@ -12,7 +12,7 @@
 namespace sqslam {
 namespace {
 
-TEST(IsolationForest, NormalisationIsTheClosedForm) {
+TEST(IsolationForest, NormalisesByTheClosedForm) {
   EXPECT_EQ(MeanIsolationDepth(0), 0.0);
   EXPECT_EQ(MeanIsolationDepth(1), 0.0);
   EXPECT_DOUBLE_EQ(MeanIsolationDepth(2), 1.0);
@@ -51,7 +51,7 @@ TEST(IsolationForest, RemovesPlantedOutliersAndKeepsTheCloud) {
   EXPECT_GE(std::count(keep.begin(), keep.end() - 4, true), 190);
 }
 
-TEST(IsolationForest, ScoresGrowWithTheDistance) {
+TEST(IsolationForest, ScoresGrowWithDistance) {
   const std::vector<Eigen::Vector3d> points = Cloud(300, 2);
   const IsolationForest forest(points, IsolationForestOptions(), 3);
   const double middle = forest.Score(Eigen::Vector3d::Zero());
@@ -63,7 +63,7 @@ TEST(IsolationForest, ScoresGrowWithTheDistance) {
   EXPECT_LT(far, 1.0);
 }
 
-TEST(IsolationForest, IsTheSameForTheSameSeed) {
+TEST(IsolationForest, DependsOnlyOnTheSeed) {
   const std::vector<Eigen::Vector3d> points = Cloud(100, 2);
   const IsolationForest a(points, IsolationForestOptions(), 3);
   const IsolationForest b(points, IsolationForestOptions(), 3);
@@ -74,7 +74,7 @@ TEST(IsolationForest, IsTheSameForTheSameSeed) {
 
 // In a cloud stretched along a diagonal, planes at random angles see what axis-parallel ones can't: a point
 // in the empty corner of the cloud's bounding box stands out.
-TEST(IsolationForest, PlanesLieAtAllAngles) {
+TEST(IsolationForest, DrawsPlanesAtAllAngles) {
   std::vector<Eigen::Vector3d> points = Cloud(300, 5);
   for (Eigen::Vector3d& p : points) {
     p = Eigen::Vector3d(p.x() + 0.1 * p.y(), p.x() - 0.1 * p.y(), 0.1 * p.z());
@@ -134,7 +134,7 @@ ObjectFrame FrameWith(const std::vector<Detection>& detections) {
 }
 
 // Points of a chair below the edge of a table that hides it in most views.
-TEST(RemoveOutliers, KeepsWhatLiesBeyondAnEdgeBehindSomethingElse) {
+TEST(RemoveOutliers, KeepsPointsBeyondAHiddenEdge) {
   ObjectOptions options;
   options.outliers.isolation_forest.enabled = false;
   const SupportSurfaces surfaces;
@@ -164,7 +164,7 @@ TEST(RemoveOutliers, KeepsWhatLiesBeyondAnEdgeBehindSomethingElse) {
 }
 
 // A dense cloud, a point far off it that all boxes hold, one beside the boxes and one that was seen but once.
-TEST(RemoveOutliers, SaysWhatItMadeOfEveryPoint) {
+TEST(RemoveOutliers, ReportsVerdictOfEveryPoint) {
   constexpr std::int64_t kFarOff = 200;
   constexpr std::int64_t kBeside = 201;
   constexpr std::int64_t kSeenOnce = 202;
@@ -242,7 +242,7 @@ TEST(SelectBoxes, MarksEdgesThatTheImageOrAnotherObjectCuts) {
 }
 
 // The far corner of a microwave behind a cereal box whose front is farther away than the microwave's.
-TEST(SelectBoxes, OfTwoThatReachOverTheSameDepthsEachMayHideTheOther) {
+TEST(SelectBoxes, LetsBoxesOverTheSameDepthsHideEachOther) {
   const auto with_depths = [](double nearest_of_left, double farthest_of_left) {
     ObjectFrame frame =
         FrameWith({{"microwave", 0.9, {100, 200, 120, 150}}, {"cereal_box", 0.9, {200, 150, 100, 180}}});
@@ -263,7 +263,7 @@ TEST(SelectBoxes, OfTwoThatReachOverTheSameDepthsEachMayHideTheOther) {
 }
 
 // Detectors end the box of a large thing short of the border that cuts it.
-TEST(SelectBoxes, AnEdgeIsCutTheFartherFromTheBorderTheLargerTheBox) {
+TEST(SelectBoxes, WidensBorderMarginWithTheBox) {
   const ObjectFrame frame = FrameWith({{"chair", 0.9, {12, 100, 300, 200}},
                                        {"cup", 0.9, {12, 400, 40, 40}},
                                        {"couch", 0.9, {330, 220, 200, 250}}});
@@ -275,7 +275,7 @@ TEST(SelectBoxes, AnEdgeIsCutTheFartherFromTheBorderTheLargerTheBox) {
 }
 
 // A table's box holds the boxes of what stands on it and may be nearer by its median depth.
-TEST(SelectBoxes, ATableHidesNothingThatStandsOnIt) {
+TEST(SelectBoxes, HidesNothingThatStandsOnATable) {
   ObjectFrame frame =
       FrameWith({{"cup", 0.9, {200, 200, 50, 50}}, {"dining_table", 0.9, {100, 150, 400, 300}}});
   for (int i = 0; i < 5; ++i) {
@@ -290,7 +290,7 @@ TEST(SelectBoxes, ATableHidesNothingThatStandsOnIt) {
 }
 
 // Points that come and go must not pile up until the object is estimated again.
-TEST(Votes, OfPointsThatAreGoneAreForgottenWhereTheyAreMany) {
+TEST(Votes, DropVotesOfGonePointsWhenThereAreMany) {
   Landmark landmark;
   for (std::int64_t point = 0; point < 900; ++point) {
     landmark.votes[point].inside = 2;

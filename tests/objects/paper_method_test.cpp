@@ -38,7 +38,7 @@ std::vector<SnapshotObject> MapDeskBy(const SyntheticDesk& desk, const ObjectOpt
   return mapper.Objects();
 }
 
-TEST(PaperMethod, PriorsChangeNothing) {
+TEST(PaperMethod, IgnoresPriors) {
   const SyntheticDesk desk(1);
   const std::vector<SnapshotObject> objects = MapDeskBy(desk, Paper());
   EXPECT_GE(objects.size(), desk.Objects().size());
@@ -62,7 +62,7 @@ TEST(PaperMethod, PriorsChangeNothing) {
   }
 }
 
-TEST(PaperMethod, OtherMethodsKeepTheirOptions) {
+TEST(PaperMethod, LeavesOptionsOfOtherMethods) {
   ObjectOptions options;
   options.size_shape.regularisation = 0.3;
   EXPECT_EQ(OptionsOfMethod(options).size_shape.regularisation, 0.3);
@@ -77,7 +77,7 @@ PointStatistics Centroids(double x, int count) {
 }
 
 // Eq. 14: the longer the history, the less a single centroid may differ from its mean.
-TEST(PaperMethod, TheOneSampleTestHasTheRootOfN) {
+TEST(PaperMethod, UsesRootOfNInTheOneSampleTest) {
   BoxCandidate box;
   box.detection.label = "cup";
   box.centroid = Eigen::Vector3d(0.01, 0.0, 0.0);
@@ -97,7 +97,7 @@ TEST(PaperMethod, TheOneSampleTestHasTheRootOfN) {
 }
 
 // Eq. 15: merged by their centroids, be they seen together or not, and by nothing else.
-TEST(PaperMethod, TheTwoSampleTestAloneMerges) {
+TEST(PaperMethod, MergesByTheTwoSampleTestAlone) {
   Landmark a;
   Landmark b;
   a.labels.Add("cup", 1.0);
@@ -117,7 +117,7 @@ TEST(PaperMethod, TheTwoSampleTestAloneMerges) {
 
 // Section "Reprojection": one box that a point falls outside removes it, the next that holds it takes it
 // back.
-TEST(PaperMethod, OneBoxDecidesOnAPoint) {
+TEST(PaperMethod, RejectsPointOutsideOneBox) {
   const ObjectOptions options = OptionsOfMethod(Paper());
   const PointLookup lookup = [](std::int64_t&) -> std::optional<Eigen::Vector3d> {
     return Eigen::Vector3d(0.0, 0.0, 3.0);
@@ -143,7 +143,7 @@ TEST(PaperMethod, OneBoxDecidesOnAPoint) {
 
 // Section "Pose Estimation": the centre is the mean of the points; section "Size And Shape": half of their
 // extent.
-TEST(PaperMethod, TheCentreIsTheCentroid) {
+TEST(PaperMethod, UsesCentroidAsCentre) {
   const std::vector<Eigen::Vector3d> points = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {1, 1, 1}, {0.9, 0.9, 0.9}};
   const PosedSuperquadric solid =
       SuperquadricAtYaw(points, 0.0, SizeShapeOptions(), true, CloudCentre::kCentroid);

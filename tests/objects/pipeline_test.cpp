@@ -124,7 +124,7 @@ TEST(ObjectPipeline, SurvivesMissedWrongAndFalseBoxes) {
 }
 
 // A thing without a single map point: its boxes and the surface under it are enough.
-TEST(ObjectPipeline, MapsABareThing) {
+TEST(ObjectPipeline, MapsObjectWithoutPoints) {
   const SyntheticDesk desk(1);
   for (const std::size_t bare : {0U, 3U, 6U}) {
     const PosedSuperquadric& truth = desk.Objects()[bare].superquadric;
@@ -157,7 +157,7 @@ TEST(ObjectPipeline, MapsABareThing) {
   }
 }
 
-TEST(ObjectPipeline, IsDeterministic) {
+TEST(ObjectPipeline, RepeatsExactly) {
   const SyntheticDesk desk(3);
   const DeskMap a = MapDesk(desk, ObjectOptions());
   const DeskMap b = MapDesk(desk, ObjectOptions());

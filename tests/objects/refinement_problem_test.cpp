@@ -49,7 +49,7 @@ PosedSuperquadric MakeSuperquadric(double e1, double e2) {
   return s;
 }
 
-TEST(RefinementProblem, JacobianAgreesWithTheNumericOne) {
+TEST(RefinementProblem, MatchesNumericJacobian) {
   for (const bool handled : {false, true}) {
     for (const auto& [e1, e2] :
          {std::pair(0.3, 0.4), std::pair(1.0, 1.0), std::pair(1.6, 0.2), std::pair(0.15, 1.8)}) {
@@ -81,7 +81,7 @@ TEST(RefinementProblem, JacobianAgreesWithTheNumericOne) {
   }
 }
 
-TEST(RefinementProblem, PackingIsUndoneByUnpacking) {
+TEST(RefinementProblem, UnpacksToThePackedSolid) {
   const PosedSuperquadric s = MakeSuperquadric(0.4, 1.3);
   const PosedSuperquadric same = RefinementProblem::Unpack(RefinementProblem::Pack(s));
   EXPECT_LT((same.shape.half_size - s.shape.half_size).norm(), 1e-12);
@@ -91,7 +91,7 @@ TEST(RefinementProblem, PackingIsUndoneByUnpacking) {
   EXPECT_LT(same.T_map_object.rotation.angularDistance(s.T_map_object.rotation), 1e-12);
 }
 
-TEST(RefinementProblem, CovarianceIsThatOfTheMeasurements) {
+TEST(RefinementProblem, MatchesCovarianceOfTheMeasurements) {
   // A box on the floor whose height above it is measured once: half of it is as uncertain as half the height.
   RefinementProblem problem;
   problem.max_log_half.setConstant(1.0);
@@ -123,7 +123,7 @@ TEST(RefinementProblem, CovarianceIsThatOfTheMeasurements) {
   EXPECT_TRUE(covariance.isApprox(covariance.transpose(), 1e-9));
 }
 
-TEST(RefinementProblem, AYawAnEighthOfATurnOffIsWorstNotFree) {
+TEST(RefinementProblem, PenalisesYawMostAtAnEighthOfATurn) {
   RefinementProblem problem;
   problem.max_log_half.setConstant(1.0);
   problem.min_log_half.setConstant(-9.0);
@@ -148,7 +148,7 @@ TEST(RefinementProblem, AYawAnEighthOfATurnOffIsWorstNotFree) {
   }
 }
 
-TEST(RefinementProblem, ASideThatADetectorAlwaysPutsTooFarOutIsABiasNotSize) {
+TEST(RefinementProblem, ExplainsRepeatedEdgeErrorByBias) {
   // Level cameras before and beside the solid that box it a hundred times each.
   const PosedSuperquadric solid = MakeSuperquadric(0.3, 0.3);
   const auto width_sigma = [&](double bias_factor) {
@@ -180,7 +180,7 @@ TEST(RefinementProblem, ASideThatADetectorAlwaysPutsTooFarOutIsABiasNotSize) {
   EXPECT_GT(width_sigma(1.0 / 0.02), 3.0 * width_sigma(1e6));
 }
 
-TEST(RefinementProblem, OneSidedResidualsAreZeroOnTheirFreeSide) {
+TEST(RefinementProblem, GivesZeroResidualOnTheFreeSide) {
   RefinementProblem problem;
   problem.max_log_half.setConstant(1.0);
   problem.min_log_half.setConstant(-9.0);

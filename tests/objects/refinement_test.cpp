@@ -13,7 +13,7 @@ using testing::InputOf;
 using testing::SolidIoU;
 using testing::SyntheticDesk;
 
-TEST(RefineJointly, GetsTheSizeOfABoxFromItsSilhouettesAlone) {
+TEST(RefineJointly, RecoversSizeFromSilhouettesAlone) {
   const SyntheticDesk desk(1);
   const PosedSuperquadric truth = desk.Objects()[5].superquadric;
   PosedSuperquadric start = truth;
@@ -27,7 +27,7 @@ TEST(RefineJointly, GetsTheSizeOfABoxFromItsSilhouettesAlone) {
   EXPECT_GT(SolidIoU(result.superquadric, truth), 0.85);
 }
 
-TEST(RefineJointly, BoxesTooLargeAndTooSmallBalanceWhereNothingIsHidden) {
+TEST(RefineJointly, BalancesTooLargeAndTooSmallBoxesWhenNothingIsHidden) {
   const SyntheticDesk desk(1);
   const PosedSuperquadric truth = desk.Objects()[5].superquadric;
   RefinementInput input = InputOf(desk, truth);
@@ -77,7 +77,7 @@ std::vector<Eigen::Vector3d> PointsOfVase(const PosedSuperquadric& hull, const E
   return points;
 }
 
-TEST(RefineJointly, AVaseIsAsWideAsItsMiddleThoughItsEndsAreNarrow) {
+TEST(RefineJointly, FitsWidthOfAVaseAtItsMiddle) {
   const SyntheticDesk desk(1);
   PosedSuperquadric hull = desk.Objects()[5].superquadric;
   hull.shape = {{0.06, 0.06, 0.11}, 0.15, 1.0};
@@ -95,7 +95,7 @@ TEST(RefineJointly, AVaseIsAsWideAsItsMiddleThoughItsEndsAreNarrow) {
 }
 
 // A diamond explains the boxes of a vase nearly as well, and is wider.
-TEST(RefineJointly, RoundThingsStayRound) {
+TEST(RefineJointly, KeepsRoundObjectsRound) {
   const SyntheticDesk desk(1);
   PosedSuperquadric diamond = desk.Objects()[0].superquadric;
   diamond.shape = {{0.06, 0.06, 0.12}, 0.15, 1.6};
@@ -107,7 +107,7 @@ TEST(RefineJointly, RoundThingsStayRound) {
   EXPECT_NEAR(RefineJointly(start, input, RefinementOptions()).superquadric.shape.e2, 1.0, 0.05);
 }
 
-TEST(RefineJointly, AHandleWidensACupToOneSideOnly) {
+TEST(RefineJointly, WidensCupToTheSideOfItsHandle) {
   const SyntheticDesk desk(1);
   PosedSuperquadric body = desk.Objects()[5].superquadric;
   body.shape = {{0.042, 0.042, 0.048}, 0.1, 1.0};
@@ -134,7 +134,7 @@ TEST(RefineJointly, AHandleWidensACupToOneSideOnly) {
   EXPECT_GT(overlap(), 0.93);
 }
 
-TEST(RefineJointly, CostsTheSameFromEveryStartThatEndsInOnePlace) {
+TEST(RefineJointly, GivesOneCostFromAllStartsThatConverge) {
   const SyntheticDesk desk(1);
   const PosedSuperquadric truth = desk.Objects()[5].superquadric;
   RefinementInput input = InputOf(desk, truth);
@@ -159,7 +159,7 @@ TEST(RefineJointly, CostsTheSameFromEveryStartThatEndsInOnePlace) {
   EXPECT_NEAR(small.cost, large.cost, 0.02);
 }
 
-TEST(RefineJointly, FreeSpaceKeepsTheObjectBehindItsPoints) {
+TEST(RefineJointly, KeepsObjectBehindItsPoints) {
   const SyntheticDesk desk(1);
   const PosedSuperquadric truth = desk.Objects()[0].superquadric;
   RefinementInput input = InputOf(desk, truth);
@@ -202,7 +202,7 @@ RefinementInput WithFrontTooNear(const SyntheticDesk& desk, const PosedSuperquad
   return input;
 }
 
-TEST(RefineJointly, PointsSeenByACameraThatHardlyMovedDontOutweighTheBoxes) {
+TEST(RefineJointly, WeighsPointsOfShortBaselinesLess) {
   const SyntheticDesk desk(1);
   const PosedSuperquadric truth = desk.Objects()[5].superquadric;
   RefinementOptions options;
@@ -215,7 +215,7 @@ TEST(RefineJointly, PointsSeenByACameraThatHardlyMovedDontOutweighTheBoxes) {
   EXPECT_GT(hardly_moved, overlap(0.0) + 0.03);
 }
 
-TEST(RefineJointly, WhatNoViewShowsComesFromTheClass) {
+TEST(RefineJointly, TakesUnseenExtentFromTheClass) {
   const SyntheticDesk desk(1);
   PosedSuperquadric truth = desk.Objects()[5].superquadric;
   truth.shape.half_size = {0.2, 0.015, 0.12};
@@ -233,7 +233,7 @@ TEST(RefineJointly, WhatNoViewShowsComesFromTheClass) {
   EXPECT_LT(thickness(10.0), 0.6 * thickness(2.0));
 }
 
-TEST(RefineJointly, NothingReachesThroughTheSurfaceUnderIt) {
+TEST(RefineJointly, StaysAboveTheSurfaceBelow) {
   const SyntheticDesk desk(1);
   PosedSuperquadric truth = desk.Objects()[3].superquadric;
   const double lowest = truth.T_map_object.translation.z();  // as if its lower half were in the table
@@ -243,7 +243,7 @@ TEST(RefineJointly, NothingReachesThroughTheSurfaceUnderIt) {
   EXPECT_GT(Bottom(RefineJointly(truth, input, RefinementOptions()).superquadric), lowest - 0.02);
 }
 
-TEST(RefineJointly, ATopThatOthersStandOnIsAtTheirHeight) {
+TEST(RefineJointly, PutsTopAtTheHeightOfObjectsOnIt) {
   const SyntheticDesk desk(1);
   const PosedSuperquadric truth = desk.Objects()[3].superquadric;
   RefinementInput input = InputOf(desk, truth);

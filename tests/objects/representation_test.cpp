@@ -40,7 +40,7 @@ std::set<int> Ids(const std::vector<SnapshotObject>& objects) {
   return ids;
 }
 
-TEST(Representation, EllipsoidsAndCuboidsOfThePaperDifferFromSuperquadricsInTheirExponentsOnly) {
+TEST(Representation, ChangesOnlyExponentsInThePaperMethod) {
   const SyntheticDesk desk(1);
   const auto superquadrics = MapDeskAs(desk, Representation::kSuperquadric).Objects();
   ASSERT_FALSE(superquadrics.empty());
@@ -62,7 +62,7 @@ TEST(Representation, EllipsoidsAndCuboidsOfThePaperDifferFromSuperquadricsInThei
   }
 }
 
-TEST(Representation, EllipsoidsAndCuboidsTakeUpTheSpaceOfTheSuperquadric) {
+TEST(Representation, FillsTheSpaceOfTheSuperquadric) {
   const SyntheticDesk desk(1);
   const auto superquadrics = MapDeskAs(desk, Representation::kSuperquadric, ObjectMethod::kRefined).Objects();
   ASSERT_FALSE(superquadrics.empty());
@@ -77,7 +77,7 @@ TEST(Representation, EllipsoidsAndCuboidsTakeUpTheSpaceOfTheSuperquadric) {
   }
 }
 
-TEST(Representation, QuadricsShareTheLandmarksButNotTheirPlaceAndSize) {
+TEST(Representation, KeepsLandmarksButRefitsQuadrics) {
   const SyntheticDesk desk(1);
   const ObjectMapper usual = MapDeskAs(desk, Representation::kSuperquadric);
   const ObjectMapper mapper = MapDeskAs(desk, Representation::kQuadric);
@@ -105,7 +105,7 @@ TEST(Representation, QuadricsShareTheLandmarksButNotTheirPlaceAndSize) {
   }
 }
 
-TEST(Representation, QuadricsMoveWithTheMap) {
+TEST(Representation, MovesQuadricsWithTheMap) {
   const Sim3d move{
       3.0, Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitY())), {1.0, 2.0, 3.0}};
   ObjectMapper mapper = MapDeskAs(SyntheticDesk(1), Representation::kQuadric);

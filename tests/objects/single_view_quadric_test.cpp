@@ -70,7 +70,7 @@ double YawError(const PosedSuperquadric& found) {
   return std::abs(std::remainder(turn, 0.5 * 3.14159265358979));
 }
 
-TEST(QuadricFromOneView, HasTheYawAtWhichItsTextureIsSymmetric) {
+TEST(QuadricFromOneView, FindsYawOfSymmetricTexture) {
   const Camera camera = Pinhole();
   const PosedSuperquadric egg = Egg(0.2, 0.2);  // round: its outline says nothing
   const Rigid3d pose = Pose(egg);
@@ -86,7 +86,7 @@ TEST(QuadricFromOneView, HasTheYawAtWhichItsTextureIsSymmetric) {
   EXPECT_LT(YawError(*found), 0.06);  // tried every 5 degrees
 }
 
-TEST(QuadricFromOneView, HasTheSizeThatItsBoxSupportAndClassSay) {
+TEST(QuadricFromOneView, TakesSizeFromBoxSupportAndClass) {
   const Camera camera = Pinhole();
   const PosedSuperquadric egg = Egg(0.3, 0.2);
   const Rigid3d pose = Pose(egg);

@@ -33,7 +33,7 @@ TEST(Extents, SpansAllPoints) {
   EXPECT_NEAR(stretched.centre.x(), 0.5, 0.01);
 }
 
-TEST(Extents, FlatCloudsKeepSomeThickness) {
+TEST(Extents, KeepsSomeThicknessOfFlatClouds) {
   const std::vector<Eigen::Vector3d> flat = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   EXPECT_GT(EstimateExtents(flat, SizeShapeOptions()).half_size.z(), 0.0);
 }
@@ -55,7 +55,7 @@ TEST(FitShape, RecoversTheExponents) {
   }
 }
 
-TEST(FitShape, StaysInItsRangeOnAnyInput) {
+TEST(FitShape, StaysInRangeOnAnyInput) {
   const Eigen::Vector3d half(0.1, 0.1, 0.1);
   for (const auto& points : {std::vector<Eigen::Vector3d>{}, std::vector<Eigen::Vector3d>{{0, 0, 0}},
                              std::vector<Eigen::Vector3d>(5, Eigen::Vector3d(9, 9, 9))}) {

@@ -35,7 +35,7 @@ TEST(RefineStanding, PullsToTheSupportButNotFromFarAbove) {
   EXPECT_NEAR(Bottom(floating.superquadric), 0.3, 0.01);
 }
 
-TEST(RefineStanding, PromisingStartsLeadNearToWhereAThoroughSearchLeads) {
+TEST(RefineStanding, FindsNearlyTheThoroughResultFromPromisingStarts) {
   const SyntheticDesk desk(1);
   const SupportHeights supports{{0.0, -0.2}, {}};
   for (const std::size_t index : {0U, 3U, 5U}) {
@@ -59,7 +59,7 @@ TEST(RefineStanding, PromisingStartsLeadNearToWhereAThoroughSearchLeads) {
   }
 }
 
-TEST(RefineStanding, ThoroughSearchFindsASurfaceThatGoesOnUnseen) {
+TEST(RefineStanding, FindsUnseenSurfaceWhenThorough) {
   const SyntheticDesk desk(1);
   const PosedSuperquadric truth = desk.Objects()[3].superquadric;
   const double in_the_way = 0.6 * truth.shape.half_size.z();  // the top of a book beside it
@@ -75,7 +75,7 @@ TEST(RefineStanding, ThoroughSearchFindsASurfaceThatGoesOnUnseen) {
 }
 
 // The floor is found all around an object on a table of which no point was found beside it.
-TEST(RefineStanding, ATableOverTheFloorIsTriedThoughItsPointsAreElsewhere) {
+TEST(RefineStanding, TriesTableOverTheFloorWithoutItsPoints) {
   const SyntheticDesk desk(1);
   const PosedSuperquadric truth = desk.Objects()[3].superquadric;
   const SupportHeights supports{{-0.7}, {0.0}};
@@ -84,7 +84,7 @@ TEST(RefineStanding, ATableOverTheFloorIsTriedThoughItsPointsAreElsewhere) {
   EXPECT_EQ(fit.support, 0.0);
 }
 
-TEST(RefineStanding, ThoroughSearchLeavesAWrongStartBehind) {
+TEST(RefineStanding, LeavesWrongStartWhenThorough) {
   const SyntheticDesk desk(1);
   const SupportHeights supports{{0.0}, {}};
   PosedSuperquadric truth = desk.Objects()[5].superquadric;
@@ -110,7 +110,7 @@ RefinementInput HiddenBelow(const SyntheticDesk& desk, const PosedSuperquadric& 
   return input;
 }
 
-TEST(RefineStanding, AHiddenLowerPartReachesDownToTheSupport) {
+TEST(RefineStanding, ExtendsHiddenLowerPartToTheSupport) {
   const SyntheticDesk desk(1);
   const PosedSuperquadric truth = desk.Objects()[5].superquadric;
   PosedSuperquadric upper = StretchedTo(truth, truth.T_map_object.translation.z());
@@ -123,7 +123,7 @@ TEST(RefineStanding, AHiddenLowerPartReachesDownToTheSupport) {
   EXPECT_GT(SolidIoU(fit.superquadric, truth), 0.7);
 }
 
-TEST(RefineStanding, HowLittleTheBoxesShowDoesNotBoundTheHeightOverAHiddenEnd) {
+TEST(RefineStanding, ExceedsShownExtentOverAHiddenEnd) {
   const SyntheticDesk desk(1);
   PosedSuperquadric truth = desk.Objects()[5].superquadric;
   truth.shape.half_size.z() *= 6.0;
@@ -156,7 +156,7 @@ struct BehindTable {
   RefinementInput input;
 };
 
-TEST(RefineStanding, AnObjectThatStandsOnTheFloorByItsClassReachesPastATable) {
+TEST(RefineStanding, ExtendsFloorClassesPastATable) {
   BehindTable object{SyntheticDesk(1)};
   const SupportHeights floor_unseen_nearby{{object.table}, {0.0}, 0.0};
   EXPECT_EQ(object.SupportAmong(floor_unseen_nearby), object.table);
@@ -166,7 +166,7 @@ TEST(RefineStanding, AnObjectThatStandsOnTheFloorByItsClassReachesPastATable) {
 }
 
 // Furniture hides the floor: the only surface that was found is the top of a table.
-TEST(RefineStanding, ATableIsNoFloor) {
+TEST(RefineStanding, DoesNotTakeTableForFloor) {
   BehindTable object{SyntheticDesk(1)};
   const Superquadric& shape = object.truth.shape;
   object.input.prior.on_floor = true;
@@ -183,7 +183,7 @@ TEST(RefineStanding, ATableIsNoFloor) {
   EXPECT_GT(SolidIoU(free.superquadric, object.truth), 0.7);
 }
 
-TEST(RefineStanding, AnObjectOfKnownSizeReachesPastASurfaceThatHidesItsLowerPart) {
+TEST(RefineStanding, ExtendsObjectOfKnownSizePastASurface) {
   BehindTable object{SyntheticDesk(1)};
   const SupportHeights supports{{object.table, 0.0}, {}};
   EXPECT_EQ(object.SupportAmong(supports), object.table);

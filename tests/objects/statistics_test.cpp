@@ -37,7 +37,7 @@ TEST(TTest, RejectsWhenTooFewSamples) {
 }
 
 // The standard deviation of these shares at 4000 trials is 0.0055.
-TEST(TTest, RejectsTrueHypothesesAsOftenAsItSaysPerAxis) {
+TEST(TTest, RejectsTrueHypothesesAtItsLevelPerAxis) {
   constexpr int kTrials = 4000;
   constexpr double kAlpha = 0.05;
   std::mt19937 generator(5);
@@ -81,7 +81,7 @@ TEST(PointStatistics, MovesExactlyWithTheMap) {
   EXPECT_TRUE(before.scatter.isApprox(after.scatter, 1e-12));
 }
 
-TEST(RankSum, AgreesWithTheTextbook) {
+TEST(RankSum, MatchesTheTextbook) {
   // Hollander and Wolfe, table 4.1 (permeability of the chorioamnion): rank sum of the five early values 30
   // of ranks 1 ... 15, mean 40, variance 5 * 10 * 16 / 12.
   const std::array<double, 10> term = {0.80, 0.83, 1.89, 1.04, 1.45, 1.38, 1.91, 1.64, 0.73, 1.46};
@@ -90,7 +90,7 @@ TEST(RankSum, AgreesWithTheTextbook) {
   EXPECT_NEAR(RankSumZ(term, early), -RankSumZ(early, term), 1e-12);
 }
 
-TEST(RankSum, TiesTakeTheirMiddleRank) {
+TEST(RankSum, GivesTiesTheirMiddleRank) {
   // Pooled 1 2 2 2 3: ranks 1, 3, 3, 3, 5; a = {1, 2} has rank sum 4, mean 6, variance 2 * 3 / 12 * (6 - 24 /
   // 20).
   const std::array<double, 2> a = {1.0, 2.0};
@@ -101,7 +101,7 @@ TEST(RankSum, TiesTakeTheirMiddleRank) {
   EXPECT_EQ(RankSumZ(std::span<const double>(), same), 0.0);
 }
 
-TEST(RankSum, RejectsTrueHypothesesAsOftenAsItSaysAndSeesAShift) {
+TEST(RankSum, RejectsTrueHypothesesAtItsLevelAndDetectsShift) {
   constexpr int kTrials = 2000;
   std::mt19937 generator(8);
   std::exponential_distribution<double> skewed(1.0);
@@ -126,7 +126,7 @@ TEST(RankSum, RejectsTrueHypothesesAsOftenAsItSaysAndSeesAShift) {
   EXPECT_GT(seen, 0.9 * kTrials);
 }
 
-TEST(RankSum, TellsNeighbouringCloudsApartAndKnowsAHalfOfTheSame) {
+TEST(RankSum, SeparatesNeighboursAndRecognisesHalfOfTheSameCloud) {
   std::mt19937 generator(2);
   std::uniform_real_distribution<double> uniform(-0.05, 0.05);
   std::vector<Eigen::Vector3d> cup(200);

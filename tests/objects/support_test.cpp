@@ -33,14 +33,14 @@ std::vector<Eigen::Vector3d> Room(int seed = 1) {
   return points;
 }
 
-TEST(SupportSurfaces, AreTheDeskAndTheFloorAndNotTheWall) {
+TEST(SupportSurfaces, FindsDeskAndFloorInsteadOfTheWall) {
   const SupportSurfaces surfaces = SupportSurfaces::Find(Room(), GravityOptions());
   ASSERT_EQ(surfaces.All().size(), 2u);
   EXPECT_NEAR(surfaces.All()[0].height, 0.7, 0.01);
   EXPECT_NEAR(surfaces.All()[1].height, 0.0, 0.01);
 }
 
-TEST(SupportSurfaces, TheLowestIsTheFloorUnlessPointsLieBelowIt) {
+TEST(SupportSurfaces, TakesLowestForFloorUnlessPointsLieBelow) {
   std::vector<Eigen::Vector3d> points = Room();
   const SupportSurfaces room = SupportSurfaces::Find(points, GravityOptions());
   ASSERT_TRUE(room.Floor());
@@ -62,7 +62,7 @@ TEST(SupportSurfaces, TheLowestIsTheFloorUnlessPointsLieBelowIt) {
   EXPECT_EQ(hidden.Floor(), std::nullopt) << "the wall reaches below the desk";
 }
 
-TEST(SupportSurfaces, AreFoundUnderWhatStandsThere) {
+TEST(SupportSurfaces, FindsSurfacesUnderObjects) {
   const SupportSurfaces surfaces = SupportSurfaces::Find(Room(), GravityOptions());
   EXPECT_THAT(surfaces.Under({0.3, 0.2}, 0.3, 0.8),
               ElementsAre(DoubleNear(0.7, 0.01), DoubleNear(0.0, 0.01)));
@@ -72,7 +72,7 @@ TEST(SupportSurfaces, AreFoundUnderWhatStandsThere) {
   EXPECT_THAT(SupportSurfaces::Everywhere(0.4).Under({9.0, 9.0}, 0.1, 1.0), ElementsAre(0.4));
 }
 
-TEST(SupportSurfaces, TheTopOfAThingIsNoneForItsNeighbours) {
+TEST(SupportSurfaces, IgnoresTopsOfNeighbours) {
   std::vector<Eigen::Vector3d> points = Room();
   PosedSuperquadric keyboard;  // on the desk
   keyboard.shape = {{0.4, 0.2, 0.04}, 0.1, 0.1};
@@ -87,7 +87,7 @@ TEST(SupportSurfaces, TheTopOfAThingIsNoneForItsNeighbours) {
   EXPECT_EQ(surfaces.Around({0.8, 0.0}, {}).All().size(), 3u);
 }
 
-TEST(SupportSurfaces, TheTopOfATableStaysUnderWhatStandsThereWhateverElseCoversIt) {
+TEST(SupportSurfaces, KeepsTableTopUnderItsObjectsWhenCovered) {
   const SupportSurfaces surfaces = SupportSurfaces::Find(Room(), GravityOptions());
   PosedSuperquadric table;  // mapped a little too short
   table.shape = {{0.85, 0.95, 0.36}, 0.1, 0.1};

@@ -15,7 +15,7 @@ Landmark MappedBox(int id, const Eigen::Vector3d& centre, const Eigen::Vector3d&
   return landmark;
 }
 
-TEST(Surroundings, TellWhatLiesInItAndWhatMayHideIt) {
+TEST(Surroundings, ListsContentsAndOccluders) {
   Landmark table = MappedBox(1, {0.0, 2.0, 0.35}, {0.8, 0.5, 0.35});
   table.support = 0.0;
   const Landmark cup = MappedBox(2, {0.0, 2.0, 0.75}, {0.04, 0.04, 0.05});
@@ -38,7 +38,7 @@ TEST(Surroundings, TellWhatLiesInItAndWhatMayHideIt) {
   EXPECT_EQ(of_chair.hidden_support, 0.0);
 }
 
-TEST(Surroundings, TellATopByWhatStandsOnIt) {
+TEST(Surroundings, FindsTopByObjectsOnIt) {
   const Landmark table = MappedBox(1, {0.0, 2.0, 0.36}, {0.8, 0.5, 0.36});
   Landmark cup = MappedBox(2, {0.3, 2.1, 0.75}, {0.04, 0.04, 0.05});
   cup.support = 0.7;
@@ -51,7 +51,7 @@ TEST(Surroundings, TellATopByWhatStandsOnIt) {
   EXPECT_EQ(SurroundingsOf(cup, shown, ClassPriors()).stood_on, std::nullopt);
 }
 
-TEST(Surroundings, CupsOverAChairThatIsPushedUnderATableStandOnTheTable) {
+TEST(Surroundings, PutsCupsOnTheTableNotTheChairUnderIt) {
   const Landmark chair = MappedBox(1, {0.0, 2.4, 0.4}, {0.25, 0.25, 0.4});
   Landmark cup = MappedBox(2, {0.0, 2.3, 0.76}, {0.04, 0.04, 0.05});
   cup.support = 0.71;
@@ -62,7 +62,7 @@ TEST(Surroundings, CupsOverAChairThatIsPushedUnderATableStandOnTheTable) {
   EXPECT_EQ(SurroundingsOf(chair, shown, ClassPriors()).stood_on, std::nullopt);
 }
 
-TEST(WayToMiddle, IsAcrossTheTableFromItsSideAndAlongItFromItsEnd) {
+TEST(WayToMiddle, PointsAcrossTheTableFromItsSideAndAlongItFromItsEnd) {
   PosedSuperquadric table = MappedBox(1, {1.0, 2.0, 0.35}, {0.8, 0.5, 0.35}).superquadric;
   EXPECT_TRUE(WayToMiddle(table, {1.2, 2.7, 0.4}).isApprox(Eigen::Vector3d(0.0, -0.7, 0.0)));
   EXPECT_TRUE(WayToMiddle(table, {1.2, 2.4, 0.4}).isApprox(Eigen::Vector3d(0.0, -0.4, 0.0))) << "under it";
@@ -73,7 +73,7 @@ TEST(WayToMiddle, IsAcrossTheTableFromItsSideAndAlongItFromItsEnd) {
                   .isApprox(turn.rotation * Eigen::Vector3d(0.0, -0.7, 0.0)));
 }
 
-TEST(Surroundings, ASinkHoldsCupsButNoBetterKnownChair) {
+TEST(Surroundings, LetsSinkHoldCupsButNoBetterKnownChair) {
   Landmark sink = MappedBox(1, {0.0, 2.0, 0.5}, {0.5, 0.8, 0.5});
   sink.labels.Add("sink", 0.9);
   sink.observations = 20;
@@ -93,7 +93,7 @@ TEST(Surroundings, ASinkHoldsCupsButNoBetterKnownChair) {
   EXPECT_FALSE(holds("unheard of", {0.1, 2.1, 0.5}, 30));
 }
 
-TEST(Surroundings, ATableMayHideTheChairWhoseBackHoversOverIt) {
+TEST(Surroundings, LetsTableHideChairWithBackAboveIt) {
   const Landmark table = MappedBox(1, {0.0, 2.0, 0.35}, {0.8, 0.5, 0.35});
   Landmark back = MappedBox(2, {0.1, 2.4, 0.85}, {0.2, 0.05, 0.12});
   back.labels.Add("chair", 0.9);
@@ -102,7 +102,7 @@ TEST(Surroundings, ATableMayHideTheChairWhoseBackHoversOverIt) {
   EXPECT_EQ(SurroundingsOf(back, shown, ClassPriors::Named("default")).hiders.size(), 1u);
 }
 
-TEST(Surroundings, OfFarHidersGiveNoSupportAndNothingIsKnownWithoutAnEstimate) {
+TEST(Surroundings, IgnoresDistantOccludersAndKnowsNothingWithoutEstimate) {
   Landmark table = MappedBox(1, {0.0, 2.0, 0.35}, {0.8, 0.5, 0.35});
   table.support = 0.0;
   const std::vector<const Landmark*> shown = {&table};

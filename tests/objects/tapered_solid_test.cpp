@@ -13,7 +13,7 @@ namespace {
 constexpr double kE1 = 0.1;
 constexpr double kE2 = 1.0;
 
-TEST(TaperedSupport, IsThatOfTheSuperquadricWithoutTaper) {
+TEST(TaperedSupport, EqualsTheSuperquadricWithoutTaper) {
   const Superquadric shape{{0.3, 0.2, 0.4}, 0.7, 0.4};
   for (const Eigen::Vector3d n :
        {Eigen::Vector3d(1, 2, 3), Eigen::Vector3d(-2, 1, -0.1), Eigen::Vector3d(0, 1, 0)}) {
@@ -23,7 +23,7 @@ TEST(TaperedSupport, IsThatOfTheSuperquadricWithoutTaper) {
   }
 }
 
-TEST(TaperedSupport, ReachesAsFarAsTheFarthestPointOfTheSolid) {
+TEST(TaperedSupport, EqualsTheFarthestPointOfTheSolid) {
   const Superquadric shape{{0.3, 0.3, 0.4}, kE1, kE2};
   const auto farthest = [&](const Eigen::Vector3d& n, double taper) {
     double reach = 0.0;
@@ -45,7 +45,7 @@ TEST(TaperedSupport, ReachesAsFarAsTheFarthestPointOfTheSolid) {
   }
 }
 
-TEST(TaperedWidth, FallsToTheTaperAtTheEndAndStaysThereBeyond) {
+TEST(TaperedWidth, FallsToTheTaperAtTheEndAndStaysBeyond) {
   EXPECT_DOUBLE_EQ(TaperedWidth(0.0, 0.4, 0.5).value, 1.0);
   EXPECT_DOUBLE_EQ(TaperedWidth(-0.2, 0.4, 0.5).value, 0.75);
   EXPECT_DOUBLE_EQ(TaperedWidth(0.4, 0.4, 0.5).value, 0.5);

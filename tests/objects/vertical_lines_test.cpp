@@ -76,7 +76,7 @@ std::vector<LineView> LeaningEdges() {
 
 double DegreesOff(const Eigen::Vector3d& up) { return std::acos(std::min(1.0, up.z())) * kDegreesPerRadian; }
 
-TEST(VerticalFromLines, IsRightThoughThePlaneLeans) {
+TEST(VerticalFromLines, FindsVerticalWhenThePlaneLeans) {
   const std::vector<std::vector<LineView>> room = EdgesOfRoom(true);
   for (const double lean : {-6.0, 0.0, 3.0, 6.0}) {
     const double angle = lean * kRadiansPerDegree;
@@ -97,7 +97,7 @@ TEST(VerticalFromLines, GivesEachObjectOneVote) {
   EXPECT_LT(DegreesOff(edges->up), 0.3);
 }
 
-TEST(VerticalFromLines, IsEmptyWithoutVerticalEdgesOrWithFewObjects) {
+TEST(VerticalFromLines, ReturnsNothingWithoutVerticalEdgesOrWithFewObjects) {
   std::vector<std::vector<LineView>> room = EdgesOfRoom(true);
   EXPECT_FALSE(VerticalFromLines({}, TestCamera(), Eigen::Vector3d::UnitZ()));
   room.resize(2);

@@ -52,7 +52,7 @@ std::vector<LineSegment> BoxEdges(const Rigid3d& T_map_camera, double yaw, doubl
 
 double QuarterError(double a, double b) { return std::abs(WrapQuarter(a - b)); }
 
-TEST(NearestAxis, IsThatWhoseEdgeTheLineIs) {
+TEST(NearestAxis, PicksAxisOfTheEdge) {
   std::mt19937 generator(1);
   const double yaw = 25.0 * kDeg;
   const Rigid3d T = LookAtOrigin(-1.3, 0.6);
@@ -87,7 +87,7 @@ TEST(YawFromLines, FindsTheYawOfABoxFromItsEdges) {
   }
 }
 
-TEST(YawFromLines, ManyViewsOutvoteClutter) {
+TEST(YawFromLines, OutvotesClutterByManyViews) {
   std::mt19937 generator(2);
   std::uniform_real_distribution<double> uniform(150.0, 450.0);
   std::vector<LineView> views;
@@ -103,14 +103,14 @@ TEST(YawFromLines, ManyViewsOutvoteClutter) {
   EXPECT_LT(QuarterError(estimate->yaw, 0.3), 1.0 * kDeg);
 }
 
-TEST(YawFromLines, SaysNothingWithoutLines) {
+TEST(YawFromLines, ReturnsNothingWithoutLines) {
   const LineView view{LookAtOrigin(0.0, 0.5), {}};
   EXPECT_FALSE(YawFromLines({&view, 1}, kCamera, YawOptions()));
 }
 
 // Every fourth line is one of the box, the others of a pattern on it at another angle but shorter, or of
 // anything.
-TEST(YawModesFromLines, LongEdgesOutweighMoreShortLines) {
+TEST(YawModesFromLines, WeighsLongEdgesMoreThanShortLines) {
   std::mt19937 generator(4);
   std::uniform_real_distribution<double> uniform(150.0, 450.0);
   std::vector<LineView> views;
@@ -135,7 +135,7 @@ TEST(YawModesFromLines, LongEdgesOutweighMoreShortLines) {
 }
 
 // Two ways a thing may stand, and edges of both: neither is thrown away.
-TEST(YawModesFromLines, OfferBothAnglesOfADoubt) {
+TEST(YawModesFromLines, OffersBothAnglesWhenInDoubt) {
   std::mt19937 generator(5);
   const Rigid3d T = LookAtOrigin(-1.3, 0.6);
   LineView view{T, BoxEdges(T, 0.2, 0.5, generator)};
@@ -154,7 +154,7 @@ TEST(YawModesFromLines, OfferBothAnglesOfADoubt) {
 
 // The standard deviation is that of what comes out, within its floor, from one view to many; and a view seen
 // often is no more than options.independent_views.
-TEST(YawModesFromLines, KnowHowPreciseTheyAre) {
+TEST(YawModesFromLines, EstimatesItsPrecision) {
   std::mt19937 generator(6);
   const auto estimate = [&](int count) {
     std::vector<LineView> views;
@@ -223,7 +223,7 @@ TEST(ExtractLines, FindsTheSidesOfADrawnRectangle) {
   EXPECT_TRUE(ExtractLines(cv::Mat(), kCamera, {{0, 0, 640, 480}}, YawOptions()).empty());
 }
 
-TEST(ExtractLines, LooksInTheBoxesOnlyAndSeesThatALineLeavesThem) {
+TEST(ExtractLines, SearchesOnlyBoxesAndDetectsLinesThatLeaveThem) {
   cv::Mat image(480, 640, CV_8UC1, cv::Scalar(40));
   cv::rectangle(image, {200, 150}, {420, 300}, cv::Scalar(200), cv::FILLED);
   const YawOptions options;
