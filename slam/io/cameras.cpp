@@ -220,11 +220,9 @@ CameraGuess GuessCamera(int width, int height, double fps) {
 }
 
 std::optional<CameraGuess> GuessCamera(const std::filesystem::path& image, double fps) {
-  const std::string bytes = ReadImageFile(image).bytes;
-  if (const std::optional<cv::Size> claimed = SizeInHeader(bytes)) {
-    CheckImageSides(image, *claimed);
-  }
-  const cv::Mat read = DecodeImage(bytes, cv::IMREAD_COLOR).pixels;  // rotated as its EXIF says
+  const DecodedImage decoded = DecodeImage(ReadImageFile(image).bytes, cv::IMREAD_COLOR);
+  ThrowIf<InputError>(decoded.too_large, "{}: {}", image.string(), decoded.problem);
+  const cv::Mat& read = decoded.pixels;  // rotated as its EXIF says
   if (read.empty()) {
     return std::nullopt;
   }
