@@ -1,82 +1,47 @@
 #include "slam/mapping/frame_records.h"
 
-#include <algorithm>
 #include <limits>
-#include <ranges>
 
 #include "slam/snapshot/byte_archive.h"
 #include "slam/util/raise_keys.h"
 
 namespace sqslam {
 
-FrameRecords::Row FrameRecords::Packed(std::int64_t index, const FrameRecord& frame) {
-  Row row;
-  row.index = index;
-  row.reference = frame.pose.reference;
-  row.timestamp = frame.timestamp;
-  row.scale = frame.pose.scale;
-  std::ranges::copy(frame.pose.T_camera_reference.rotation.coeffs(), row.rotation);
-  std::ranges::copy(frame.pose.T_camera_reference.translation, row.translation);
-  return row;
-}
-
-FrameRecord FrameRecords::Unpacked(const Row& row) {
-  const Rigid3d T_camera_reference{Eigen::Quaterniond(row.rotation), Eigen::Vector3d(row.translation)};
-  return {row.timestamp, {row.reference, T_camera_reference, row.scale}};
-}
-
 void FrameRecords::Record(std::int64_t index, OpenFrame frame) {
-  if (!open_.contains(index) && Contains(index)) {  // hardly ever
-    std::vector<Row> rows = Settled();
-    std::erase_if(rows, [index](const Row& row) { return row.index == index; });
-    Settle(rows);
-  }
+  settled_.erase(index);
   open_[index] = std::move(frame);
 }
 
-// Settled frames stay in order: an earlier one that was recorded late stays open until the end of the run.
+// A frame that was recorded after a later one had been settled stays open until the end of the run.
 void FrameRecords::SettleBelow(std::int64_t index) {
-  const std::int64_t newest = settled_.Size() > 0 ? settled_[settled_.Size() - 1].index : -1;
+  const std::int64_t newest = settled_.empty() ? -1 : settled_.rbegin()->first;
+  if (newest >= index) {
+    return;
+  }
   const auto first = open_.upper_bound(newest);
   const auto end = open_.lower_bound(index);
-  for (auto it = first; it != end && it != open_.end(); ++it) {
-    settled_.Add(Packed(it->first, it->second));
-  }
-  if (newest < index) {
-    open_.erase(first, end);
-  }
-}
-
-int FrameRecords::FirstSettled(std::int64_t index) const {
-  const auto numbers = std::views::iota(0, settled_.Size());
-  return static_cast<int>(
-      std::ranges::lower_bound(numbers, index, {}, [this](int i) { return settled_[i].index; }) -
-      numbers.begin());
+  settled_.insert(first, end);
+  open_.erase(first, end);
 }
 
 std::optional<FrameRecord> FrameRecords::Find(std::int64_t index) const {
-  if (const auto it = open_.find(index); it != open_.end()) {
-    return it->second;
+  if (const auto open = open_.find(index); open != open_.end()) {
+    return open->second;
   }
-  const int number = FirstSettled(index);
-  if (number < settled_.Size()) {
-    if (const Row row = settled_[number]; row.index == index) {
-      return Unpacked(row);
-    }
-  }
-  return std::nullopt;
+  const auto settled = settled_.find(index);
+  return settled != settled_.end() ? std::optional(settled->second) : std::nullopt;
 }
 
 std::pair<std::int64_t, FrameRecord> FrameRecords::FromOn(std::int64_t index) const {
   const auto open = open_.lower_bound(index);
-  const int number = FirstSettled(index);
-  if (number < settled_.Size()) {
-    const Row row = settled_[number];
-    if (open == open_.end() || row.index < open->first) {
-      return {row.index, Unpacked(row)};
-    }
+  const auto settled = settled_.lower_bound(index);
+  if (open == open_.end() && settled == settled_.end()) {
+    return Newest();
   }
-  return open != open_.end() ? std::pair<std::int64_t, FrameRecord>(*open) : Newest();
+  if (open == open_.end() || (settled != settled_.end() && settled->first < open->first)) {
+    return *settled;
+  }
+  return *open;
 }
 
 std::pair<std::int64_t, FrameRecord> FrameRecords::Oldest() const {
@@ -84,23 +49,19 @@ std::pair<std::int64_t, FrameRecord> FrameRecords::Oldest() const {
 }
 
 std::pair<std::int64_t, FrameRecord> FrameRecords::Newest() const {
-  if (settled_.Size() > 0) {
-    const Row row = settled_[settled_.Size() - 1];
-    if (open_.empty() || open_.rbegin()->first < row.index) {
-      return {row.index, Unpacked(row)};
-    }
+  if (!settled_.empty() && (open_.empty() || open_.rbegin()->first < settled_.rbegin()->first)) {
+    return *settled_.rbegin();
   }
   return *open_.rbegin();
 }
 
 void FrameRecords::ForEach(const std::function<void(std::int64_t index, const FrameRecord&)>& visit) const {
   auto open = open_.begin();
-  for (int i = 0; i < settled_.Size(); ++i) {
-    const Row row = settled_[i];
-    for (; open != open_.end() && open->first < row.index; ++open) {
+  for (const auto& [index, frame] : settled_) {
+    for (; open != open_.end() && open->first < index; ++open) {
       visit(open->first, open->second);
     }
-    visit(row.index, Unpacked(row));
+    visit(index, frame);
   }
   for (; open != open_.end(); ++open) {
     visit(open->first, open->second);
@@ -108,10 +69,9 @@ void FrameRecords::ForEach(const std::function<void(std::int64_t index, const Fr
 }
 
 void FrameRecords::Absorb(FrameRecords&& other) {
-  std::vector<Row> rows = Settled();
-  for (const Row& row : other.Settled()) {
-    if (!Contains(row.index)) {
-      rows.push_back(row);
+  for (auto& [index, frame] : other.settled_) {
+    if (!open_.contains(index)) {
+      settled_.emplace(index, frame);
     }
   }
   for (auto& [index, frame] : other.open_) {
@@ -119,38 +79,18 @@ void FrameRecords::Absorb(FrameRecords&& other) {
       open_.emplace(index, std::move(frame));
     }
   }
-  std::ranges::sort(rows, {}, &Row::index);
-  Settle(rows);
 }
 
 void FrameRecords::Renumber(std::int64_t index_shift, double time_shift, KeyframeId keyframe_shift) {
-  std::vector<Row> rows = Settled();
-  for (Row& row : rows) {
-    row.index += index_shift;
-    row.timestamp += time_shift;
-    row.reference += keyframe_shift;
-  }
-  Settle(rows);
-  RaiseKeys(open_, index_shift);
-  for (auto& [index, frame] : open_) {
-    frame.timestamp += time_shift;
-    frame.pose.reference += keyframe_shift;
-  }
-}
-
-std::vector<FrameRecords::Row> FrameRecords::Settled() const {
-  std::vector<Row> rows;
-  for (int i = 0; i < settled_.Size(); ++i) {
-    rows.push_back(settled_[i]);
-  }
-  return rows;
-}
-
-void FrameRecords::Settle(const std::vector<Row>& rows) {
-  settled_ = {};
-  for (const Row& row : rows) {
-    settled_.Add(row);
-  }
+  const auto shift = [&](auto& frames) {
+    RaiseKeys(frames, index_shift);
+    for (auto& [index, frame] : frames) {
+      frame.timestamp += time_shift;
+      frame.pose.reference += keyframe_shift;
+    }
+  };
+  shift(settled_);
+  shift(open_);
 }
 
 void FrameRecords::Save(ByteWriter& writer) const {
@@ -159,13 +99,9 @@ void FrameRecords::Save(ByteWriter& writer) const {
 }
 
 void FrameRecords::Load(ByteReader& reader) {
-  std::map<std::int64_t, FrameRecord> frames;
-  reader(frames);
   open_.clear();
-  settled_ = {};
-  for (const auto& [index, frame] : frames) {
-    settled_.Add(Packed(index, frame));
-  }
+  settled_.clear();
+  reader(settled_);
 }
 
 }  // namespace sqslam

@@ -9,7 +9,6 @@
 
 #include "slam/map/anchored_pose.h"
 #include "slam/tracking/pose_tracker.h"
-#include "slam/util/spilled_rows.h"
 
 namespace sqslam {
 
@@ -29,8 +28,8 @@ struct OpenFrame : FrameRecord {
   std::vector<FrameMatch> matches;  // that give the pose
 };
 
-// The frames of a submap by index. Those that are settled wait in a temporary file: a live camera brings a
-// hundred thousand an hour, of which mapping needs hardly any again.
+// The frames of a submap by index. Settled frames are not refined any more and need no matches: a live camera
+// brings a hundred thousand an hour, which take 16 MB.
 class FrameRecords {
  public:
   void Record(std::int64_t index, OpenFrame frame);
@@ -40,7 +39,7 @@ class FrameRecords {
   std::map<std::int64_t, OpenFrame>& Open() { return open_; }
   const std::map<std::int64_t, OpenFrame>& Open() const { return open_; }
 
-  int Size() const { return settled_.Size() + static_cast<int>(open_.size()); }
+  int Size() const { return static_cast<int>(settled_.size() + open_.size()); }
   std::optional<FrameRecord> Find(std::int64_t index) const;
   bool Contains(std::int64_t index) const { return Find(index).has_value(); }
   std::pair<std::int64_t, FrameRecord> Oldest() const;
@@ -57,21 +56,7 @@ class FrameRecords {
   void Load(ByteReader& reader);  // all settled
 
  private:
-  struct Row {  // without padding
-    std::int64_t index = 0;
-    KeyframeId reference = kNoKeyframe;
-    double timestamp = 0.0;
-    double scale = 1.0;
-    double rotation[4] = {0, 0, 0, 1};
-    double translation[3] = {0, 0, 0};
-  };
-  static Row Packed(std::int64_t index, const FrameRecord& frame);
-  static FrameRecord Unpacked(const Row& row);
-  std::vector<Row> Settled() const;
-  void Settle(const std::vector<Row>& rows);   // instead of those that are
-  int FirstSettled(std::int64_t index) const;  // number of settled frames below an index
-
-  SpilledRows<Row> settled_;  // by index
+  std::map<std::int64_t, FrameRecord> settled_;
   std::map<std::int64_t, OpenFrame> open_;
 };
 

@@ -1,9 +1,7 @@
 #include "slam/util/atomic_file.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <signal.h>
-#include <stdlib.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -37,7 +35,7 @@ fs::path TemporaryName(const fs::path& path) {
   return path.parent_path() / fmt::format("{}{}.tmp{}", Prefix(path), ::getpid(), path.extension().string());
 }
 
-// Removes temporary files of the path left by programs on this machine that no longer run.
+// Removes temporary files of the path that ended programs on this machine left behind.
 void RemoveLeftovers(const fs::path& path) {
   const std::string prefix = Prefix(path);
   const std::string suffix = ".tmp" + path.extension().string();
@@ -88,8 +86,8 @@ void AtomicPath::Commit() {
 void AtomicPath::CommitNew() {
   std::error_code error;
   fs::create_hard_link(temporary_, path_, error);  // unlike a rename, it replaces nothing
-  ThrowIf<InputError>(error == std::errc::file_exists,
-                      "{}: exists already, expected a name that is not taken", path_.string());
+  ThrowIf<InputError>(error == std::errc::file_exists, "{}: exists already, expected a new name",
+                      path_.string());
   if (error) {  // FAT and some network file systems have no hard links
     Commit();
   }
@@ -124,7 +122,7 @@ void CreateResultFolder(const fs::path& path) {
       "{}: exists already, expected a new or empty folder for the results", path.string());
   fs::create_directories(path, error);
   if (error) {
-    throw InputError("{}: cannot be made ({}), expected a place for the results", path.string(),
+    throw InputError("{}: cannot be created ({}), expected a writable place for the results", path.string(),
                      error.message());
   }
 }
@@ -135,73 +133,6 @@ fs::path FreeResultFolder(const fs::path& parent, std::string_view name) {
     path = parent / fmt::format("{}-{}", name, number);
   }
   return path;
-}
-
-namespace {
-
-// Returns a descriptor, or -1.
-int OpenNameless() {
-  std::error_code error;
-  const std::filesystem::path folder = std::filesystem::temp_directory_path(error);
-  std::string name = (folder / "sqslam-XXXXXX").string();
-  const int descriptor = error ? -1 : ::mkostemp(name.data(), O_CLOEXEC);
-  if (descriptor >= 0) {
-    ::unlink(name.c_str());
-  }
-  return descriptor;
-}
-
-}  // namespace
-
-TemporaryFile::~TemporaryFile() {
-  if (descriptor_ >= 0) {
-    ::close(descriptor_);
-  }
-}
-
-TemporaryFile::TemporaryFile(TemporaryFile&& other) noexcept { *this = std::move(other); }
-
-TemporaryFile& TemporaryFile::operator=(TemporaryFile&& other) noexcept {
-  std::swap(descriptor_, other.descriptor_);
-  std::swap(size_, other.size_);
-  std::swap(failed_, other.failed_);
-  return *this;
-}
-
-bool TemporaryFile::Append(const void* bytes, std::size_t size) {
-  if (descriptor_ < 0 && !failed_) {
-    descriptor_ = OpenNameless();
-  }
-  const char* rest = static_cast<const char*>(bytes);
-  std::size_t end = size_;
-  failed_ = failed_ || descriptor_ < 0;
-  while (!failed_ && end < size_ + size) {
-    const ssize_t written = ::pwrite(descriptor_, rest, size_ + size - end, static_cast<off_t>(end));
-    failed_ = written == 0 || (written < 0 && errno != EINTR);
-    if (written > 0) {
-      rest += written;
-      end += static_cast<std::size_t>(written);
-    }
-  }
-  size_ = failed_ ? size_ : end;
-  return !failed_;
-}
-
-void TemporaryFile::Read(std::size_t offset, void* bytes, std::size_t size) const {
-  char* rest = static_cast<char*>(bytes);
-  while (size > 0) {
-    const ssize_t got = ::pread(descriptor_, rest, size, static_cast<off_t>(offset));
-    if (got == 0 || (got < 0 && errno != EINTR)) {
-      throw InputError("a temporary file in {}: cannot be read back ({})",
-                       std::filesystem::temp_directory_path().string(),
-                       got == 0 ? "it was cut off" : std::generic_category().message(errno));
-    }
-    if (got > 0) {
-      rest += got;
-      offset += static_cast<std::size_t>(got);
-      size -= static_cast<std::size_t>(got);
-    }
-  }
 }
 
 }  // namespace sqslam

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstddef>
 #include <filesystem>
 #include <string_view>
 
@@ -12,8 +11,8 @@ namespace sqslam {
 void WriteFileAtomically(const std::filesystem::path& path, std::string_view contents);
 
 // A path for a folder, or for files that a library writes: write to Path() (same folder and extension), then
-// Commit() renames it to its real name. Without Commit the temporary file or folder is removed. What a killed
-// program left for the same path is removed by the next writer.
+// Commit() renames it to its real name. Without Commit the temporary file or folder is removed. The next
+// writer of the same path removes the leftovers of killed programs.
 class AtomicPath {
  public:
   explicit AtomicPath(std::filesystem::path path);
@@ -24,7 +23,7 @@ class AtomicPath {
   const std::filesystem::path& Path() const { return temporary_; }
   void Commit();  // throws InputError if nothing was written or the rename fails
 
-  // The same for a file that must be new: throws InputError also if another program has made one meanwhile.
+  // Same for a new file: throws InputError if another program has created it meanwhile.
   void CommitNew();
 
  private:
@@ -36,31 +35,10 @@ class AtomicPath {
 void RemoveDrafts(const std::filesystem::path& folder);
 
 // Creates an empty folder for results, with its parents. Throws UsageError if it exists and is not empty
-// (results are never overwritten), InputError if it cannot be created.
+// (results are never overwritten), and InputError if it cannot be created.
 void CreateResultFolder(const std::filesystem::path& path);
 
 // Returns the first free one of parent/name, parent/name-2, parent/name-3, ...
 std::filesystem::path FreeResultFolder(const std::filesystem::path& parent, std::string_view name);
-
-// A file without a name in the system's folder for temporary files: gone when the program ends, however it
-// does. Made when first written.
-class TemporaryFile {
- public:
-  TemporaryFile() = default;
-  ~TemporaryFile();
-  TemporaryFile(TemporaryFile&& other) noexcept;
-  TemporaryFile& operator=(TemporaryFile&& other) noexcept;
-
-  // Returns false, from then on, if the disk does not take the bytes.
-  bool Append(const void* bytes, std::size_t size);
-
-  // Throws InputError if the disk does not give back what it took.
-  void Read(std::size_t offset, void* bytes, std::size_t size) const;
-
- private:
-  int descriptor_ = -1;
-  std::size_t size_ = 0;
-  bool failed_ = false;
-};
 
 }  // namespace sqslam

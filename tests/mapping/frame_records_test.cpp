@@ -1,14 +1,13 @@
 #include "slam/mapping/frame_records.h"
 
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include "slam/snapshot/byte_archive.h"
 
 namespace sqslam {
 namespace {
 
-constexpr int kMany = 5000;  // frames: several pages
+constexpr int kFrames = 5000;
 
 OpenFrame FrameAt(std::int64_t index) {
   const auto number = static_cast<double>(index);
@@ -29,9 +28,9 @@ std::string BytesOf(const FrameRecord& frame) {
 }
 
 // Every second frame; all but the newest ten are settled.
-FrameRecords Many() {
+FrameRecords RecordFrames() {
   FrameRecords frames;
-  for (std::int64_t i = 0; i < kMany; ++i) {
+  for (std::int64_t i = 0; i < kFrames; ++i) {
     frames.Record(2 * i, FrameAt(2 * i));
     frames.SettleBelow(2 * (i - 9));
   }
@@ -44,50 +43,50 @@ std::vector<std::int64_t> IndicesOf(const FrameRecords& frames) {
   return indices;
 }
 
-TEST(FrameRecords, GiveBackWhatTheyWereGiven) {
-  const FrameRecords frames = Many();
-  EXPECT_EQ(frames.Size(), kMany);
+TEST(FrameRecords, FindsEveryRecordedFrame) {
+  const FrameRecords frames = RecordFrames();
+  EXPECT_EQ(frames.Size(), kFrames);
   EXPECT_EQ(frames.Open().size(), 10U);
-  for (std::int64_t i = 0; i < kMany; ++i) {
+  for (std::int64_t i = 0; i < kFrames; ++i) {
     const auto found = frames.Find(2 * i);
     ASSERT_TRUE(found) << i;
     EXPECT_EQ(BytesOf(*found), BytesOf(FrameAt(2 * i)));
     EXPECT_FALSE(frames.Contains(2 * i + 1));
   }
   EXPECT_EQ(frames.Oldest().first, 0);
-  EXPECT_EQ(frames.Newest().first, 2 * kMany - 2);
+  EXPECT_EQ(frames.Newest().first, 2 * kFrames - 2);
   EXPECT_EQ(frames.FromOn(3).first, 4);
-  EXPECT_EQ(frames.FromOn(2 * kMany).first, 2 * kMany - 2);
+  EXPECT_EQ(frames.FromOn(2 * kFrames).first, 2 * kFrames - 2);
 }
 
-TEST(FrameRecords, StayInOrderWithFramesThatCameLate) {
-  FrameRecords frames = Many();
+TEST(FrameRecords, KeepsOrderWhenFramesComeLate) {
+  FrameRecords frames = RecordFrames();
   frames.Record(7, FrameAt(7));
   frames.Record(20, FrameAt(21));  // anew
-  frames.SettleBelow(2 * kMany);
-  EXPECT_EQ(frames.Size(), kMany + 1);
+  frames.SettleBelow(2 * kFrames);
+  EXPECT_EQ(frames.Size(), kFrames + 1);
   EXPECT_EQ(BytesOf(*frames.Find(20)), BytesOf(FrameAt(21)));
   EXPECT_EQ(frames.FromOn(5).first, 6);
   EXPECT_EQ(frames.FromOn(7).first, 7);
   EXPECT_TRUE(std::ranges::is_sorted(IndicesOf(frames)));
 }
 
-TEST(FrameRecords, TakeOverThoseOfAnotherOne) {
-  FrameRecords frames = Many();
+TEST(FrameRecords, AbsorbsFramesOfAnotherSubmap) {
+  FrameRecords frames = RecordFrames();
   FrameRecords others;
-  for (const std::int64_t index : {3, 5, 8, 2 * kMany + 1}) {
+  for (const std::int64_t index : {3, 5, 8, 2 * kFrames + 1}) {
     others.Record(index, FrameAt(index + 1));
     others.SettleBelow(6);
   }
   frames.Absorb(std::move(others));
-  EXPECT_EQ(frames.Size(), kMany + 3);
+  EXPECT_EQ(frames.Size(), kFrames + 3);
   EXPECT_EQ(BytesOf(*frames.Find(5)), BytesOf(FrameAt(6)));
   EXPECT_EQ(BytesOf(*frames.Find(8)), BytesOf(FrameAt(8)));  // its own
   EXPECT_TRUE(std::ranges::is_sorted(IndicesOf(frames)));
 }
 
-TEST(FrameRecords, AreRenumberedAndRestored) {
-  FrameRecords frames = Many();
+TEST(FrameRecords, RestoresRenumberedFrames) {
+  FrameRecords frames = RecordFrames();
   frames.Renumber(100, 5.0, 7);
   ByteWriter writer;
   frames.Save(writer);
@@ -100,16 +99,6 @@ TEST(FrameRecords, AreRenumberedAndRestored) {
   const FrameRecord frame = restored.Find(102).value();
   EXPECT_EQ(frame.pose.reference, FrameAt(2).pose.reference + 7);
   EXPECT_EQ(frame.timestamp, FrameAt(2).timestamp + 5.0);
-}
-
-TEST(FrameRecords, StayInMemoryWhereThereIsNoPlaceForAFile) {
-  const char* before = ::getenv("TMPDIR");
-  const std::string kept = before != nullptr ? before : "";
-  ::setenv("TMPDIR", "/nowhere", 1);
-  const FrameRecords frames = Many();
-  before != nullptr ? ::setenv("TMPDIR", kept.c_str(), 1) : ::unsetenv("TMPDIR");
-  EXPECT_EQ(BytesOf(*frames.Find(4)), BytesOf(FrameAt(4)));
-  EXPECT_EQ(frames.Size(), kMany);
 }
 
 }  // namespace

@@ -26,7 +26,7 @@ std::vector<std::string> FileNames(const fs::path& folder) {
   return names;
 }
 
-// The number of a process that is no more.
+// The id of a process that has ended.
 int DeadProcess() {
   const int child = ::fork();
   if (child == 0) {
@@ -36,7 +36,7 @@ int DeadProcess() {
   return child;
 }
 
-TEST(AtomicFile, ReplacesAFileAndLeavesNothingElse) {
+TEST(AtomicFile, ReplacesFileAndLeavesNothingElse) {
   const TemporaryFolder folder;
   WriteFileAtomically(folder.Path() / "a.txt", "old");
   WriteFileAtomically(folder.Path() / "a.txt", "new");
@@ -44,7 +44,7 @@ TEST(AtomicFile, ReplacesAFileAndLeavesNothingElse) {
   EXPECT_THAT(FileNames(folder.Path()), ::testing::ElementsAre("a.txt"));
 }
 
-TEST(AtomicFile, AFullDiskIsReportedAndLeavesTheOldFile) {
+TEST(AtomicFile, ReportsFullDiskAndKeepsOldFile) {
   const TemporaryFolder folder;
   WriteFileAtomically(folder.Path() / "a.txt", "old");
   rlimit old_limit{};
@@ -61,7 +61,7 @@ TEST(AtomicFile, AFullDiskIsReportedAndLeavesTheOldFile) {
   EXPECT_THAT(FileNames(folder.Path()), ::testing::ElementsAre("a.txt"));
 }
 
-TEST(AtomicPath, ThatIsNotCommittedLeavesNothing) {
+TEST(AtomicPath, UncommittedFileLeavesNothing) {
   const TemporaryFolder folder;
   {
     const AtomicPath path(folder.Path() / "map.png");
@@ -71,7 +71,7 @@ TEST(AtomicPath, ThatIsNotCommittedLeavesNothing) {
   EXPECT_TRUE(fs::is_empty(folder.Path()));
 }
 
-TEST(AtomicPath, ThatMustBeNewReplacesNothing) {
+TEST(AtomicPath, CommitNewReplacesNothing) {
   const TemporaryFolder folder;
   const fs::path path = folder.Write("map.bin", "of another program");
   {
@@ -89,7 +89,7 @@ TEST(AtomicPath, ThatMustBeNewReplacesNothing) {
   EXPECT_THAT(FileNames(folder.Path()), ::testing::UnorderedElementsAre("map.bin", "new.bin"));
 }
 
-TEST(ResultFolder, IsMadeButNeverOverwritten) {
+TEST(ResultFolder, CreatesFolderButNeverOverwrites) {
   const TemporaryFolder folder;
   CreateResultFolder(folder.Path() / "a" / "b");
   EXPECT_TRUE(fs::is_directory(folder.Path() / "a" / "b"));
@@ -102,7 +102,7 @@ TEST(ResultFolder, IsMadeButNeverOverwritten) {
   EXPECT_EQ(FreeResultFolder(folder.Path(), "new").filename(), "new");
 }
 
-TEST(AtomicPath, RemovesWhatKilledProgramsLeftOfTheSameFile) {
+TEST(AtomicPath, RemovesLeftoversOfKilledPrograms) {
   const TemporaryFolder folder;
   const fs::path own = AtomicPath(folder.Path() / "film.mp4").Path();
   const auto name_of = [&](const char* stem, int process) {
