@@ -30,7 +30,6 @@ Examples:
 )";
 
 struct FigureArguments {
-  FigureTask task;
   FigureRequest request;
   std::string output;
   std::optional<std::array<int, 2>> resolution;  // pixels
@@ -64,7 +63,7 @@ void AddInputs(Command& command, const FigureEntry& figure, FigureRequest& reque
   if (!figure.results_help.empty()) {
     command.Positional("RESULT", request.results, figure.results_help).Required().list = figure.several;
   }
-  if (!figure.names_help.empty()) {
+  if (figure.several) {
     command.Option("--name TEXT", request.names, figure.names_help);
   }
   if (figure.objects) {
@@ -97,19 +96,18 @@ void CompletePage(const FigureEntry& figure, FigureArguments& a) {
 void DrawFigure(const FigureEntry& figure, FigureArguments& a) {
   CompletePage(figure, a);
   Progress progress(a.quiet, "picture");
-  a.request.progress = std::ref(progress);
-  WriteFigure(a.task.draw(a.request), a.output);
+  a.request.page.progress = std::ref(progress);
+  WriteFigure(figure.draw(a.request), a.output);
 }
 
 void AddFigure(Command& parent, const FigureEntry& figure) {
   Command& command = parent.AddCommand(figure.name, figure.help);
   command.Notes(figure.details);
   const auto a = std::make_shared<FigureArguments>();
-  a->task = figure.make();
   AddPageOptions(command, figure, *a);
   AddInputs(command, figure, a->request);
   command.Group("Figure");
-  for (const FigureOption& option : a->task.options) {
+  for (const FigureOption& option : figure.options) {
     if (const auto* words = std::get_if<std::vector<std::string>*>(&option.field.value)) {
       command.Option(option.names, **words, option.help);
     } else {

@@ -24,14 +24,14 @@ std::vector<double> ErrorLengths(const Calibration& calibration) {
   return lengths;
 }
 
-void DrawPanelTitle(FigurePage& page, const FigureRect& panel, const std::string& text,
-                    const FigureTheme& theme) {
-  page.Label(text, {panel.Center().x(), panel.y - theme.small}, theme.small, theme.ink, panel.width);
+void DrawPanelTitle(FigureSheet& sheet, const FigureRect& panel, const std::string& text) {
+  const FigureTheme& theme = sheet.theme;
+  sheet.page.Label(text, {panel.Center().x(), panel.y - theme.small}, theme.small, theme.ink, panel.width);
 }
 
 // Draws a line from each detected corner, which is a dot, towards where the model puts it; enlarged.
-void DrawCornerErrors(FigurePage& page, const Calibration& calibration, const FigureRect& panel,
-                      const FigureTheme& theme) {
+void DrawCornerErrors(FigureSheet& sheet, const Calibration& calibration, const FigureRect& panel) {
+  auto& [page, area, theme] = sheet;
   constexpr double kReach = 0.045;  // length of a large error as drawn, of the image's width
   const double width = calibration.camera.width;
   const double points_per_pixel = panel.width / width;
@@ -46,10 +46,10 @@ void DrawCornerErrors(FigurePage& page, const Calibration& calibration, const Fi
   for (const CalibratedView& view : calibration.views) {
     for (std::size_t i = 0; i < view.pixels.size(); ++i) {
       page.Line(at(view.pixels[i]), at(view.pixels[i] - enlarged * view.errors[i]), {blue, 0.5, {}});
-      DrawMark(page, at(view.pixels[i]), {Mark::Shape::kCircle, 1.3, theme.ink});
+      page.Polygon(at(view.pixels[i]), 32, 0.65, theme.ink);
     }
   }
-  DrawPanelTitle(page, panel, fmt::format("from corner to model, {:g} times enlarged", enlarged), theme);
+  DrawPanelTitle(sheet, panel, fmt::format("from corner to model, {:g} times enlarged", enlarged));
   const double shown = RoundLength(0.25 * width / enlarged);  // px of error
   const double length = shown * enlarged * points_per_pixel;
   const double y = panel.Bottom() + 1.2 * theme.small;
@@ -57,8 +57,8 @@ void DrawCornerErrors(FigurePage& page, const Calibration& calibration, const Fi
   page.Text(fmt::format("{:g} px", shown), {panel.x + length + 4.0, y}, theme.small, theme.ink);
 }
 
-void DrawCoverage(FigurePage& page, const Calibration& calibration, const FigureRect& panel,
-                  const FigureTheme& theme) {
+void DrawCoverage(FigureSheet& sheet, const Calibration& calibration, const FigureRect& panel) {
+  auto& [page, area, theme] = sheet;
   const Camera& camera = calibration.camera;
   const double cell = static_cast<double>(std::max(camera.width, camera.height)) / kCells;
   const int columns = std::max(1, static_cast<int>(std::lround(camera.width / cell)));
@@ -71,28 +71,25 @@ void DrawCoverage(FigurePage& page, const Calibration& calibration, const Figure
       ++counts[static_cast<std::size_t>(y * columns + x)];
     }
   }
-  const int most = *std::ranges::max_element(counts);
-  const double width = panel.width / columns;
-  const double height = panel.height / rows;
-  for (int y = 0; y < rows; ++y) {
-    for (int x = 0; x < columns; ++x) {
-      const int count = counts[static_cast<std::size_t>(y * columns + x)];
-      const FigureRect area{panel.x + x * width, panel.y + y * height, width, height};
-      const double share = static_cast<double>(count) / most;
-      page.Rect(area, count > 0 ? std::optional(Viridis(share)) : std::nullopt, theme.Grid());
-      const Eigen::Vector3d ink = count > 0 && share < 0.55 ? Eigen::Vector3d(1.0, 1.0, 1.0)
-                                  : count > 0               ? Eigen::Vector3d(0.0, 0.0, 0.0)
-                                                            : theme.ink;
-      page.Label(std::to_string(count), area.Center(), std::min(theme.small, 0.55 * height), ink,
-                 0.9 * width);
-    }
+  const int largest = *std::ranges::max_element(counts);
+  const Eigen::Vector2d size(panel.width / columns, panel.height / rows);
+  for (int i = 0; i < columns * rows; ++i) {
+    const int count = counts[static_cast<std::size_t>(i)];
+    const FigureRect part{panel.x + i % columns * size.x(), panel.y + i / columns * size.y(), size.x(),
+                          size.y()};
+    const double share = static_cast<double>(count) / largest;
+    page.Rect(part, count > 0 ? std::optional(Viridis(share)) : std::nullopt, theme.Grid());
+    const Eigen::Vector3d ink =
+        count > 0 ? Eigen::Vector3d(Eigen::Vector3d::Constant(share < 0.55 ? 1.0 : 0.0)) : theme.ink;
+    page.Label(std::to_string(count), part.Center(), std::min(theme.small, 0.55 * size.y()), ink,
+               0.9 * size.x());
   }
   page.Rect(panel, std::nullopt, theme.Axis());
-  DrawPanelTitle(page, panel, "corners in each part of the image", theme);
+  DrawPanelTitle(sheet, panel, "corners in each part of the image");
 }
 
-void DrawErrorHistogram(FigurePage& page, const Calibration& calibration, const FigureRect& panel,
-                        const FigureTheme& theme) {
+void DrawErrorHistogram(FigureSheet& sheet, const Calibration& calibration, const FigureRect& panel) {
+  auto& [page, area, theme] = sheet;
   constexpr int kBins = 24;
   const std::vector<double> lengths = ErrorLengths(calibration);
   const double high = std::max(1e-3, *std::ranges::max_element(lengths));
@@ -106,8 +103,8 @@ void DrawErrorHistogram(FigurePage& page, const Calibration& calibration, const 
   const double left = YAxisWidth(plot.y, theme);
   plot.area = {panel.x + left, panel.y,
                panel.width - left - 0.5 * TextWidth(plot.x.TickText(plot.x.high), theme.small), panel.height};
-  DrawXAxis(page, plot, "error [px]", theme);
-  DrawYAxis(page, plot, "corners", theme);
+  DrawXAxis(sheet, plot, "error [px]");
+  DrawYAxis(sheet, plot, "corners");
   const double width = plot.area.width / kBins;
   for (int i = 0; i < kBins; ++i) {
     const double top = plot.Y(counts[static_cast<std::size_t>(i)]);
@@ -117,12 +114,13 @@ void DrawErrorHistogram(FigurePage& page, const Calibration& calibration, const 
   page.Line({plot.area.x, plot.area.Bottom()}, {plot.area.Right(), plot.area.Bottom()}, theme.Axis());
   const double x = plot.X(calibration.rms);
   page.Line({x, plot.area.y}, {x, plot.area.Bottom()}, {theme.ink, 0.9, {3.0, 2.0}});
-  FigureText rms{fmt::format("RMS {:.2f} px", calibration.rms), {x + 3.0, plot.area.y + theme.small}};
-  rms.size = theme.small;
-  rms.color = theme.ink;
+  FigureText rms{fmt::format("RMS {:.2f} px", calibration.rms),
+                 {x + 3.0, plot.area.y + theme.small},
+                 theme.small,
+                 theme.ink};
   rms.halo = theme.background;
   page.Text(rms);
-  DrawPanelTitle(page, plot.area, "lengths of the errors", theme);
+  DrawPanelTitle(sheet, plot.area, "lengths of the errors");
 }
 
 }  // namespace
@@ -134,20 +132,18 @@ FigurePage DrawCalibration(const Calibration& calibration, const FigureOptions& 
       MakeSheet(options, kTextWidth, "Errors of a calibration", [&](double width, const FigureTheme& theme) {
         return (width - 2.0 * kCalibrationGap) / 3.0 * aspect + 2.0 * theme.small + XAxisHeight(theme);
       });
-  const FigureTheme& theme = sheet.theme;
-  const double above = 2.0 * theme.small;
-  const double below = XAxisHeight(theme);
+  const double above = 2.0 * sheet.theme.small;
   FigureRect panel{sheet.area.x, sheet.area.y + above, (sheet.area.width - 2.0 * kCalibrationGap) / 3.0, 0.0};
-  panel.height = std::min(panel.width * aspect, sheet.area.height - above - below);
+  panel.height = std::min(panel.width * aspect, sheet.area.height - above - XAxisHeight(sheet.theme));
   ThrowIf<UsageError>(panel.height < 30.0, "the figure is too small for its panels, expected a larger size");
   FigureRect image = panel;  // keeps the image's proportions
   image.width = panel.height / aspect;
   image.x += 0.5 * (panel.width - image.width);
-  DrawCornerErrors(sheet.page, calibration, image, theme);
+  DrawCornerErrors(sheet, calibration, image);
   image.x += panel.width + kCalibrationGap;
-  DrawCoverage(sheet.page, calibration, image, theme);
+  DrawCoverage(sheet, calibration, image);
   panel.x += 2.0 * (panel.width + kCalibrationGap);
-  DrawErrorHistogram(sheet.page, calibration, panel, theme);
+  DrawErrorHistogram(sheet, calibration, panel);
   return std::move(sheet.page);
 }
 
@@ -162,12 +158,11 @@ FigurePage DrawBoardSheet(const CalibrationBoard& board, double dpi) {
   FigurePage page;
   page.width = board_width + 2.0 * kMargin;
   page.height = board_height + 2.0 * kMargin + kCaption;
-  if (page.width <= kLong && page.height <= kShort) {
-    page.width = kLong;
-    page.height = kShort;
-  } else if (page.width <= kShort && page.height <= kLong) {
-    page.width = kShort;
-    page.height = kLong;
+  for (const auto& [width, height] : {std::pair(kShort, kLong), std::pair(kLong, kShort)}) {
+    if (board_width + 2.0 * kMargin <= width && board_height + 2.0 * kMargin + kCaption <= height) {
+      page.width = width;  // landscape if both fit
+      page.height = height;
+    }
   }
   const double x = 0.5 * (page.width - board_width);
   const double y = 0.5 * (page.height - board_height - kCaption);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <string_view>
 
 #include "render/figures/figure_input.h"
 #include "render/picture/picture.h"
@@ -48,52 +49,50 @@ PanelGrid LayOutComparison(const CompareFigure& figure, const FigureTheme& theme
 
 }  // namespace
 
-FigurePage DrawComparison(const CompareFigure& figure, const FigureOptions& options,
-                          const FigureProgress& progress) {
+FigurePage DrawComparison(const CompareFigure& figure, const FigureOptions& options) {
   ThrowIf<UsageError>(figure.objects.empty() || figure.kinds.empty(),
                       "nothing to compare, expected at least one object and one kind of solid");
-  const double own_width = figure.objects.size() <= 2 ? kColumnWidth : kTextWidth;
-  FigureSheet sheet = MakeSheet(options, own_width, "Objects as different solids",
-                                [&](double width, const FigureTheme& theme) {
-                                  return LayOutComparison(figure, theme, width).Height();
-                                });
-  PanelGrid grid = LayOutComparison(figure, sheet.theme, sheet.area.width);
-  grid.height += grid.Spare(sheet.area);
-  ThrowIf<UsageError>(grid.height < 8.0, "the figure is too low for its pictures, expected a larger height");
-  const bool flat = figure.objects.size() == 1;
+  PanelSheet sheet = MakePanelSheet(
+      options, figure.objects.size() <= 2 ? kColumnWidth : kTextWidth, "Objects as different solids",
+      [&](double width, const FigureTheme& theme) { return LayOutComparison(figure, theme, width); });
+  const PanelGrid& grid = sheet.grid;
+  const FigureTheme& theme = sheet.theme;
   std::map<std::string, Eigen::Vector3d> colors;
   for (const CompareFigure::Kind& kind : figure.kinds) {
     colors[kind.name] = kind.color;
   }
   PictureRenderer renderer(PanelOptions(options, sheet.page.dpi, grid.width, grid.height, colors));
+  const bool one_row = figure.objects.size() == 1;
   const int kinds = static_cast<int>(figure.kinds.size());
   const int total = static_cast<int>(figure.objects.size()) * kinds;
-  int done = 0;
-  Tell(progress, done, total);
-  for (const CompareFigure::Object& object : figure.objects) {
-    const MapSnapshot first = WithSolid(object, figure.kinds.front(), object.solids.front());
-    const ViewCamera eye = options.camera.ApplyTo(
-        EyeOn(first, object.solids, PositionsOf(first), 1.5, grid.width / grid.height));
-    for (std::size_t k = 0; k < figure.kinds.size(); ++k) {
-      const MapSnapshot map = WithSolid(object, figure.kinds[k], object.solids.at(k));
-      k == 0 ? renderer.SetMap(map) : renderer.SetMapKeepingFrame(map);
-      const FigureRect cell = flat ? grid.PanelAt(sheet.area, 0, done % kinds)
-                                   : grid.PanelAt(sheet.area, done % kinds, done / kinds);
-      PlacePanel(sheet.page, renderer.Render(eye), cell);
-      if (!object.notes.empty()) {
-        sheet.page.Label(object.notes.at(k), {cell.Center().x(), cell.Bottom() + 0.8 * sheet.theme.small},
-                         sheet.theme.small, sheet.theme.muted, cell.width);
-      }
-      Tell(progress, ++done, total);
+  options.Tell(0, total);
+  ViewCamera eye;  // on the object
+  for (int i = 0; i < total; ++i) {
+    const CompareFigure::Object& object = figure.objects[static_cast<std::size_t>(i / kinds)];
+    const auto kind = static_cast<std::size_t>(i % kinds);
+    const MapSnapshot map = WithSolid(object, figure.kinds[kind], object.solids.at(kind));
+    if (kind == 0) {
+      renderer.SetMap(map);
+      eye =
+          options.camera.ApplyTo(EyeOn(map, object.solids, PositionsOf(map), 1.5, grid.width / grid.height));
+    } else {
+      renderer.SetMapKeepingFrame(map);
     }
+    const FigureRect cell = one_row ? sheet.PanelAt(0, i) : sheet.PanelAt(i % kinds, i / kinds);
+    PlacePanel(sheet.page, renderer.Render(eye), cell);
+    if (!object.notes.empty()) {
+      sheet.page.Label(object.notes.at(kind), {cell.Center().x(), cell.Bottom() + 0.8 * theme.small},
+                       theme.small, theme.muted, cell.width);
+    }
+    options.Tell(i + 1, total);
   }
-  const auto along = flat ? NameRow : NameColumn;
-  const auto across = flat ? NameColumn : NameRow;
   for (int k = 0; k < kinds; ++k) {
-    across(sheet, grid, k, figure.kinds[static_cast<std::size_t>(k)].name);
+    const std::string& name = figure.kinds[static_cast<std::size_t>(k)].name;
+    one_row ? sheet.NameColumn(k, name) : sheet.NameRow(k, name);
   }
-  for (std::size_t i = 0; i < figure.objects.size(); ++i) {
-    along(sheet, grid, static_cast<int>(i), figure.objects[i].name);
+  for (int i = 0; i < total / kinds; ++i) {
+    const std::string& name = figure.objects[static_cast<std::size_t>(i)].name;
+    one_row ? sheet.NameRow(i, name) : sheet.NameColumn(i, name);
   }
   return std::move(sheet.page);
 }
@@ -107,13 +106,13 @@ struct CompareOptions {
   void VisitFields(auto&& visit) {
     visit("--as SHAPE", "Only superquadric, ellipsoid or cuboid; may be repeated", kinds);
     visit("--sizes NAME", "nearest to the map's object, the same as it has, or fitted to its points", sizes,
-          {"nearest", "same", "fitted"});
+          OptionWords{"nearest", "same", "fitted"});
     visit("--values", "Distance of the points below each solid", values);
   }
 };
 
 struct ComparedSolid {
-  const char* name;
+  std::string_view name;
   const char* shown;
   const char* color;
   SolidKind kind;  // determines the exponents
@@ -124,18 +123,15 @@ constexpr ComparedSolid kComparedSolids[] = {
     {"cuboid", "Cuboid", "#e69f00", SolidKind::kCuboid}};
 
 std::vector<ComparedSolid> ChosenSolids(const std::vector<std::string>& names) {
-  std::vector<ComparedSolid> chosen;
-  for (const ComparedSolid& solid : kComparedSolids) {
-    if (names.empty() || std::ranges::find(names, solid.name) != names.end()) {
-      chosen.push_back(solid);
-    }
-  }
   for (const std::string& name : names) {
-    if (std::none_of(std::begin(kComparedSolids), std::end(kComparedSolids),
-                     [&name](const ComparedSolid& solid) { return name == solid.name; })) {
-      throw UsageError("--as {}: expected superquadric, ellipsoid or cuboid", name);
-    }
+    ThrowIf<UsageError>(
+        std::ranges::find(kComparedSolids, name, &ComparedSolid::name) == std::end(kComparedSolids),
+        "--as {}: expected superquadric, ellipsoid or cuboid", name);
   }
+  std::vector<ComparedSolid> chosen;
+  std::ranges::copy_if(kComparedSolids, std::back_inserter(chosen), [&](const ComparedSolid& solid) {
+    return names.empty() || std::ranges::find(names, solid.name) != names.end();
+  });
   return chosen;
 }
 
@@ -146,15 +142,9 @@ std::vector<int> MostDifferent(const MapSnapshot& map) {
   const auto exponents = [](const SnapshotObject& object) {
     return Eigen::Vector2d(object.superquadric.shape.e1, object.superquadric.shape.e2);
   };
-  std::vector<const SnapshotObject*> ranked;
-  const bool any_reliable = std::ranges::any_of(map.objects, IsReliable);
-  for (const SnapshotObject& object : map.objects) {
-    if (IsReliable(object) || !any_reliable) {
-      ranked.push_back(&object);
-    }
-  }
+  std::vector<const SnapshotObject*> ranked = ReliableObjects(map);
   std::ranges::stable_sort(ranked, [](const auto* a, const auto* b) { return a->points > b->points; });
-  constexpr int kFairPoints = 15;
+  constexpr int kMinPoints = 15;
   std::vector<const SnapshotObject*> taken = {ranked.front()};
   while (taken.size() < 4) {
     const SnapshotObject* next = nullptr;
@@ -162,10 +152,10 @@ std::vector<int> MostDifferent(const MapSnapshot& map) {
     for (const SnapshotObject* object : ranked) {
       double distance = std::numeric_limits<double>::infinity();
       for (const SnapshotObject* other : taken) {
-        const double apart = (exponents(*object) - exponents(*other)).norm();
-        distance = std::min(distance, other->label == object->label ? -1.0 : apart);
+        const bool same_class = other->label == object->label;
+        distance = std::min(distance, same_class ? -1.0 : (exponents(*object) - exponents(*other)).norm());
       }
-      if (object->points >= kFairPoints && distance > farthest) {
+      if (object->points >= kMinPoints && distance > farthest) {
         next = object;
         farthest = distance;
       }
@@ -240,44 +230,42 @@ FigurePage DrawComparisonOf(const FigureRequest& request, const CompareOptions& 
   for (const int id : request.objects.empty() ? MostDifferent(*map) : request.objects) {
     figure.objects.push_back(Compared(*map, ObjectById(*map, id, result), solids, ink, options));
   }
-  return DrawComparison(figure, request.page, request.progress);
+  return DrawComparison(figure, request.page);
 }
 
 }  // namespace
 
 FigureEntry CompareEntry() {
-  return {.name = "compare",
-          .help = "Objects as superquadric, ellipsoid and cuboid",
-          .details = R"(
-Each object over its map points as a superquadric, an ellipsoid (a quadric: both exponents 1) and a cuboid (both
-exponents 0.1), seen from the same place. Without --object: of the reliable objects that with the most points
-and up to three of other classes whose exponents differ most.
+  return FigureEntry{.name = "compare",
+                     .help = "Objects as superquadric, ellipsoid and cuboid",
+                     .details = R"(
+Each object over its map points as a superquadric, an ellipsoid (both exponents 1) and a cuboid (both exponents
+0.1), seen from the same place. Without --object: the reliable object with the most points, and up to three of
+other classes whose exponents differ most.
 
---sizes nearest gives each the size that shares the most space with the map's object, as --representation does in
-a run. --sizes same gives all three the half sizes of the map's object; it shows what the exponents alone are
-worth. --sizes fitted moves and scales each of the three, in the object's orientation, until its surface is as
-near as possible to the object's points (robust least squares of the distances; sides that no point shows keep
-those of the nearest), so that each shape is at its best. --values writes the
-median distance of the points to each surface below it, in map units and as a share of the object's mean half
-size.
+--sizes nearest gives each solid the size that shares the most space with the map's object, as --representation
+does in a run. --sizes same gives all three the half sizes of the map's object. --sizes fitted moves and scales
+each solid, in the object's orientation, to the object's points (robust least squares of the distances; sides
+without points keep those of the nearest). --values writes the median distance of the points to each surface
+below it, in map units and as a share of the object's mean half size.
 
 Examples:
   sqslam figure compare out/desk -o compare.pdf
   sqslam figure compare out/desk --object 2 --object 10 --sizes fitted --values -o compare.png
   sqslam figure compare out/desk --object 1 --camera-azimuth-angle 40 --set objects.opacity=0.9 -o box.png
 )",
-          .results_help = kMapOfARun,
-          .objects = true,
-          .pictures = true,
-          .view = true,
-          .adapt_style =
-              [](SceneStyle& style) {
-                style.objects.opacity = 0.6;  // points inside stay visible
-                style.cameras.trajectory = style.cameras.keyframes = style.cameras.current = false;
-                style.points.object_size = 10.0;
-                style.grid.show = false;
-              },
-          .make = FigureEntry::Maker(DrawComparisonOf)};
+                     .results_help = kMapHelp,
+                     .objects = true,
+                     .pictures = true,
+                     .view = true,
+                     .adapt_style =
+                         [](SceneStyle& style) {
+                           style.objects.opacity = 0.6;  // points inside stay visible
+                           style.cameras.trajectory = style.cameras.keyframes = style.cameras.current = false;
+                           style.points.object_size = 10.0;
+                           style.grid.show = false;
+                         }}
+      .DrawnBy(DrawComparisonOf);
 }
 
 }  // namespace sqslam

@@ -85,8 +85,19 @@ const SnapshotObject& ObjectById(const MapSnapshot& map, int id, const std::stri
   throw InputError("{}: has no object {}, expected one of {}", result, id, fmt::join(known, ", "));
 }
 
+std::vector<const SnapshotObject*> ReliableObjects(const MapSnapshot& map) {
+  const bool any = std::ranges::any_of(map.objects, IsReliable);
+  std::vector<const SnapshotObject*> objects;
+  for (const SnapshotObject& object : map.objects) {
+    if (!any || IsReliable(object)) {
+      objects.push_back(&object);
+    }
+  }
+  return objects;
+}
+
 std::map<int, std::vector<ObjectView>> ObjectViews(const RecordedMap& map, bool all) {
-  constexpr std::size_t kMostRead = 300;
+  constexpr std::size_t kMaxRead = 300;  // snapshots
   std::map<std::int64_t, Rigid3d> poses;
   for (const SnapshotKeyframe& keyframe : map.last->keyframes) {
     poses[keyframe.frame_index] = keyframe.T_map_camera;
@@ -99,7 +110,7 @@ std::map<int, std::vector<ObjectView>> ObjectViews(const RecordedMap& map, bool 
     }
   }
   std::map<int, std::vector<ObjectView>> views;
-  const std::size_t step = all ? 1 : StepThrough(of_keyframes.size(), kMostRead);
+  const std::size_t step = all ? 1 : StepThrough(of_keyframes.size(), kMaxRead);
   for (std::size_t i = 0; i < of_keyframes.size(); i += step) {
     const MapSnapshotPtr moment = map.reader->Read(of_keyframes[i]);
     const bool has_image = map.images->Has(*moment);
@@ -144,9 +155,9 @@ cv::Mat ImageOf(const ObjectView& view, const RecordedMap& map) {
 }
 
 int UprightTurns(const ObjectView& view, const MapSnapshot& map) {
-  constexpr double kLeastUpright = 0.35;  // sine of the angle between line of sight and up
+  constexpr double kMinUpright = 0.35;  // sine of the angle between line of sight and up
   const Eigen::Vector3d up = view.T_map_camera.RotationMatrix().transpose() * Eigen::Vector3d::UnitZ();
-  if (!map.gravity_known || up.head<2>().norm() < kLeastUpright) {
+  if (!map.gravity_known || up.head<2>().norm() < kMinUpright) {
     return 0;
   }
   const double clockwise = std::atan2(up.x(), -up.y());  // angle of up in the image
@@ -167,9 +178,10 @@ ViewCamera EyeOn(const MapSnapshot& map, const std::vector<PosedSuperquadric>& s
   return FitOutline(FrameScene(FindFocus(map), aspect), outline, aspect, WithinMargin(0.06));
 }
 
-void DrawNoImage(FigurePage& page, const FigureRect& area, const FigureTheme& theme) {
-  page.Rect(area, theme.faint);
-  page.Text("no image", area.Center(), theme.small, theme.muted, TextAlign::kCenter);
+void DrawNoImage(FigureSheet& sheet, const FigureRect& area) {
+  const FigureTheme& theme = sheet.theme;
+  sheet.page.Rect(area, theme.faint);
+  sheet.page.Text("no image", area.Center(), theme.small, theme.muted, TextAlign::kCenter);
 }
 
 ImageCrop::ImageCrop(const cv::Mat& image, const Box2d& region, int quarter_turns, const FigureRect& panel)

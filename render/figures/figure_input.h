@@ -16,12 +16,14 @@
 namespace sqslam {
 
 // Help texts that several figures share.
-inline constexpr const char* kMapOfARun = "Result folder of sqslam run, or its map.sqmap";
-inline constexpr const char* kNameInLegend = "Name in the legend; repeated for each result, in their order";
-inline constexpr const char* kKeyframeShown = "Keyframe whose image is shown";
+inline constexpr const char* kMapHelp = "Result folder of sqslam run, or its map.sqmap";
+inline constexpr const char* kKeyframeHelp = "Keyframe whose image is shown";
 
 // Returns a name for each result: the requested ones, or the last folder names.
 std::vector<std::string> ResultNames(const FigureRequest& request);
+
+// Margin of the image around an object's box, share of the box's longer side.
+inline constexpr double kBoxMargin = 0.35;
 
 // Parses "0.1,0.5,1"; `option` is named in errors.
 std::vector<double> ParseNumberList(const std::string& option, const std::string& text);
@@ -42,6 +44,9 @@ SystemOptions ConfigOf(const RecordingReader& reader);
 
 // Throws InputError that lists the objects if there is none with this id.
 const SnapshotObject& ObjectById(const MapSnapshot& map, int id, const std::string& result);
+
+// Returns the reliable objects; all if none is.
+std::vector<const SnapshotObject*> ReliableObjects(const MapSnapshot& map);
 
 // A frame in which an object was detected.
 struct ObjectView {
@@ -73,7 +78,7 @@ ViewCamera EyeOn(const MapSnapshot& map, const std::vector<PosedSuperquadric>& s
                  const std::vector<Eigen::Vector3d>& points, double reach, double aspect);
 
 // Draws a placeholder for a missing image.
-void DrawNoImage(FigurePage& page, const FigureRect& area, const FigureTheme& theme);
+void DrawNoImage(FigureSheet& sheet, const FigureRect& area);
 
 // A part of an image on a page; maps image pixels to the page.
 class ImageCrop {

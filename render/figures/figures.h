@@ -10,7 +10,6 @@
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -25,14 +24,6 @@
 
 namespace sqslam {
 
-// Called at the start and after each picture; may be null.
-using FigureProgress = std::function<void(int done, int total)>;
-inline void Tell(const FigureProgress& progress, int done, int total) {
-  if (progress) {
-    progress(done, total);
-  }
-}
-
 // A request for a figure, without the figure's own options. Empty lists leave the choice to the figure.
 struct FigureRequest {
   FigureOptions page;
@@ -40,8 +31,9 @@ struct FigureRequest {
   std::vector<std::string> names;    // of the results, in their order
   std::vector<int> objects;          // ids
   std::vector<std::int64_t> frames;
-  FigureProgress progress;
 };
+
+using OptionWords = std::initializer_list<const char*>;  // that a figure's option allows
 
 // A command-line option that belongs to one figure.
 struct FigureOption {
@@ -50,67 +42,39 @@ struct FigureOption {
   OptionField field;
 };
 
-// Visitor of a figure's options: like OptionCollector (slam/util/options.h), with help texts.
-class FigureOptionCollector {
- public:
-  explicit FigureOptionCollector(std::vector<FigureOption>& options) : options_(options) {}
-
-  template <typename Value, typename... Limits>
-  void operator()(std::string_view names, std::string_view help, Value& value, const Limits&... limits) {
-    std::vector<OptionField> fields;
-    OptionCollector(fields, "")(names, value, limits...);
-    options_.push_back({std::string(names), std::string(help), std::move(fields.front())});
-  }
-  void operator()(std::string_view names, std::string_view help, std::string& value,
-                  std::initializer_list<const char*> allowed) {
-    (*this)(names, help, value);
-    options_.back().field.allowed.assign(allowed.begin(), allowed.end());
-  }
-
- private:
-  std::vector<FigureOption>& options_;
-};
-
-// One drawing to make. `options` may be changed until `draw` is called.
-struct FigureTask {
-  std::vector<FigureOption> options;
-  std::function<FigurePage(const FigureRequest&)> draw;
-};
-
 // Describes a figure for `sqslam figure NAME`: its arguments and how it is drawn.
 struct FigureEntry {
   std::string name{};
   std::string help{};          // one line
   std::string details{};       // with examples, below the options
   std::string results_help{};  // empty: takes no results
-  bool several = false;        // accepts several results and frames
-  std::string names_help{};    // empty: takes no names of results
+  bool several = false;        // accepts several results, each with a name, and frames
+  std::string names_help = "Name in the legend; repeated for each result, in their order";
   bool objects = false;
-  std::string frames_help{};                   // empty: takes no frames
-  bool pictures = false;                       // draws maps: accepts a rendering back end
-  bool view = false;                           // accepts camera angles
-  void (*adapt_style)(SceneStyle&) = nullptr;  // applied before the user's own settings
-  std::function<FigureTask()> make{};
+  std::string frames_help{};                               // empty: takes no frames
+  bool pictures = false;                                   // draws maps: accepts a rendering back end
+  bool view = false;                                       // accepts camera angles
+  void (*adapt_style)(SceneStyle&) = nullptr;              // applied before the user's own settings
+  std::vector<FigureOption> options{};                     // its own, whose values `draw` reads
+  std::function<FigurePage(const FigureRequest&)> draw{};  // throws InputError or UsageError
 
-  // Makes a figure whose options are a struct with VisitFields. `draw` throws InputError or UsageError.
+  // Adds the figure's own options, a struct with VisitFields(visit(names, help, value, limits...)).
   template <typename Options>
-  static std::function<FigureTask()> Maker(FigurePage (*draw)(const FigureRequest&, const Options&)) {
-    return [draw] {
-      const auto options = std::make_shared<Options>();
-      FigureTask task;
-      options->VisitFields(FigureOptionCollector(task.options));
-      task.draw = [options, draw](const FigureRequest& request) { return draw(request, *options); };
-      return task;
-    };
-  }
-  static std::function<FigureTask()> Maker(FigurePage (*draw)(const FigureRequest&)) {
-    return [draw] { return FigureTask{{}, draw}; };
+  FigureEntry DrawnBy(FigurePage (*draw_figure)(const FigureRequest&, const Options&)) && {
+    const auto values = std::make_shared<Options>();
+    values->VisitFields([this](const char* option, const char* text, auto& value, const auto&... limits) {
+      std::vector<OptionField> fields;
+      OptionCollector(fields, "")(option, value, limits...);
+      options.push_back({option, text, std::move(fields.front())});
+    });
+    draw = [values, draw_figure](const FigureRequest& request) { return draw_figure(request, *values); };
+    return std::move(*this);
   }
 };
 
 // ---- All figures, each as the values that it shows. A figure's own file draws them, reads them from results
-// and declares its options. A new figure needs such a file, entries here and in CMakeLists.txt, and a test.
-// Drawing throws UsageError if the size leaves no room, and std::runtime_error without OpenGL.
+// and declares its options. Drawing throws UsageError if the size leaves no room, and std::runtime_error
+// without OpenGL.
 
 // Superquadrics of equal half sizes on a grid of exponents: rows e1, columns e2.
 struct ShapesFigure {
@@ -120,8 +84,7 @@ struct ShapesFigure {
   double azimuth = 35.0;    // of the eye, from the shapes' x axis, degrees
   double elevation = 25.0;  // of the eye above their equator, degrees
 };
-FigurePage DrawShapes(const ShapesFigure& figure, const FigureOptions& options,
-                      const FigureProgress& progress = {});
+FigurePage DrawShapes(const ShapesFigure& figure, const FigureOptions& options);
 
 // Objects, each as several solids over the same points, seen from the same place.
 struct CompareFigure {
@@ -138,8 +101,7 @@ struct CompareFigure {
   std::vector<Kind> kinds;
   std::vector<Object> objects;
 };
-FigurePage DrawComparison(const CompareFigure& figure, const FigureOptions& options,
-                          const FigureProgress& progress = {});
+FigurePage DrawComparison(const CompareFigure& figure, const FigureOptions& options);
 
 // Maps in a row, each below an input image, with one legend of all their classes.
 struct MapsFigure {
@@ -154,8 +116,7 @@ struct MapsFigure {
   int columns = 0;      // 0: all in one row up to five
   bool labels = false;  // names over objects and in boxes; always shown with more than twelve classes
 };
-FigurePage DrawMaps(const MapsFigure& figure, const FigureOptions& options,
-                    const FigureProgress& progress = {});
+FigurePage DrawMaps(const MapsFigure& figure, const FigureOptions& options);
 
 // Camera paths seen from above, x to the right and y up, at one scale for both.
 struct TrajectoryFigure {
@@ -213,7 +174,8 @@ FigurePage DrawIou(const IouFigure& figure, const FigureOptions& options);
 // Inliers and outliers of an object's points, over an image with the object's box and around the translucent
 // superquadric.
 struct OutliersFigure {
-  enum class Fate { kKept, kIsolated, kRemovedBefore };  // isolated: by its anomaly score; before: unscored
+  // In drawing order. Isolated: removed for its anomaly score; before: removed without a score.
+  enum class Fate { kRemovedBefore, kKept, kIsolated };
   struct Point {
     Eigen::Vector3d p_map = Eigen::Vector3d::Zero();
     double anomaly = 0.0;  // in [0, 1]; 0: no score
@@ -231,8 +193,7 @@ struct OutliersFigure {
   std::vector<Object> objects;
   double threshold = 0.0;  // score above which points are removed
 };
-FigurePage DrawOutliers(const OutliersFigure& figure, const FigureOptions& options,
-                        const FigureProgress& progress = {});
+FigurePage DrawOutliers(const OutliersFigure& figure, const FigureOptions& options);
 
 // Line segments in an object's image and the object's axes, drawn from a corner of its bounding box, before
 // and after yaw estimation.

@@ -19,61 +19,56 @@
 namespace sqslam {
 namespace {
 
-constexpr double kIouGap = 6.0;
-constexpr double kSlant = 40.0;  // degrees; slant of names that do not fit side by side
-
-void CheckIou(const IouFigure& figure) {
-  ThrowIf<UsageError>(figure.objects.empty() || figure.series.empty(),
-                      "no object to draw, expected at least one");
-  for (const IouFigure::Series& series : figure.series) {
-    ThrowIf<UsageError>(series.values.size() != figure.objects.size(), "{}: {} values, expected {}",
-                        series.name, series.values.size(), figure.objects.size());
-  }
-}
+constexpr double kIouGap = 6.0;   // points
+constexpr double kSlant = 40.0;   // degrees; slant of names that do not fit side by side
+constexpr double kMeanGap = 0.5;  // between the objects and the means, in slots of an object
 
 std::size_t AllObjects(const IouFigure& figure) { return figure.objects.size() + figure.not_shown; }
 
-// Means as defined by `sqslam eval`.
-struct SeriesMeans {
-  double all = 0.0;  // missed objects count 0
-  double of_found = 0.0;
-  std::size_t found = 0;
-};
-SeriesMeans MeansOf(const IouFigure& figure, const IouFigure::Series& series) {
-  SeriesMeans means;
+// One slot per object and one for the means, after a gap.
+double IouSlots(const IouFigure& figure) {
+  return static_cast<double>(figure.objects.size()) + 1.0 + kMeanGap;
+}
+
+double SlotWidth(const IouFigure& figure, double width) { return (width - 30.0) / IouSlots(figure); }
+
+// Returns the mean over all objects, as sqslam eval: those not found count 0.
+double MeanOverAll(const IouFigure& figure, const IouFigure::Series& series) {
   double sum = 0.0;
   for (const std::optional<double>& value : series.values) {
     sum += value.value_or(0.0);
-    means.found += value ? 1 : 0;
   }
-  means.all = sum / static_cast<double>(AllObjects(figure));
-  means.of_found = sum / static_cast<double>(std::max<std::size_t>(means.found, 1));
-  return means;
+  return sum / static_cast<double>(AllObjects(figure));
 }
 
 std::string MeansText(const IouFigure& figure, const IouFigure::Series& series) {
-  const SeriesMeans means = MeansOf(figure, series);
-  const std::string found =
-      means.found > 0 ? fmt::format("{} found: {:.2f}", means.found, means.of_found) : "none found";
-  return fmt::format("{}: mean {:.2f} of {}, {}", series.name, means.all, AllObjects(figure), found);
+  const auto all = AllObjects(figure);
+  const double mean = MeanOverAll(figure, series);
+  const auto found =
+      std::ranges::count_if(series.values, [](const auto& value) { return value.has_value(); });
+  return fmt::format("{}: mean {:.2f} of {}, ", series.name, mean, all) +
+         (found > 0 ? fmt::format("{} found: {:.2f}", found,
+                                  mean * static_cast<double>(all) / static_cast<double>(found))
+                    : "none found");
 }
 
-bool AnyMissed(const IouFigure& figure) {
-  return std::ranges::any_of(figure.series, [](const IouFigure::Series& series) {
-    return std::ranges::any_of(series.values, [](const auto& v) { return !v; });
-  });
-}
-
-std::vector<LegendEntry> IouLegend(const IouFigure& figure, const FigureTheme& theme) {
+std::vector<LegendEntry> IouLegend(const IouFigure& figure) {
   std::vector<LegendEntry> entries;
+  bool any_missed = false;
   for (std::size_t i = 0; i < figure.series.size(); ++i) {
-    entries.push_back(LegendEntry::Bar(MeansText(figure, figure.series[i]), LookOfSeries(i)));
+    const IouFigure::Series& series = figure.series[i];
+    entries.push_back(LegendEntry::Bar(MeansText(figure, series), LookOfSeries(i)));
+    any_missed = any_missed || std::ranges::count(series.values, std::optional<double>()) > 0;
   }
-  if (AnyMissed(figure)) {
-    entries.push_back(LegendEntry::OfMark("not found", {Mark::Shape::kCross, 5.0, theme.muted}));
+  if (any_missed) {
+    entries.push_back(LegendEntry::Mark("not found", [](FigureSheet& sheet, const Eigen::Vector2d& center) {
+      sheet.page.Cross(center, 4.2, {sheet.theme.muted, 1.0, {}});
+    }));
   }
   return entries;
 }
+
+std::string MeanName(const IouFigure& figure) { return fmt::format("mean of {}", AllObjects(figure)); }
 
 struct NameRoom {
   bool slanted = false;
@@ -81,56 +76,47 @@ struct NameRoom {
   double left = 0.0;    // points by which the first name extends beyond its slot
 };
 
-std::string MeanName(const IouFigure& figure) { return fmt::format("mean of {}", AllObjects(figure)); }
-
-NameRoom MeasureNames(const IouFigure& figure, double slot, const FigureTheme& theme) {
+NameRoom MeasureNames(const IouFigure& figure, double width, const FigureTheme& theme) {
+  const double slot = SlotWidth(figure, width);
   const double widest = Largest(figure.objects, TextWidth(MeanName(figure), theme.small, true),
                                 [&](const std::string& name) { return TextWidth(name, theme.small); });
-  NameRoom names;
-  names.slanted = widest > slot - 3.0;
+  if (widest <= slot - 3.0) {
+    return {false, 4.0 + 1.3 * theme.small, 0.0};
+  }
   const double angle = kSlant * kRadiansPerDegree;
-  names.height = names.slanted ? 4.0 + widest * std::sin(angle) + theme.small : 4.0 + 1.3 * theme.small;
-  names.left = names.slanted ? TextWidth(figure.objects.front(), theme.small) * std::cos(angle) : 0.0;
-  return names;
+  return {true, 4.0 + widest * std::sin(angle) + theme.small,
+          TextWidth(figure.objects.front(), theme.small) * std::cos(angle) - 0.5 * slot};
 }
 
-// One slot per object and one for the means, after a gap.
-constexpr double kMeanGap = 0.5;
-double IouSlots(const IouFigure& figure) {
-  return static_cast<double>(figure.objects.size()) + 1.0 + kMeanGap;
-}
-
-PlotArea UnitPlot(const FigureRect& area) {
-  return {area, {0.0, 1.0, 1.0}, {0.0, 1.0, area.height > 70.0 ? 0.2 : 0.5}};
-}
-
-void DrawIouBar(FigurePage& page, const PlotArea& plot, double left, double width,
-                const std::optional<double>& value, const SeriesLook& look, const FigureTheme& theme) {
+void DrawIouBar(FigureSheet& sheet, const PlotArea& plot, double left, double width,
+                const std::optional<double>& value, const SeriesLook& look) {
+  auto& [page, area, theme] = sheet;
   const double middle = left + 0.5 * width;
   if (!value) {
-    DrawMark(page, {middle, plot.Y(0.0) - 4.0}, {Mark::Shape::kCross, std::min(5.0, width), theme.muted});
+    page.Cross({middle, plot.Y(0.0) - 4.0}, 0.84 * std::min(5.0, width), {theme.muted, 1.0, {}});
     return;
   }
   const double top = plot.Y(std::clamp(*value, 0.0, 1.0));
-  DrawBar(page, {left, top, width, plot.Y(0.0) - top}, look, theme.background);
-  const std::string text = fmt::format("{:.2f}", *value);
+  DrawBar(sheet, {left, top, width, plot.Y(0.0) - top}, look);
   const double size = 0.8 * theme.small;
-  FigureText number{text, {middle, top - 0.65 * size}, size, theme.ink, TextAlign::kCenter};
+  FigureText number{
+      fmt::format("{:.2f}", *value), {middle, top - 0.65 * size}, size, theme.ink, TextAlign::kCenter};
   number.halo = theme.background;  // over grid lines
-  if (TextWidth(text, size) < width + 1.0) {
-    page.Text(number);
-  } else if (width > 0.75 * size) {
-    const double room = TextWidth(text, size);
-    const bool above = top - 2.0 - room > plot.area.y - kIouGap;  // otherwise it would overlap the legend
+  const double room = TextWidth(number.text, size);
+  if (room >= width + 1.0) {  // upright, inside the bar if it would overlap the legend
+    const bool above = top - 2.0 - room > plot.area.y - kIouGap;
     number.anchor.y() = above ? top - 2.0 : top + 2.0 + room;
     number.align = TextAlign::kLeft;
     number.angle = 90.0;
+  }
+  if (room < width + 1.0 || width > 0.75 * size) {
     page.Text(number);
   }
 }
 
-void DrawIouName(FigurePage& page, const std::string& name, double x, double bottom, bool slanted, bool bold,
-                 const FigureTheme& theme) {
+void DrawIouName(FigureSheet& sheet, const std::string& name, double x, double bottom, bool slanted,
+                 bool bold) {
+  const FigureTheme& theme = sheet.theme;
   FigureText text{name, {x, bottom + 4.0 + 0.5 * theme.small}, theme.small, theme.ink, TextAlign::kCenter,
                   bold};
   if (slanted) {
@@ -138,11 +124,10 @@ void DrawIouName(FigurePage& page, const std::string& name, double x, double bot
     text.align = TextAlign::kRight;
     text.angle = kSlant;
   }
-  page.Text(text);
+  sheet.page.Text(text);
 }
 
-void DrawIouBars(FigurePage& page, const PlotArea& plot, const IouFigure& figure, const NameRoom& names,
-                 const FigureTheme& theme) {
+void DrawIouBars(FigureSheet& sheet, const PlotArea& plot, const IouFigure& figure, bool slanted) {
   const double slot = plot.area.width / IouSlots(figure);
   const auto series = static_cast<double>(figure.series.size());
   const double bar = slot * 0.8 / series;
@@ -152,45 +137,44 @@ void DrawIouBars(FigurePage& page, const PlotArea& plot, const IouFigure& figure
     for (std::size_t k = 0; k < figure.series.size(); ++k) {
       const double left = middle + (static_cast<double>(k) - 0.5 * series) * bar;
       const std::optional<double> value =
-          mean ? MeansOf(figure, figure.series[k]).all : figure.series[k].values[i];
-      DrawIouBar(page, plot, left + 0.04 * bar, 0.92 * bar, value, LookOfSeries(k), theme);
+          mean ? MeanOverAll(figure, figure.series[k]) : figure.series[k].values[i];
+      DrawIouBar(sheet, plot, left + 0.04 * bar, 0.92 * bar, value, LookOfSeries(k));
     }
-    DrawIouName(page, mean ? MeanName(figure) : figure.objects[i], middle, plot.area.Bottom(), names.slanted,
-                mean, theme);
+    DrawIouName(sheet, mean ? MeanName(figure) : figure.objects[i], middle, plot.area.Bottom(), slanted,
+                mean);
   }
   const double between = plot.area.x + (static_cast<double>(figure.objects.size()) + 0.5 * kMeanGap) * slot;
-  page.Line({between, plot.area.y}, {between, plot.area.Bottom()}, {theme.muted, 0.6, {2.0, 2.0}});
+  sheet.page.Line({between, plot.area.y}, {between, plot.area.Bottom()},
+                  {sheet.theme.muted, 0.6, {2.0, 2.0}});
 }
 
 }  // namespace
 
 FigurePage DrawIou(const IouFigure& figure, const FigureOptions& options) {
-  CheckIou(figure);
-  const bool many = IouSlots(figure) * static_cast<double>(figure.series.size()) > 14.0;
-  const auto slot_width = [&](double width) { return (width - 30.0) / IouSlots(figure); };
-  FigureSheet sheet = MakeSheet(options, many ? kTextWidth : kColumnWidth, "3D IoU of objects",
-                                [&](double width, const FigureTheme& theme) {
-                                  return LegendHeight(IouLegend(figure, theme), width, theme) + kIouGap +
-                                         120.0 + MeasureNames(figure, slot_width(width), theme).height;
-                                });
-  const FigureTheme& theme = sheet.theme;
-  const FigureRect& area = sheet.area;
-  const std::vector<LegendEntry> entries = IouLegend(figure, theme);
-  const double legend = LegendHeight(entries, area.width, theme);
-  const NameRoom names = MeasureNames(figure, slot_width(area.width), theme);
-  FigureRect plot_area{area.x, area.y + legend + kIouGap, area.width,
-                       area.height - legend - kIouGap - names.height};
-  const double left =
-      std::max(YAxisWidth(UnitPlot(plot_area).y, theme) + 2.0, names.left - 0.5 * slot_width(area.width));
-  plot_area.x += left;
-  plot_area.width -= left;
-  ThrowIf<UsageError>(plot_area.height < 20.0 || plot_area.width / IouSlots(figure) < 3.0,
+  ThrowIf<UsageError>(figure.objects.empty() || figure.series.empty(),
+                      "no object to draw, expected at least one");
+  for (const IouFigure::Series& series : figure.series) {
+    ThrowIf<UsageError>(series.values.size() != figure.objects.size(), "{}: {} values, expected {}",
+                        series.name, series.values.size(), figure.objects.size());
+  }
+  const bool wide = IouSlots(figure) * static_cast<double>(figure.series.size()) > 14.0;
+  FigureSheet sheet = MakeChartSheet(options, wide ? kTextWidth : kColumnWidth, "3D IoU of objects",
+                                     IouLegend(figure), kIouGap, [&](double width, const FigureTheme& theme) {
+                                       return 120.0 + MeasureNames(figure, width, theme).height;
+                                     });
+  const NameRoom names = MeasureNames(figure, sheet.area.width, sheet.theme);
+  PlotArea plot{sheet.area, {0.0, 1.0, 1.0}, {0.0, 1.0, 0.5}};
+  plot.area.height -= names.height;
+  plot.y.step = plot.area.height > 70.0 ? 0.2 : 0.5;
+  const double left = std::max(YAxisWidth(plot.y, sheet.theme) + 2.0, names.left);
+  plot.area.x += left;
+  plot.area.width -= left;
+  ThrowIf<UsageError>(plot.area.height < 20.0 || plot.area.width / IouSlots(figure) < 3.0,
                       "the figure is too small for its bars, expected a larger size");
-  DrawLegend(sheet.page, entries, {area.x, area.y, area.width, legend}, theme);
-  const PlotArea plot = UnitPlot(plot_area);
-  DrawYAxis(sheet.page, plot, "3D IoU", theme);
-  DrawIouBars(sheet.page, plot, figure, names, theme);
-  sheet.page.Line({plot_area.x, plot_area.Bottom()}, {plot_area.Right(), plot_area.Bottom()}, theme.Axis());
+  DrawYAxis(sheet, plot, "3D IoU");
+  DrawIouBars(sheet, plot, figure, names.slanted);
+  sheet.page.Line({plot.area.x, plot.area.Bottom()}, {plot.area.Right(), plot.area.Bottom()},
+                  sheet.theme.Axis());
   return std::move(sheet.page);
 }
 
@@ -198,10 +182,8 @@ namespace {
 
 struct IouOptions {
   std::string objects = "found";
-  bool ellipsoids = false;
   void VisitFields(auto&& visit) {
-    visit("--objects NAME", "Objects that get a bar", objects, {"found", "scored", "all"});
-    visit("--ellipsoids", "Also as ellipsoids", ellipsoids);
+    visit("--objects NAME", "Objects that get a bar", objects, OptionWords{"found", "scored", "all"});
   }
 };
 
@@ -275,17 +257,12 @@ FigurePage DrawIouOf(const FigureRequest& request, const IouOptions& options) {
   const bool unnamed = all.size() == 1 && request.names.empty();
   for (std::size_t i = 0; i < all.size(); ++i) {
     IouFigure::Series series{unnamed ? "superquadrics" : names[i], {}};
-    IouFigure::Series ellipsoids{all.size() == 1 ? "as ellipsoids" : names[i] + " as ellipsoids", {}};
     for (const auto& [id, name] : shown) {
       const auto score = std::ranges::find(all[i].objects, id, &ObjectScore::id);
       const bool found = score != all[i].objects.end() && score->found;
       series.values.push_back(found ? std::optional(score->iou) : std::nullopt);
-      ellipsoids.values.push_back(found ? std::optional(score->iou_ellipsoid) : std::nullopt);
     }
     figure.series.push_back(std::move(series));
-    if (options.ellipsoids) {
-      figure.series.push_back(std::move(ellipsoids));
-    }
   }
   return DrawIou(figure, request.page);
 }
@@ -293,24 +270,23 @@ FigurePage DrawIouOf(const FigureRequest& request, const IouOptions& options) {
 }  // namespace
 
 FigureEntry IouEntry() {
-  return {.name = "iou",
-          .help = "3D IoU of each object, and the means, of one or more results",
-          .details = R"(
-From the eval.json of results held against one ground truth (sqslam eval writes it): a bar for each ground-truth
-object, and at the right the means over all objects, also those without a bar, one that was not found counting
-0, as the legend says beside the means over those found: the numbers that sqslam eval prints. --objects says
-which get a bar: found (in at least one of the results; the default), scored (those whose ground truth fixes the
-shape; the means are theirs then), all. --ellipsoids adds each result's objects with both exponents set to 1, in the same place and size.
+  return FigureEntry{.name = "iou",
+                     .help = "3D IoU of each object, and the means, of one or more results",
+                     .details = R"(
+A bar for each ground-truth object, from the eval.json that sqslam eval writes. Several results must be evaluated
+against one ground truth. At the right: the means over all objects, also those without a bar; an object that was
+not found counts 0. The legend adds the means over the objects found. --objects selects the objects with a bar:
+found in at least one of the results (the default), scored (those whose ground truth fixes the shape; the means
+are then over these), or all. To compare superquadrics with ellipsoids, run the sequence again with
+--representation ellipsoid and give both results.
 
 Examples:
   sqslam figure iou out/desk -o iou.pdf
-  sqslam figure iou out/desk --ellipsoids -o shape.pdf
-  sqslam figure iou out/sq out/quadric --name superquadrics --name quadrics -o iou.png --width-mm 180
+  sqslam figure iou out/sq out/ellipsoid --name superquadrics --name ellipsoids -o iou.png --width-mm 180
 )",
-          .results_help = "Result folders that hold eval.json, or such files",
-          .several = true,
-          .names_help = kNameInLegend,
-          .make = FigureEntry::Maker(DrawIouOf)};
+                     .results_help = "Result folders that hold eval.json, or such files",
+                     .several = true}
+      .DrawnBy(DrawIouOf);
 }
 
 }  // namespace sqslam

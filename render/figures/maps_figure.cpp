@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <functional>
+#include <ranges>
 #include <set>
 
 #include "render/figures/figure_input.h"
@@ -18,54 +20,45 @@
 namespace sqslam {
 namespace {
 
-// Returns the colours that all panels share, for the classes of all maps and boxes.
-std::map<std::string, Eigen::Vector3d> CommonColors(const MapsFigure& figure) {
-  std::set<std::string> labels;
-  for (const MapsFigure::Panel& panel : figure.panels) {
-    for (const SnapshotObject& object : panel.map.objects) {
-      labels.insert(object.label);
-    }
-    for (const Detection& box : panel.boxes) {
-      labels.insert(box.label);
-    }
-  }
-  const std::vector<std::string> all(labels.begin(), labels.end());
-  const LabelColors colors(all);
-  std::map<std::string, Eigen::Vector3d> result;
-  for (const std::string& label : all) {
-    result[label] = colors(label);
-  }
-  return result;
-}
+// The classes of a figure's maps and boxes.
+struct MapClasses {
+  std::map<std::string, Eigen::Vector3d> colors;  // shared by all panels
+  std::set<std::string> certain;                  // of reliable objects and boxes
+  bool uncertain_lines = false;                   // some objects are drawn as faint lines
 
-// Lists the classes of reliable objects and of boxes, and explains the faint lines of uncertain objects.
-std::vector<LegendEntry> ClassLegend(const MapsFigure& figure, UncertainObjects uncertain,
-                                     const std::map<std::string, Eigen::Vector3d>& colors,
-                                     const FigureTheme& theme) {
-  std::set<std::string> labels;
-  bool faint = false;
-  for (const MapsFigure::Panel& panel : figure.panels) {
-    for (const SnapshotObject& object : panel.map.objects) {
-      const bool certain = uncertain == UncertainObjects::kSolid || IsReliable(object);
-      faint = faint || (!certain && uncertain == UncertainObjects::kOutline);
-      if (certain) {
-        labels.insert(object.label);
+  MapClasses(const MapsFigure& figure, UncertainObjects uncertain) {
+    for (const MapsFigure::Panel& panel : figure.panels) {
+      for (const SnapshotObject& object : panel.map.objects) {
+        colors[object.label] = {};
+        if (uncertain == UncertainObjects::kSolid || IsReliable(object)) {
+          certain.insert(object.label);
+        } else if (uncertain == UncertainObjects::kOutline) {
+          uncertain_lines = true;
+        }
+      }
+      for (const Detection& box : panel.boxes) {
+        colors[box.label] = {};
+        certain.insert(box.label);
       }
     }
-    for (const Detection& box : panel.boxes) {
-      labels.insert(box.label);
+    const LabelColors label_colors(ToVector(colors, [](const auto& color) { return color.first; }));
+    for (auto& [label, color] : colors) {
+      color = label_colors(label);
     }
   }
-  std::vector<LegendEntry> entries = ToVector(labels, [&](const std::string& label) {
-    return LegendEntry::Bar(ReadableLabel(label), {colors.at(label), {}, 0});
-  });
-  if (faint) {
-    entries.push_back(LegendEntry::Line("uncertain", theme.Axis()));
-  }
-  return entries;
-}
 
-PanelGrid LayOutMaps(const MapsFigure& figure, UncertainObjects uncertain, const FigureTheme& theme,
+  std::vector<LegendEntry> Legend(const FigureTheme& theme) const {
+    std::vector<LegendEntry> entries = ToVector(certain, [this](const std::string& label) {
+      return LegendEntry::Bar(ReadableLabel(label), {colors.at(label), {}, 0});
+    });
+    if (uncertain_lines) {
+      entries.push_back(LegendEntry::Line("uncertain", theme.Axis()));
+    }
+    return entries;
+  }
+};
+
+PanelGrid LayOutMaps(const MapsFigure& figure, const MapClasses& classes, const FigureTheme& theme,
                      double width) {
   const int count = static_cast<int>(figure.panels.size());
   const int columns = std::clamp(figure.columns > 0 ? figure.columns : std::min(count, 5), 1, count);
@@ -77,34 +70,37 @@ PanelGrid LayOutMaps(const MapsFigure& figure, UncertainObjects uncertain, const
     grid.height = grid.image =
         grid.width / (static_cast<double>(with_image->image.cols) / with_image->image.rows);
   }
+  grid.images_grow = false;
   grid.texts = 1.9 * theme.font;
-  grid.below = LegendHeight(ClassLegend(figure, uncertain, CommonColors(figure), theme), width, theme);
+  grid.below = LegendHeight(classes.Legend(theme), width, theme);
   return grid;
 }
 
 // Draws the image as large as it fits, with boxes in the colours of their classes and, optionally, names.
-void DrawImageWithBoxes(FigurePage& page, const MapsFigure::Panel& panel, const FigureRect& area, bool names,
-                        const std::map<std::string, Eigen::Vector3d>& colors, const FigureTheme& theme) {
+void DrawImageWithBoxes(FigureSheet& sheet, const MapsFigure::Panel& panel, const FigureRect& area,
+                        bool names, const MapClasses& classes) {
   if (panel.image.empty()) {
-    DrawNoImage(page, area, theme);
+    DrawNoImage(sheet, area);
     return;
   }
+  auto& [page, all, theme] = sheet;
   const FigureRect fitted = area.Fitted(panel.image.cols, panel.image.rows);
   const double scale = fitted.width / panel.image.cols;
   page.Image(panel.image, fitted);
   const double stroke = std::min(1.1, 0.0065 * area.width);
-  for (const Detection& box : panel.boxes) {
-    const double left = std::clamp(box.box.x, 0.0, double(panel.image.cols));
-    const double top = std::clamp(box.box.y, 0.0, double(panel.image.rows));
-    const double right = std::clamp(box.box.x + box.box.width, 0.0, double(panel.image.cols));
-    const double bottom = std::clamp(box.box.y + box.box.height, 0.0, double(panel.image.rows));
-    const FigureRect outline{fitted.x + scale * left, fitted.y + scale * top, scale * (right - left),
-                             scale * (bottom - top)};
+  for (const Detection& detection : panel.boxes) {
+    const Box2d& box = detection.box;
+    const Eigen::Array2d size(panel.image.cols, panel.image.rows);
+    const Eigen::Array2d from = Eigen::Array2d(box.x, box.y).max(0.0).min(size);
+    const Eigen::Array2d to = Eigen::Array2d(box.x + box.width, box.y + box.height).max(0.0).min(size);
+    const FigureRect outline{fitted.x + scale * from.x(), fitted.y + scale * from.y(),
+                             scale * (to.x() - from.x()), scale * (to.y() - from.y())};
     page.Rect(outline, {}, FigureStroke{{0.0, 0.0, 0.0}, 1.6 * stroke, {}});  // visible on any image
-    page.Rect(outline, {}, FigureStroke{colors.at(box.label), stroke, {}});
-    if (const double size = 0.75 * theme.small; names && outline.height > 1.2 * size) {
-      FigureText name = NarrowText({ReadableLabel(box.label), {}, size, theme.ink}, outline.width - 2.0);
-      name.anchor = {outline.x + 1.5, outline.y + 0.75 * size};
+    page.Rect(outline, {}, FigureStroke{classes.colors.at(detection.label), stroke, {}});
+    if (const double letters = 0.75 * theme.small; names && outline.height > 1.2 * letters) {
+      FigureText name =
+          NarrowText({ReadableLabel(detection.label), {}, letters, theme.ink}, outline.width - 2.0);
+      name.anchor = {outline.x + 1.5, outline.y + 0.75 * letters};
       name.halo = theme.background;
       page.Text(name);
     }
@@ -113,41 +109,33 @@ void DrawImageWithBoxes(FigurePage& page, const MapsFigure::Panel& panel, const 
 
 // Draws names above the objects, nearest first. A name that would cover another moves up one line; if there
 // is no room either, it is left out, as farther up it would seem to belong to something else.
-void DrawObjectNames(FigurePage& page, const MapSnapshot& map, UncertainObjects uncertain,
-                     const ViewCamera& camera, cv::Size pixels, const FigureRect& area,
-                     const FigureTheme& theme) {
+void DrawObjectNames(FigureSheet& sheet, const MapSnapshot& map, UncertainObjects uncertain,
+                     const ViewCamera& camera, cv::Size pixels, const FigureRect& area) {
   struct Name {
-    std::string text;
-    Eigen::Vector2d anchor;
-    double depth;
-    bool certain;
+    const SnapshotObject* object;
+    SeenPoint top;
   };
-  const double size = 0.85 * theme.small;
+  const FigureTheme& theme = sheet.theme;
   std::vector<Name> names;
+  const Eigen::Vector3d up = camera.view_up.normalized();
   for (const SnapshotObject& object : map.objects) {
-    const bool certain = uncertain == UncertainObjects::kSolid || IsReliable(object);
-    if (!certain && uncertain == UncertainObjects::kHide) {
-      continue;
-    }
-    const Eigen::Vector3d up = camera.view_up.normalized();
-    const Eigen::Vector3d top =
-        object.superquadric.T_map_object.translation + SupportExtent(object.superquadric, up) * up;
-    const SeenPoint seen = Project(camera, pixels, top);
-    const bool inside = seen.pixel.x >= 0.0 && seen.pixel.y >= 0.0 && seen.pixel.x < pixels.width &&
-                        seen.pixel.y < pixels.height;
-    if (seen.depth > 0.0 && inside) {
-      names.push_back({ReadableLabel(object.label),
-                       {area.x + seen.pixel.x / pixels.width * area.width,
-                        area.y + seen.pixel.y / pixels.height * area.height - 0.8 * size},
-                       seen.depth,
-                       certain});
+    const PosedSuperquadric& solid = object.superquadric;
+    const SeenPoint top =
+        Project(camera, pixels, solid.T_map_object.translation + SupportExtent(solid, up) * up);
+    const bool inside = top.pixel.x >= 0.0 && top.pixel.y >= 0.0 && top.pixel.x < pixels.width &&
+                        top.pixel.y < pixels.height && top.depth > 0.0;
+    if (inside && (uncertain != UncertainObjects::kHide || IsReliable(object))) {
+      names.push_back({&object, top});
     }
   }
-  std::ranges::sort(names, [](const Name& a, const Name& b) { return a.depth < b.depth; });
+  std::ranges::sort(names, std::less(), [](const Name& name) { return name.top.depth; });
+  const double size = 0.85 * theme.small;
   std::vector<FigureRect> taken;
-  for (const Name& name : names) {
-    const double width = TextWidth(name.text, size);
-    FigureRect box{name.anchor.x() - 0.5 * width, name.anchor.y() - 0.55 * size, width, 1.1 * size};
+  for (const auto& [object, top] : names) {
+    const std::string text = ReadableLabel(object->label);
+    const double width = TextWidth(text, size);
+    FigureRect box{area.x + top.pixel.x / pixels.width * area.width - 0.5 * width,
+                   area.y + top.pixel.y / pixels.height * area.height - 1.35 * size, width, 1.1 * size};
     box.x = std::clamp(box.x, area.x, std::max(area.x, area.Right() - width));  // inside the panel
     box.y = std::max(box.y, area.y);
     const auto covers = [&box](const FigureRect& other) {
@@ -158,60 +146,50 @@ void DrawObjectNames(FigurePage& page, const MapSnapshot& map, UncertainObjects 
       box.y -= 1.1 * size;
     }
     if (area.Contains(box) && std::ranges::none_of(taken, covers)) {
+      const bool certain = uncertain == UncertainObjects::kSolid || IsReliable(*object);
       taken.push_back(box);
-      page.Text({name.text, box.Center(), size, name.certain ? theme.ink : theme.muted, TextAlign::kCenter,
-                 false, 0.0, theme.background});
+      sheet.page.Text({text, box.Center(), size, certain ? theme.ink : theme.muted, TextAlign::kCenter, false,
+                       0.0, theme.background});
     }
   }
 }
 
 }  // namespace
 
-FigurePage DrawMaps(const MapsFigure& figure, const FigureOptions& options, const FigureProgress& progress) {
+FigurePage DrawMaps(const MapsFigure& figure, const FigureOptions& options) {
   ThrowIf<UsageError>(figure.panels.empty(), "no maps, expected at least one");
-  const double own_width = figure.panels.size() == 1 ? kColumnWidth : kTextWidth;
   const UncertainObjects uncertain = options.style.objects.uncertain;
-  FigureSheet sheet =
-      MakeSheet(options, own_width, "Object maps", [&](double width, const FigureTheme& theme) {
-        return LayOutMaps(figure, uncertain, theme, width).Height();
-      });
-  const auto colors = CommonColors(figure);
-  // More colours cannot be told apart.
-  constexpr std::size_t kMostColors = 12;
-  const bool names = figure.labels || colors.size() > kMostColors;
-  PanelGrid grid = LayOutMaps(figure, uncertain, sheet.theme, sheet.area.width);
-  // If the height was given, spare room goes to the maps; missing room is taken from maps and images.
-  const double spare = grid.Spare(sheet.area);
-  const double shared = spare > 0.0 ? 0.0 : grid.image / (grid.image + grid.height);
-  grid.image += shared * spare;
-  grid.height += (1.0 - shared) * spare;
-  ThrowIf<UsageError>(grid.height < 10.0,
-                      "the figure is too low for its maps, expected a larger height or more columns");
-  PictureRenderer renderer(PanelOptions(options, sheet.page.dpi, grid.width, grid.height, colors));
+  const MapClasses classes(figure, uncertain);
+  PanelSheet sheet = MakePanelSheet(
+      options, figure.panels.size() == 1 ? kColumnWidth : kTextWidth, "Object maps",
+      [&](double width, const FigureTheme& theme) { return LayOutMaps(figure, classes, theme, width); });
+  const FigureTheme& theme = sheet.theme;
+  const PanelGrid& grid = sheet.grid;
+  constexpr std::size_t kMaxColors = 12;  // more cannot be told apart
+  const bool names = figure.labels || classes.colors.size() > kMaxColors;
+  PictureRenderer renderer(PanelOptions(options, sheet.page.dpi, grid.width, grid.height, classes.colors));
   const int count = static_cast<int>(figure.panels.size());
-  Tell(progress, 0, count);
+  options.Tell(0, count);
   for (int i = 0; i < count; ++i) {
     const MapsFigure::Panel& panel = figure.panels[static_cast<std::size_t>(i)];
-    const FigureRect area = grid.PanelAt(sheet.area, i / grid.columns, i % grid.columns);
+    const auto [row, column] = std::div(i, grid.columns);
+    const FigureRect area = sheet.PanelAt(row, column);
     if (grid.image > 0.0) {
-      const FigureRect above = grid.ImageAt(sheet.area, i / grid.columns, i % grid.columns);
-      DrawImageWithBoxes(sheet.page, panel, above, names, colors, sheet.theme);
+      DrawImageWithBoxes(sheet, panel, sheet.ImageAt(row, column), names, classes);
     }
     renderer.SetLayers({{}, panel.dense_cloud, nullptr});
     renderer.SetMap(panel.map);
     const cv::Mat picture = renderer.Render();
     PlacePanel(sheet.page, picture, area);
     if (names) {
-      DrawObjectNames(sheet.page, panel.map, uncertain, renderer.DefaultCamera(), picture.size(), area,
-                      sheet.theme);
+      DrawObjectNames(sheet, panel.map, uncertain, renderer.DefaultCamera(), picture.size(), area);
     }
     const std::string letter = count < 2 || i > 25 ? "" : fmt::format("({}) ", static_cast<char>('a' + i));
-    sheet.page.Label(letter + panel.name, {area.Center().x(), area.Bottom() + 0.9 * sheet.theme.font},
-                     sheet.theme.font, sheet.theme.ink, grid.width);
-    Tell(progress, i + 1, count);
+    sheet.page.Label(letter + panel.name, {area.Center().x(), area.Bottom() + 0.9 * theme.font}, theme.font,
+                     theme.ink, grid.width);
+    options.Tell(i + 1, count);
   }
-  DrawLegend(sheet.page, ClassLegend(figure, uncertain, colors, sheet.theme),
-             {sheet.area.x, sheet.area.Bottom() - grid.below, sheet.area.width, grid.below}, sheet.theme);
+  DrawLegend(sheet, classes.Legend(theme), sheet.Below());
   return std::move(sheet.page);
 }
 
@@ -231,30 +209,27 @@ struct MapsOptions {
   }
 };
 
-// Returns the snapshot whose image is shown; null if no image is available.
+// Returns the snapshot whose image is shown: that nearest to `frame`, or with the most boxes of objects; null
+// if no image is available.
 MapSnapshotPtr Representative(const RecordedMap& recorded, std::optional<std::int64_t> frame) {
+  constexpr std::size_t kMaxRead = 120;  // snapshots, evenly over the run
   const RecordingReader& reader = *recorded.reader;
   if (frame) {
-    int nearest = 0;
-    for (int i = 0; i < reader.Size(); ++i) {
-      if (std::abs(reader.FrameIndex(i) - *frame) < std::abs(reader.FrameIndex(nearest) - *frame)) {
-        nearest = i;
-      }
-    }
-    const MapSnapshotPtr map = reader.Read(nearest);
+    const auto distance = [&](int i) { return std::abs(reader.FrameIndex(i) - *frame); };
+    const MapSnapshotPtr map =
+        reader.Read(*std::ranges::min_element(std::views::iota(0, reader.Size()), {}, distance));
     return recorded.images->Has(*map) ? map : nullptr;
   }
-  constexpr std::size_t kMostRead = 120;  // snapshots, evenly over the run
-  const int step = static_cast<int>(StepThrough(static_cast<std::size_t>(reader.Size()), kMostRead));
+  const int step = static_cast<int>(StepThrough(static_cast<std::size_t>(reader.Size()), kMaxRead));
   MapSnapshotPtr best;
-  std::int64_t best_value = -1;
+  std::ptrdiff_t most_boxes = -1;
   for (int i = reader.Size() - 1; i >= 0; i -= step) {
     const MapSnapshotPtr map = reader.Read(i);
-    const auto value = std::ranges::count_if(map->detections,
+    const auto boxes = std::ranges::count_if(map->detections,
                                              [](const SnapshotDetection& box) { return box.object_id >= 0; });
-    if (value > best_value && recorded.images->Has(*map)) {
+    if (boxes > most_boxes && recorded.images->Has(*map)) {
       best = map;
-      best_value = value;
+      most_boxes = boxes;
     }
   }
   return best;
@@ -305,20 +280,21 @@ FigurePage DrawMapsOf(const FigureRequest& request, const MapsOptions& options) 
   for (std::size_t i = 0; i < request.results.size(); ++i) {
     figure.panels.push_back(ReadPanel(request, i, names[i], options));
   }
-  return DrawMaps(figure, request.page, request.progress);
+  return DrawMaps(figure, request.page);
 }
 
 }  // namespace
 
 FigureEntry MapsEntry() {
-  return {.name = "maps",
-          .help = "Maps in a row, each below an image of its run",
-          .details = R"(
-Above each map stands an input image of its run: the frame in which most boxes belonged to objects, or that
-nearest to --frame. --boxes draws these boxes. A class has one colour in all maps and boxes; one legend below
-serves all; with more than twelve classes, whose colours nobody tells apart, names stand over the objects and in
-the boxes as well (--labels: always). Results without images (live cameras, images and videos that have gone) get an empty place, or only
-their map where none has any.
+  return FigureEntry{
+      .name = "maps",
+      .help = "Maps in a row, each below an image of its run",
+      .details = R"(
+Above each map stands an input image of its run: the frame with the most boxes of objects, or the one nearest to
+--frame. --boxes draws these boxes. A class has one colour in all maps and boxes, and one legend below serves
+all. With more than twelve classes, names stand over the objects and in the boxes as well (--labels: always).
+Results without images (live cameras, deleted images and videos) get an empty place, or only their map if no
+result has an image.
 
 Examples:
   sqslam figure maps out/kitchen out/desk -o maps.pdf
@@ -326,13 +302,14 @@ Examples:
   sqslam figure maps out/kitchen --labels --frame 300 --width-mm 120 --dpi 600 -o kitchen.png
   sqslam figure maps out/* --columns 3 --no-images --set cameras.keyframes=false -o all.pdf
 )",
-          .results_help = "Result folders of sqslam run, or their map.sqmap",
-          .several = true,
-          .names_help = "Name below a map; repeated for each, in their order",
-          .frames_help = "Frame whose image is shown; repeated for each map, in their order",
-          .pictures = true,
-          .view = true,
-          .make = FigureEntry::Maker(DrawMapsOf)};
+      .results_help = "Result folders of sqslam run, or their map.sqmap",
+      .several = true,
+      .names_help = "Name below a map; repeated for each, in their order",
+      .frames_help = "Frame whose image is shown; repeated for each map, in their order",
+      .pictures = true,
+      .view = true,
+  }
+      .DrawnBy(DrawMapsOf);
 }
 
 }  // namespace sqslam

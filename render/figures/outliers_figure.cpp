@@ -17,20 +17,22 @@ namespace {
 using PointFate = OutliersFigure::Fate;
 using FatedPoint = OutliersFigure::Point;
 
-constexpr double kPointReach = 2.2;  // half diagonals of the object; farther points are not framed
+constexpr double kLegendHeight = 1.7;  // of the font size
+constexpr double kNoteHeight = 1.3;
+constexpr const char* kWithoutScore =
+    "without score: taken away before the isolation forest, for being seen in too few of the object's boxes, "
+    "beside them, or on another thing";
 
 int CountOf(const OutliersFigure::Object& object, PointFate fate) {
-  return static_cast<int>(
-      std::ranges::count_if(object.points, [fate](const FatedPoint& p) { return p.fate == fate; }));
+  return static_cast<int>(std::ranges::count(object.points, fate, &FatedPoint::fate));
 }
 
-// All grey: colours encode the scores.
-std::map<std::string, Eigen::Vector3d> SolidColors(const OutliersFigure& figure) {
-  std::map<std::string, Eigen::Vector3d> colors;
+int CountOf(const OutliersFigure& figure, PointFate fate) {
+  int count = 0;
   for (const OutliersFigure::Object& object : figure.objects) {
-    colors[object.map.objects.front().label] = {0.62, 0.66, 0.72};
+    count += CountOf(object, fate);
   }
-  return colors;
+  return count;
 }
 
 // Returns one axis for the scores of all objects.
@@ -48,77 +50,40 @@ ChartAxis ScoreAxis(const OutliersFigure& figure) {
   return RoundAxis(std::min(low, high), std::max(low, high), 4, true);
 }
 
-// Draws points as discs, crosses or rings according to their fate, in the colour of their score.
-class PointMarks {
- public:
-  PointMarks(const FigureTheme& theme, const ChartAxis& axis) : theme_(theme), axis_(axis) {}
-
-  void Draw(FigurePage& page, const Eigen::Vector2d& center, const FatedPoint& point, double size) const {
-    const Eigen::Vector3d color = ColorOf(point);
-    if (point.fate == PointFate::kIsolated) {
-      page.Cross(center, 1.15 * size, {theme_.ink, 0.52 * size, {}});
+// Draws a point as a disc, cross or ring according to its fate, in the colour of its score.
+void DrawPoint(FigureSheet& sheet, const ChartAxis& axis, const Eigen::Vector2d& center,
+               const FatedPoint& point, double size) {
+  auto& [page, area, theme] = sheet;
+  const Eigen::Vector3d color =
+      point.anomaly > 0.0 ? Viridis((point.anomaly - axis.low) / (axis.high - axis.low)) : theme.muted;
+  switch (point.fate) {
+    case PointFate::kKept:
+      page.Polygon(center, 20, 0.5 * size, color, FigureStroke{theme.ink, 0.1 * size, {}});
+      break;
+    case PointFate::kIsolated:
+      page.Cross(center, 1.15 * size, {theme.ink, 0.52 * size, {}});
       page.Cross(center, 1.1 * size, {color, 0.3 * size, {}});
-      return;
-    }
-    FigurePath disc;
-    disc.closed = true;
-    disc.points = RegularPolygon(center, 20, (point.fate == PointFate::kKept ? 0.5 : 0.45) * size);
-    if (point.fate == PointFate::kKept) {
-      disc.fill = color;
-      disc.stroke = FigureStroke{theme_.ink, 0.1 * size, {}};
-      page.elements.emplace_back(std::move(disc));
-      return;
-    }
-    // A dark ring on a light one is visible on any image.
-    disc.stroke = FigureStroke{theme_.background, 0.4 * size, {}};
-    page.elements.emplace_back(disc);
-    disc.stroke = FigureStroke{theme_.ink, 0.17 * size, {}};
-    page.elements.emplace_back(std::move(disc));
+      break;
+    case PointFate::kRemovedBefore:  // a dark ring on a light one is visible on any image
+      page.Polygon(center, 20, 0.45 * size, {}, FigureStroke{theme.background, 0.4 * size, {}});
+      page.Polygon(center, 20, 0.45 * size, {}, FigureStroke{theme.ink, 0.17 * size, {}});
+      break;
   }
-
- private:
-  Eigen::Vector3d ColorOf(const FatedPoint& point) const {
-    return point.anomaly > 0.0 ? Viridis((point.anomaly - axis_.low) / (axis_.high - axis_.low))
-                               : theme_.muted;
-  }
-
-  const FigureTheme& theme_;
-  ChartAxis axis_;
-};
+}
 
 // Returns the size of marks in points; smaller if there are many.
 double MarkSize(const OutliersFigure::Object& object, double usual) {
-  constexpr double kMany = 150.0;
-  const double share = std::sqrt(kMany / static_cast<double>(std::max<std::size_t>(1, object.points.size())));
+  constexpr double kUsualCount = 150.0;
+  const double share =
+      std::sqrt(kUsualCount / static_cast<double>(std::max<std::size_t>(1, object.points.size())));
   return std::min(4.0, usual) * std::clamp(share, 0.5, 1.0);
 }
 
-// Returns the legend of the fates with totals over all objects.
-std::vector<std::pair<PointFate, std::string>> FateTexts(const OutliersFigure& figure) {
-  std::array<int, 3> counts{};
-  for (const OutliersFigure::Object& object : figure.objects) {
-    for (const PointFate fate : {PointFate::kKept, PointFate::kIsolated, PointFate::kRemovedBefore}) {
-      counts[static_cast<std::size_t>(fate)] += CountOf(object, fate);
-    }
-  }
-  return {{PointFate::kKept, fmt::format("kept ({})", counts[0])},
-          {PointFate::kIsolated, fmt::format("isolated, removed ({})", counts[1])},
-          {PointFate::kRemovedBefore, fmt::format("removed without score ({})", counts[2])}};
-}
-
-constexpr double kLegendHeight = 1.7;  // of the font size
-constexpr double kNoteHeight = 1.3;
-constexpr const char* kWithoutScore =
-    "without score: taken away before the isolation forest, for being seen in too few of the object's boxes, "
-    "beside them, or on another thing";
-
 // Returns the note on points removed without a score; empty if there are none.
 std::vector<std::string> NoteLines(const OutliersFigure& figure, const FigureTheme& theme, double width) {
-  const bool any = std::ranges::any_of(
-      figure.objects, [](const auto& o) { return CountOf(o, PointFate::kRemovedBefore) > 0; });
-  return any ? WrappedText(kWithoutScore, theme.small, width) : std::vector<std::string>();
+  return CountOf(figure, PointFate::kRemovedBefore) > 0 ? WrappedText(kWithoutScore, theme.small, width)
+                                                        : std::vector<std::string>();
 }
-double RampHeight(const FigureTheme& theme) { return ColorBarHeight(theme) + 0.3 * theme.small; }
 
 PanelGrid LayOutOutliers(const OutliersFigure& figure, const FigureTheme& theme, double width) {
   PanelGrid grid = PanelGrid::Of(static_cast<int>(figure.objects.size()), 1, width);
@@ -126,85 +91,72 @@ PanelGrid LayOutOutliers(const OutliersFigure& figure, const FigureTheme& theme,
   grid.image = images ? 0.75 * grid.width : 0.0;
   grid.height = 0.85 * grid.width;
   grid.texts = 1.7 * theme.font + 1.6 * theme.small;
-  grid.below = kLegendHeight * theme.small + RampHeight(theme) +
-               kNoteHeight * theme.small * static_cast<double>(NoteLines(figure, theme, width).size());
+  const auto notes = static_cast<double>(NoteLines(figure, theme, width).size());
+  grid.below = (kLegendHeight + 3.0 + kNoteHeight * notes) * theme.small;
   return grid;
 }
 
-void DrawImagePanel(FigurePage& page, const OutliersFigure::Object& object, const FigureRect& panel,
-                    const PointMarks& marks, const FigureTheme& theme) {
-  constexpr double kMargin = 0.35;  // share of the box, on each side
+void DrawImagePanel(FigureSheet& sheet, const OutliersFigure::Object& object, const FigureRect& panel,
+                    const ChartAxis& axis) {
   if (object.image.empty()) {
-    DrawNoImage(page, panel, theme);
+    DrawNoImage(sheet, panel);
     return;
   }
-  const double margin = kMargin * std::max(object.box.width, object.box.height);
-  const ImageCrop crop(object.image,
-                       {object.box.x - margin, object.box.y - margin, object.box.width + 2.0 * margin,
-                        object.box.height + 2.0 * margin},
-                       object.quarter_turns, panel);
-  crop.Draw(page);
   const Box2d& box = object.box;
-  const std::array<Eigen::Vector2d, 5> corners = {
-      Eigen::Vector2d(box.x, box.y), Eigen::Vector2d(box.x + box.width, box.y),
-      Eigen::Vector2d(box.x + box.width, box.y + box.height), Eigen::Vector2d(box.x, box.y + box.height),
-      Eigen::Vector2d(box.x, box.y)};
+  const double margin = kBoxMargin * std::max(box.width, box.height);
+  const ImageCrop crop(object.image,
+                       {box.x - margin, box.y - margin, box.width + 2.0 * margin, box.height + 2.0 * margin},
+                       object.quarter_turns, panel);
+  crop.Draw(sheet.page);
+  const Eigen::Vector2d from(box.x, box.y), to(box.x + box.width, box.y + box.height);
   for (const FigureStroke& stroke :
        {FigureStroke{{0.0, 0.0, 0.0}, 1.8, {}}, FigureStroke{{1.0, 1.0, 1.0}, 0.9, {}}}) {
-    for (std::size_t i = 0; i < 4; ++i) {
-      crop.DrawLine(page, corners[i], corners[i + 1], stroke);
-    }
+    crop.DrawLine(sheet.page, from, {to.x(), from.y()}, stroke);
+    crop.DrawLine(sheet.page, {to.x(), from.y()}, to, stroke);
+    crop.DrawLine(sheet.page, to, {from.x(), to.y()}, stroke);
+    crop.DrawLine(sheet.page, {from.x(), to.y()}, from, stroke);
   }
   const double size = MarkSize(object, 0.027 * panel.width);
   for (const PointFate fate : {PointFate::kRemovedBefore, PointFate::kKept, PointFate::kIsolated}) {
     for (const FatedPoint& point : object.points) {
       if (point.fate == fate && point.pixel && crop.Contains(*point.pixel)) {
-        marks.Draw(page, crop.ToPage(*point.pixel), point, size);
+        DrawPoint(sheet, axis, crop.ToPage(*point.pixel), point, size);
       }
     }
   }
 }
 
-// Returns a view of the solid and of its points, except those farther away than kPointReach.
-ViewCamera EyeOnOutliers(const OutliersFigure::Object& object, double aspect) {
-  const std::vector<Eigen::Vector3d> points = ToVector(object.points, &FatedPoint::p_map);
-  return EyeOn(object.map, {object.map.objects.front().superquadric}, points, kPointReach, aspect);
-}
-
-// Returns the number of points outside the picture.
-int DrawPointsAround(FigurePage& page, const OutliersFigure::Object& object, const ViewCamera& eye,
-                     cv::Size pixels, const FigureRect& area, const PointMarks& marks) {
+// Draws the points around the solid and returns the number of points outside the picture.
+int DrawPointsAround(FigureSheet& sheet, const OutliersFigure::Object& object, const ViewCamera& eye,
+                     cv::Size pixels, const FigureRect& panel, const ChartAxis& axis) {
   struct Seen {
     const FatedPoint* point;
     Eigen::Vector2d at;
     double depth;
   };
-  const double size = MarkSize(object, 0.032 * area.width);
+  const double size = MarkSize(object, 0.032 * panel.width);
   std::vector<Seen> seen;
   for (const FatedPoint& point : object.points) {
     const SeenPoint projected = Project(eye, pixels, point.p_map);
-    const Eigen::Vector2d at(area.x + projected.pixel.x / pixels.width * area.width,
-                             area.y + projected.pixel.y / pixels.height * area.height);
+    const Eigen::Vector2d at(panel.x + projected.pixel.x / pixels.width * panel.width,
+                             panel.y + projected.pixel.y / pixels.height * panel.height);
     if (projected.depth > 0.0 &&
-        area.Contains({at.x() - 0.6 * size, at.y() - 0.6 * size, 1.2 * size, 1.2 * size})) {
+        panel.Contains({at.x() - 0.6 * size, at.y() - 0.6 * size, 1.2 * size, 1.2 * size})) {
       seen.push_back({&point, at, projected.depth});
     }
   }
-  // Layers from bottom to top: removed without a score, kept, isolated; within a layer, far points first.
-  const auto layer = [](const Seen& s) {
-    return s.point->fate == PointFate::kRemovedBefore ? 0 : s.point->fate == PointFate::kKept ? 1 : 2;
-  };
-  std::ranges::stable_sort(seen, [&](const Seen& a, const Seen& b) {
-    return std::pair(layer(a), -a.depth) < std::pair(layer(b), -b.depth);
-  });
+  // Far points come first within a fate.
+  std::ranges::stable_sort(seen, std::less(),
+                           [](const Seen& s) { return std::pair(s.point->fate, -s.depth); });
   for (const Seen& s : seen) {
-    marks.Draw(page, s.at, *s.point, size);
+    DrawPoint(sheet, axis, s.at, *s.point, size);
   }
   return static_cast<int>(object.points.size() - seen.size());
 }
 
-void DrawOutlierTexts(FigurePage& page, const OutliersFigure::Object& object, int beyond,
-                      const FigureRect& panel, const FigureTheme& theme) {
+void DrawOutlierTexts(FigureSheet& sheet, const OutliersFigure::Object& object, int beyond,
+                      const FigureRect& panel) {
+  auto& [page, area, theme] = sheet;
   const Eigen::Vector2d name(panel.Center().x(), panel.Bottom() + 0.9 * theme.font);
   page.Label(object.name, name, theme.font, theme.ink, panel.width);
   std::string counts =
@@ -217,83 +169,114 @@ void DrawOutlierTexts(FigurePage& page, const OutliersFigure::Object& object, in
   page.Label(counts, below, theme.small, theme.muted, panel.width);
 }
 
-void DrawMarkLegend(FigurePage& page, const OutliersFigure& figure, const PointMarks& marks,
-                    const ChartAxis& axis, double middle, const FigureRect& area, const FigureTheme& theme) {
-  const auto texts = FateTexts(figure);
+// Draws one line that names the marks, with totals over all objects; smaller on narrow pages.
+void DrawMarkLegend(FigureSheet& sheet, const OutliersFigure& figure, const ChartAxis& axis, double middle) {
+  auto& [page, area, theme] = sheet;
+  const auto named = [&figure](const char* name, PointFate fate, double anomaly) {
+    return std::pair(fmt::format("{} ({})", name, CountOf(figure, fate)),
+                     FatedPoint{Eigen::Vector3d::Zero(), anomaly, fate, {}});
+  };
+  const double kept = 0.3 * figure.threshold + 0.7 * axis.low;
+  const std::array samples = {
+      named("kept", PointFate::kKept, kept),
+      named("isolated, removed", PointFate::kIsolated, 0.5 * (figure.threshold + axis.high)),
+      named("removed without score", PointFate::kRemovedBefore, kept)};
   const double sign = 1.5 * theme.small;
   const double gap = 1.6 * theme.small;
-  double width = gap * static_cast<double>(texts.size() - 1);
-  for (const auto& [fate, text] : texts) {
-    width += sign + TextWidth(text, theme.small);
+  double width = -gap;
+  for (const auto& [text, point] : samples) {
+    width += sign + TextWidth(text, theme.small) + gap;
   }
-  // Shrinks the text on narrow pages.
   const double shrink = std::min(1.0, area.width / width);
   double x = area.Center().x() - 0.5 * shrink * width;
-  for (const auto& [fate, text] : texts) {
-    FatedPoint sample;
-    sample.fate = fate;
-    sample.anomaly = fate == PointFate::kIsolated ? 0.5 * (figure.threshold + axis.high)
-                                                  : 0.3 * figure.threshold + 0.7 * axis.low;
-    marks.Draw(page, {x + 0.45 * shrink * sign, middle}, sample, 0.6 * theme.small * shrink);
+  for (const auto& [text, point] : samples) {
+    DrawPoint(sheet, axis, {x + 0.45 * shrink * sign, middle}, point, 0.6 * theme.small * shrink);
     x += shrink * sign;
     page.Text(text, {x, middle}, 0.995 * shrink * theme.small, theme.ink);
     x += shrink * (TextWidth(text, theme.small) + gap);
   }
 }
 
-void CheckOutliers(const OutliersFigure& figure) {
-  ThrowIf<UsageError>(figure.objects.empty(), "no objects, expected at least one");
-  for (const OutliersFigure::Object& object : figure.objects) {
-    ThrowIf<UsageError>(object.map.objects.size() != 1, "{}: {} solids, expected one", object.name,
-                        object.map.objects.size());
+// Draws the colours of the scores, with numbers below and a line at the threshold; smaller on narrow pages.
+void DrawScoreBar(FigureSheet& sheet, const OutliersFigure& figure, const ChartAxis& axis, double top) {
+  constexpr int kSteps = 96;
+  constexpr double kMinLength = 0.35;  // of the bar, share of the area's width
+  const std::string meaning = "anomaly score";
+  const std::string limit = fmt::format("removed above {:g}", figure.threshold);
+  FigureSheet bar{{}, sheet.area, sheet.theme};
+  auto& [page, area, theme] = bar;
+  const double texts = TextWidth(meaning, theme.small) + TextWidth(limit, theme.small) + 1.3 * theme.small;
+  theme.small *= std::min(1.0, (1.0 - kMinLength) * area.width / texts);
+  const double gap = 0.6 * theme.small;
+  const double left_room = TextWidth(meaning, theme.small);
+  const double right_room = TextWidth(limit, theme.small);
+  const double length = std::min(22.0 * theme.small, area.width - left_room - right_room - 2.0 * gap);
+  const double left = area.x + 0.5 * (area.width - left_room - length - right_room - 2.0 * gap);
+  const FigureRect strip{left + left_room + gap, top + 0.4 * theme.small, length, 0.9 * theme.small};
+  // Each step extends below the next one, to avoid seams.
+  for (int i = 0; i < kSteps; ++i) {
+    const double x = strip.x + strip.width * i / kSteps;
+    page.Rect({x, strip.y, std::min(2.0 * strip.width / kSteps, strip.Right() - x), strip.height},
+              Viridis((i + 0.5) / kSteps));
   }
+  const PlotArea plot{strip, axis, {}};
+  DrawXAxis(bar, plot, "", false);
+  page.Text(meaning, {strip.x - gap, strip.Center().y()}, theme.small, theme.ink, TextAlign::kRight);
+  if (figure.threshold > axis.low && figure.threshold < axis.high) {
+    const double x = plot.X(figure.threshold);
+    page.Line({x, strip.y - 0.25 * theme.small}, {x, strip.Bottom()}, {theme.ink, 1.0, {}});
+    page.Text(limit, {strip.Right() + gap, strip.Center().y()}, theme.small, theme.ink);
+  }
+  std::ranges::move(page.elements, std::back_inserter(sheet.page.elements));
+}
+
+void DrawBelowOutliers(PanelSheet& sheet, const OutliersFigure& figure, const ChartAxis& axis) {
+  const double small = sheet.theme.small;
+  const FigureRect below = sheet.Below();
+  double y = below.y + 0.5 * kLegendHeight * small;
+  DrawMarkLegend(sheet, figure, axis, y);
+  y += 0.5 * (kLegendHeight - kNoteHeight) * small;
+  for (const std::string& line : NoteLines(figure, sheet.theme, below.width)) {
+    y += kNoteHeight * small;
+    sheet.page.Text(line, {below.Center().x(), y}, small, sheet.theme.muted, TextAlign::kCenter);
+  }
+  DrawScoreBar(sheet, figure, axis, below.Bottom() - 3.0 * small);
 }
 
 }  // namespace
 
-FigurePage DrawOutliers(const OutliersFigure& figure, const FigureOptions& options,
-                        const FigureProgress& progress) {
-  CheckOutliers(figure);
-  FigureSheet sheet = MakeSheet(
+FigurePage DrawOutliers(const OutliersFigure& figure, const FigureOptions& options) {
+  ThrowIf<UsageError>(figure.objects.empty(), "no objects, expected at least one");
+  std::map<std::string, Eigen::Vector3d> colors;
+  for (const OutliersFigure::Object& object : figure.objects) {
+    ThrowIf<UsageError>(object.map.objects.size() != 1, "{}: {} solids, expected one", object.name,
+                        object.map.objects.size());
+    colors[object.map.objects.front().label] = {0.62, 0.66, 0.72};  // grey, as colours encode the scores
+  }
+  PanelSheet sheet = MakePanelSheet(
       options, figure.objects.size() == 1 ? kColumnWidth : kTextWidth, "Outlier removal",
-      [&](double width, const FigureTheme& theme) { return LayOutOutliers(figure, theme, width).Height(); });
-  PanelGrid grid = LayOutOutliers(figure, sheet.theme, sheet.area.width);
-  const double spare = grid.Spare(sheet.area);  // if the height was given
-  const double share = grid.image / (grid.image + grid.height);
-  grid.image += share * spare;
-  grid.height += (1.0 - share) * spare;
-  ThrowIf<UsageError>(grid.height < 10.0, "the figure is too low for its objects, expected a larger height");
-  PictureRenderer renderer(
-      PanelOptions(options, sheet.page.dpi, grid.width, grid.height, SolidColors(figure)));
+      [&](double width, const FigureTheme& theme) { return LayOutOutliers(figure, theme, width); });
+  const PanelGrid& grid = sheet.grid;
+  PictureRenderer renderer(PanelOptions(options, sheet.page.dpi, grid.width, grid.height, colors));
   const ChartAxis axis = ScoreAxis(figure);
-  const PointMarks marks(sheet.theme, axis);
   for (int i = 0; i < grid.columns; ++i) {
-    Tell(progress, i, grid.columns);
+    options.Tell(i, grid.columns);
     const OutliersFigure::Object& object = figure.objects[static_cast<std::size_t>(i)];
     if (grid.image > 0.0) {
-      DrawImagePanel(sheet.page, object, grid.ImageAt(sheet.area, 0, i), marks, sheet.theme);
+      DrawImagePanel(sheet, object, sheet.ImageAt(0, i), axis);
     }
-    const FigureRect panel = grid.PanelAt(sheet.area, 0, i);
+    constexpr double kPointReach = 2.2;  // half diagonals of the object; farther points are not framed
+    const FigureRect panel = sheet.PanelAt(0, i);
     renderer.SetMap(object.map);
-    const ViewCamera eye = options.camera.ApplyTo(EyeOnOutliers(object, panel.width / panel.height));
+    const ViewCamera eye = options.camera.ApplyTo(EyeOn(object.map, {object.map.objects.front().superquadric},
+                                                        ToVector(object.points, &FatedPoint::p_map),
+                                                        kPointReach, panel.width / panel.height));
     const cv::Mat picture = renderer.Render(eye);
     PlacePanel(sheet.page, picture, panel);
-    const int beyond = DrawPointsAround(sheet.page, object, eye, picture.size(), panel, marks);
-    DrawOutlierTexts(sheet.page, object, beyond, panel, sheet.theme);
+    DrawOutlierTexts(sheet, object, DrawPointsAround(sheet, object, eye, picture.size(), panel, axis), panel);
   }
-  Tell(progress, grid.columns, grid.columns);
-  const double ramp = RampHeight(sheet.theme);
-  const double small = sheet.theme.small;
-  double y = sheet.area.Bottom() - grid.below + 0.5 * kLegendHeight * small;
-  DrawMarkLegend(sheet.page, figure, marks, axis, y, sheet.area, sheet.theme);
-  y += 0.5 * (kLegendHeight - kNoteHeight) * small;
-  for (const std::string& line : NoteLines(figure, sheet.theme, sheet.area.width)) {
-    y += kNoteHeight * small;
-    sheet.page.Text(line, {sheet.area.Center().x(), y}, small, sheet.theme.muted, TextAlign::kCenter);
-  }
-  DrawColorBar(sheet.page,
-               {axis, "anomaly score", figure.threshold, fmt::format("removed above {:g}", figure.threshold)},
-               {sheet.area.x, sheet.area.Bottom() - ramp, sheet.area.width, ramp}, sheet.theme);
+  options.Tell(grid.columns, grid.columns);
+  DrawBelowOutliers(sheet, figure, axis);
   return std::move(sheet.page);
 }
 

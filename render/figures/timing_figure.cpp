@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <set>
+#include <tuple>
 
 #include "render/figures/figure_input.h"
 #include "render/page/chart.h"
@@ -15,14 +16,11 @@
 namespace sqslam {
 namespace {
 
-constexpr double kTimingGap = 6.0;
+constexpr double kTimingGap = 6.0;      // points
+constexpr double kMedianRadius = 2.79;  // of the diamond, points
 
-struct StageGroup {
-  std::string name;
-  std::vector<std::string> stages;
-};
-
-std::string GroupOfStage(const std::string& stage) { return stage.substr(0, stage.find('.')); }
+// A group ("tracking") and its stages ("tracking.features"), which share an axis.
+using StageGroups = std::vector<std::pair<std::string, std::vector<std::string>>>;
 
 // Returns "bundle adjustment" for "mapping.bundle_adjustment", and "mapping, all" for the group "mapping".
 std::string RowName(const std::string& stage) {
@@ -30,41 +28,44 @@ std::string RowName(const std::string& stage) {
   return dot == std::string::npos ? stage + ", all" : ReadableLabel(stage.substr(dot + 1));
 }
 
-std::vector<StageGroup> StageGroups(const TimingFigure& figure) {
-  std::vector<StageGroup> groups;
-  for (const std::string& stage : figure.stages) {
-    const std::string name = GroupOfStage(stage);
-    const auto found =
-        std::ranges::find_if(groups, [&](const StageGroup& group) { return group.name == name; });
-    StageGroup& group = found == groups.end() ? groups.emplace_back() : *found;
-    group.name = name;
-    group.stages.push_back(stage);
+StageGroups GroupStages(const std::vector<std::string>& stages) {
+  StageGroups groups;
+  for (const std::string& stage : stages) {
+    const std::string name = stage.substr(0, stage.find('.'));
+    const auto found = std::ranges::find(groups, name, &StageGroups::value_type::first);
+    (found == groups.end() ? groups.emplace_back(name, StageGroups::value_type::second_type()) : *found)
+        .second.push_back(stage);
   }
   return groups;
 }
 
-std::vector<LegendEntry> TimingLegend(const TimingFigure& figure, const FigureTheme& theme) {
+std::vector<LegendEntry> TimingLegend(const TimingFigure& figure) {
   std::vector<LegendEntry> entries;
   for (std::size_t i = 0; i < figure.series.size(); ++i) {
     entries.push_back(
         LegendEntry::Bar(figure.series.size() == 1 ? "mean" : figure.series[i].name, LookOfSeries(i)));
   }
-  entries.push_back(LegendEntry::OfMark("median", {Mark::Shape::kDiamond, 4.5, theme.ink}));
-  entries.push_back(LegendEntry::Tick("95th percentile", {theme.ink, 0.8, {}}));
+  entries.push_back(LegendEntry::Mark("median", [](FigureSheet& sheet, const Eigen::Vector2d& center) {
+    sheet.page.Polygon(center, 4, kMedianRadius, sheet.theme.ink);
+  }));
+  entries.push_back({"95th percentile", [](FigureSheet& sheet, const FigureRect& box) {
+                       const double x = box.Right() - 0.4 * box.width;
+                       sheet.page.Line({x, box.y}, {x, box.Bottom()}, {sheet.theme.ink, 0.8, {}});
+                     }});
   return entries;
 }
 
-double LargestTime(const TimingFigure& figure, const StageGroup& group) {
-  double largest = 0.0;
+double LargestTime(const TimingFigure& figure, const std::vector<std::string>& stages) {
+  double largest = 1e-3;
   for (const TimingFigure::Series& series : figure.series) {
-    for (const std::string& stage : group.stages) {
+    for (const std::string& stage : stages) {
       const auto found = series.stages.find(stage);
       if (found != series.stages.end()) {
         largest = std::max({largest, found->second.mean, found->second.p95, found->second.median});
       }
     }
   }
-  return std::max(largest, 1e-3);
+  return largest;
 }
 
 std::string MeanText(double milliseconds) {
@@ -74,16 +75,17 @@ std::string MeanText(double milliseconds) {
 }
 
 // Draws a bar of the mean with its value, a diamond at the median and a line to the 95th percentile.
-void DrawTimes(FigurePage& page, const PlotArea& plot, double top, double height,
-               const StageTimes::Summary& times, const SeriesLook& look, const FigureTheme& theme) {
+void DrawTimes(FigureSheet& sheet, const PlotArea& plot, double top, double height,
+               const StageTimes::Summary& times, const SeriesLook& look) {
+  auto& [page, area, theme] = sheet;
   const double middle = top + 0.5 * height;
-  DrawBar(page, {plot.X(0.0), top, plot.X(times.mean) - plot.X(0.0), height}, look, theme.background);
+  DrawBar(sheet, {plot.X(0.0), top, plot.X(times.mean) - plot.X(0.0), height}, look);
   const FigureStroke thin{theme.ink, 0.8, {}};
   const double p95 = plot.X(times.p95);
   page.Line({std::min(plot.X(times.mean), p95), middle}, {std::max(plot.X(times.mean), p95), middle}, thin);
   page.Line({p95, middle - 0.3 * height}, {p95, middle + 0.3 * height}, thin);
-  DrawMark(page, {plot.X(times.median), middle}, {Mark::Shape::kDiamond, 5.6, theme.background});
-  DrawMark(page, {plot.X(times.median), middle}, {Mark::Shape::kDiamond, 4.5, theme.ink});
+  page.Polygon({plot.X(times.median), middle}, 4, kMedianRadius + 0.682, theme.background);  // a rim
+  page.Polygon({plot.X(times.median), middle}, 4, kMedianRadius, theme.ink);
   const double size = std::min(theme.small, 1.15 * height);
   if (size >= 3.5) {
     const double right = std::max({p95, plot.X(times.mean), plot.X(times.median) + 3.0});  // of all marks
@@ -93,74 +95,61 @@ void DrawTimes(FigurePage& page, const PlotArea& plot, double top, double height
   }
 }
 
-struct TimingRows {
-  double bar = 0.0;  // thickness of one bar
-  double row = 0.0;  // a stage's bars and the gap to the next stage
-};
-
-void DrawStageGroup(FigurePage& page, const TimingFigure& figure, const StageGroup& group,
-                    const FigureRect& area, const TimingRows& rows, const FigureTheme& theme) {
-  PlotArea plot;
-  plot.area = area;
-  const double largest = LargestTime(figure, group);
+// `row`: height of a stage's bars and the gap to the next stage.
+void DrawStageGroup(FigureSheet& sheet, const TimingFigure& figure, const std::vector<std::string>& stages,
+                    const FigureRect& area, double row) {
+  const FigureTheme& theme = sheet.theme;
+  PlotArea plot{area, {}, {}};
   const double numbers = TextWidth("888.8", theme.small) + 6.0;  // right of the longest bar
-  plot.x = RoundAxis(0.0, largest * area.width / std::max(area.width - numbers, 0.2 * area.width),
-                     std::clamp(static_cast<int>(area.width / 26.0), 2, 10), false);
-  DrawXAxis(page, plot, "time per call [ms]", theme);
-  page.Line({area.x, area.y}, {area.x, area.Bottom()}, theme.Axis());
+  plot.x = RoundAxis(
+      0.0, LargestTime(figure, stages) * area.width / std::max(area.width - numbers, 0.2 * area.width),
+      std::clamp(static_cast<int>(area.width / 26.0), 2, 10), false);
+  DrawXAxis(sheet, plot, "time per call [ms]");
+  sheet.page.Line({area.x, area.y}, {area.x, area.Bottom()}, theme.Axis());
   const auto series = static_cast<double>(figure.series.size());
-  for (std::size_t i = 0; i < group.stages.size(); ++i) {
-    const double middle = area.y + (static_cast<double>(i) + 0.5) * rows.row;
-    page.Text(RowName(group.stages[i]), {area.x - 4.0, middle}, theme.small, theme.ink, TextAlign::kRight);
+  const double bar = row / (series + 0.6);
+  for (std::size_t i = 0; i < stages.size(); ++i) {
+    const double middle = area.y + (static_cast<double>(i) + 0.5) * row;
+    sheet.page.Text(RowName(stages[i]), {area.x - 4.0, middle}, theme.small, theme.ink, TextAlign::kRight);
     for (std::size_t k = 0; k < figure.series.size(); ++k) {
-      const auto found = figure.series[k].stages.find(group.stages[i]);
-      const double top = middle + (static_cast<double>(k) - 0.5 * series) * rows.bar;
+      const auto found = figure.series[k].stages.find(stages[i]);
+      const double top = middle + (static_cast<double>(k) - 0.5 * series) * bar;
       if (found != figure.series[k].stages.end()) {
-        DrawTimes(page, plot, top + 0.04 * rows.bar, 0.92 * rows.bar, found->second, LookOfSeries(k), theme);
+        DrawTimes(sheet, plot, top + 0.04 * bar, 0.92 * bar, found->second, LookOfSeries(k));
       }
     }
   }
 }
 
-// Returns the height of everything but the bars, in points.
-double AroundBars(const TimingFigure& figure, const std::vector<StageGroup>& groups, const FigureTheme& theme,
-                  double width) {
-  return LegendHeight(TimingLegend(figure, theme), width, theme) +
-         static_cast<double>(groups.size()) * (kTimingGap + XAxisHeight(theme));
-}
-
 }  // namespace
 
 FigurePage DrawTiming(const TimingFigure& figure, const FigureOptions& options) {
-  const std::vector<StageGroup> groups = StageGroups(figure);
+  const StageGroups groups = GroupStages(figure.stages);
   ThrowIf<UsageError>(groups.empty() || figure.series.empty(),
                       "no times to draw, expected at least one stage");
-  const auto row_count = static_cast<double>(figure.stages.size());
+  const auto rows = static_cast<double>(figure.stages.size());
   const auto series = static_cast<double>(figure.series.size());
-  FigureSheet sheet =
-      MakeSheet(options, kColumnWidth, "Time of each stage", [&](double width, const FigureTheme& theme) {
-        const double row =
-            figure.series.size() == 1 ? 1.7 * theme.small : (series + 0.6) * 0.95 * theme.small;
-        return AroundBars(figure, groups, theme, width) + row_count * row;
+  const auto axes = [&](const FigureTheme& theme) {  // height below the bars of all groups
+    return static_cast<double>(groups.size()) * XAxisHeight(theme) +
+           static_cast<double>(groups.size() - 1) * kTimingGap;
+  };
+  FigureSheet sheet = MakeChartSheet(
+      options, kColumnWidth, "Time of each stage", TimingLegend(figure), kTimingGap,
+      [&](double, const FigureTheme& theme) {
+        return axes(theme) + rows * (series == 1.0 ? 1.7 : (series + 0.6) * 0.95) * theme.small;
       });
-  const FigureTheme& theme = sheet.theme;
   const FigureRect& area = sheet.area;
-  const double legend = LegendHeight(TimingLegend(figure, theme), area.width, theme);
-  TimingRows rows;
-  rows.row = (area.height - AroundBars(figure, groups, theme, area.width)) / row_count;
-  rows.bar = rows.row / (series + 0.6);
+  const double row = (area.height - axes(sheet.theme)) / rows;
   const double names = Largest(figure.stages, 0.0, [&](const std::string& stage) {
-    return TextWidth(RowName(stage), theme.small) + 6.0;
+    return TextWidth(RowName(stage), sheet.theme.small) + 6.0;
   });
-  ThrowIf<UsageError>(rows.bar < 1.5 || names > 0.7 * area.width,
+  ThrowIf<UsageError>(row / (series + 0.6) < 1.5 || names > 0.7 * area.width,
                       "the figure is too small for its bars, expected a larger size or fewer stages");
-  DrawLegend(sheet.page, TimingLegend(figure, theme), {area.x, area.y, area.width, legend}, theme);
-  double y = area.y + legend + kTimingGap;
-  for (const StageGroup& group : groups) {
-    const double height = static_cast<double>(group.stages.size()) * rows.row;
-    DrawStageGroup(sheet.page, figure, group, {area.x + names, y, area.width - names - 4.0, height}, rows,
-                   theme);
-    y += height + XAxisHeight(theme) + kTimingGap;
+  double y = area.y;
+  for (const auto& [name, stages] : groups) {
+    const double height = static_cast<double>(stages.size()) * row;
+    DrawStageGroup(sheet, figure, stages, {area.x + names, y, area.width - names - 4.0, height}, row);
+    y += height + XAxisHeight(sheet.theme) + kTimingGap;
   }
   return std::move(sheet.page);
 }
@@ -172,7 +161,8 @@ struct TimingOptions {
   void VisitFields(auto&& visit) { visit("--stage NAME", "Only this stage; may be repeated", stages); }
 };
 
-// Sorts groups ("tracking") before their stages, and each by decreasing time.
+// Returns the stages that ran more than once: first "tracking" and its stages, as they come first for a
+// frame; groups before their stages; the longest first.
 std::vector<std::string> SlowestStages(const TimingFigure& figure) {
   std::map<std::string, double> slowest;
   for (const TimingFigure::Series& run : figure.series) {
@@ -183,15 +173,10 @@ std::vector<std::string> SlowestStages(const TimingFigure& figure) {
     }
   }
   std::vector<std::string> stages = ToVector(slowest, [](const auto& stage) { return stage.first; });
-  const auto rank = [&slowest](const std::string& stage) {
-    const bool whole = stage.find('.') == std::string::npos;
-    return std::make_pair(whole ? 0 : 1, -slowest.at(stage));
-  };
-  std::ranges::stable_sort(stages,
-                           [&rank](const std::string& a, const std::string& b) { return rank(a) < rank(b); });
-  // Tracking comes first, as it does for a frame.
-  std::stable_partition(stages.begin(), stages.end(),
-                        [](const std::string& stage) { return stage.starts_with("tracking"); });
+  std::ranges::stable_sort(stages, std::less(), [&slowest](const std::string& stage) {
+    const bool is_part = stage.find('.') != std::string::npos;
+    return std::tuple(!stage.starts_with("tracking"), is_part, -slowest.at(stage));
+  });
   return stages;
 }
 
@@ -224,22 +209,21 @@ FigurePage DrawTimingOf(const FigureRequest& request, const TimingOptions& optio
 }  // namespace
 
 FigureEntry TimingEntry() {
-  return {.name = "timing",
-          .help = "How long each stage takes: mean, median, 95th percentile",
-          .details = R"(
+  return FigureEntry{.name = "timing",
+                     .help = "How long each stage takes: mean, median, 95th percentile",
+                     .details = R"(
 Times of one call of each stage, from stats.json: a bar to the mean (its number beside it), a diamond at the
 median, a line to the 95th percentile. A stage is called once a frame (tracking) or once a keyframe (mapping).
-Stages that ran only once in every result are left out unless --stage names them; the longest come first.
+Stages that ran only once in every result are left out unless --stage names them. The longest come first.
 
 Examples:
   sqslam figure timing out/kitchen -o timing.pdf
   sqslam figure timing out/full out/iou --name "full" --name "IoU only" -o timing.png --width-mm 120
   sqslam figure timing out/kitchen --stage tracking --stage tracking.objects -o tracking.svg
 )",
-          .results_help = "Result folders of sqslam run, or their stats.json",
-          .several = true,
-          .names_help = kNameInLegend,
-          .make = FigureEntry::Maker(DrawTimingOf)};
+                     .results_help = "Result folders of sqslam run, or their stats.json",
+                     .several = true}
+      .DrawnBy(DrawTimingOf);
 }
 
 }  // namespace sqslam

@@ -3,8 +3,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
-#include <map>
 #include <vector>
 
 #include "render/figures/figure_input.h"
@@ -67,28 +67,36 @@ FigureStroke TruthStroke(const FigureTheme& theme) {
   return {0.5 * theme.muted + 0.5 * theme.faint, kTruthWidth, {}};
 }
 
+void DrawStart(FigureSheet& sheet, const Eigen::Vector2d& center) {
+  sheet.page.Polygon(center, 32, 2.5, sheet.theme.ink);
+}
+
+FigureStroke PathStroke(std::size_t index) {
+  const SeriesLook look = LookOfSeries(index);
+  return {look.color, kPathWidth, look.dash};
+}
+
 std::vector<LegendEntry> PathLegend(const TrajectoryFigure& figure, const FigureTheme& theme) {
   std::vector<LegendEntry> entries;
   if (figure.truth) {
     entries.push_back(LegendEntry::Line(figure.truth->name, TruthStroke(theme)));
   }
   for (std::size_t i = 0; i < figure.paths.size(); ++i) {
-    const SeriesLook look = LookOfSeries(i);
-    entries.push_back(LegendEntry::Line(figure.paths[i].name, {look.color, kPathWidth, look.dash}));
+    entries.push_back(LegendEntry::Line(figure.paths[i].name, PathStroke(i)));
   }
-  entries.push_back(LegendEntry::OfMark("start", {Mark::Shape::kCircle, 5.0, theme.ink}));
+  entries.push_back(LegendEntry::Mark("start", DrawStart));
   return entries;
 }
 
 // Draws a path; `place` maps a pose to the page.
 void DrawPieces(FigurePage& page, const TrajectoryFigure::Pieces& pieces, const FigureStroke& stroke,
                 const auto& place) {
-  constexpr double kFinest = 0.1;  // points; finer steps are not visible and enlarge the file
+  constexpr double kMinStep = 0.1;  // points; finer steps are not visible and enlarge the file
   for (const auto& piece : pieces) {
     std::vector<Eigen::Vector2d> points;
     for (std::size_t i = 0; i < piece.size(); ++i) {
       const Eigen::Vector2d p = place(piece[i]);
-      if (points.empty() || i + 1 == piece.size() || (p - points.back()).norm() > kFinest) {
+      if (points.empty() || i + 1 == piece.size() || (p - points.back()).norm() > kMinStep) {
         points.push_back(p);
       }
     }
@@ -96,19 +104,16 @@ void DrawPieces(FigurePage& page, const TrajectoryFigure::Pieces& pieces, const 
   }
 }
 
-void DrawPaths(FigurePage& page, const TrajectoryFigure& figure, const FigureTheme& theme,
-               const auto& place) {
+void DrawPaths(FigureSheet& sheet, const TrajectoryFigure& figure, const auto& place) {
   if (figure.truth) {
-    DrawPieces(page, figure.truth->pieces, TruthStroke(theme), place);
+    DrawPieces(sheet.page, figure.truth->pieces, TruthStroke(sheet.theme), place);
   }
   for (std::size_t i = 0; i < figure.paths.size(); ++i) {
-    const SeriesLook look = LookOfSeries(i);
-    DrawPieces(page, figure.paths[i].pieces, {look.color, kPathWidth, look.dash}, place);
+    DrawPieces(sheet.page, figure.paths[i].pieces, PathStroke(i), place);
   }
   for (const TrajectoryFigure::Path& path : figure.paths) {
     if (!path.pieces.empty() && !path.pieces.front().empty()) {
-      const TrajectoryFigure::Pose& first = path.pieces.front().front();
-      DrawMark(page, place(first), {Mark::Shape::kCircle, 5.0, theme.ink});
+      DrawStart(sheet, place(path.pieces.front().front()));
     }
   }
 }
@@ -118,34 +123,22 @@ void MoveNamesApart(std::vector<FigureText>& names, double size) {
   const double line = 1.15 * size;
   const std::vector<double> widths =
       ToVector(names, [size](const FigureText& name) { return TextWidth(name.text, size); });
-  std::map<double, std::vector<std::size_t>> rows;  // placed names by row of the page; a row is a line high
-  const auto row_of = [&](std::size_t i) { return std::floor(names[i].anchor.y() / line); };
-  // Returns the first earlier name that it overlaps; `i` if there is none.
-  const auto overlapped = [&](std::size_t i) {
-    std::size_t first = i;
-    const double row = row_of(i);
-    for (auto near = rows.lower_bound(row - 1.0); near != rows.end() && near->first <= row + 1.0; ++near) {
-      for (const std::size_t j : near->second) {
-        const Eigen::Vector2d apart = (names[i].anchor - names[j].anchor).cwiseAbs();
-        if (apart.x() < 0.5 * (widths[i] + widths[j]) && apart.y() < 0.99 * line) {
-          first = std::min(first, j);
-          break;
-        }
+  for (std::size_t i = 1; i < names.size(); ++i) {
+    for (std::size_t j = 0; j < i;) {
+      const Eigen::Vector2d apart = (names[i].anchor - names[j].anchor).cwiseAbs();
+      if (apart.x() < 0.5 * (widths[i] + widths[j]) && apart.y() < 0.99 * line) {
+        names[i].anchor.y() = names[j].anchor.y() + line;
+        j = 0;
+      } else {
+        ++j;
       }
     }
-    return first;
-  };
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    for (std::size_t j = overlapped(i); j != i; j = overlapped(i)) {
-      names[i].anchor.y() = names[j].anchor.y() + line;
-    }
-    rows[row_of(i)].push_back(i);
   }
 }
 
 // Draws objects from above, and over all of them their names.
-void DrawFootprints(FigurePage& page, const PlotArea& plot, const TrajectoryFigure& figure,
-                    const FigureTheme& theme) {
+void DrawFootprints(FigureSheet& sheet, const PlotArea& plot, const TrajectoryFigure& figure) {
+  auto& [page, area, theme] = sheet;
   std::vector<FigureText> names;
   for (const TrajectoryFigure::Footprint& object : figure.objects) {
     FigurePath path{{}, true, object.color, 0.22, FigureStroke{object.color, 0.8, {}}};
@@ -162,8 +155,7 @@ void DrawFootprints(FigurePage& page, const PlotArea& plot, const TrajectoryFigu
     names.push_back({object.name, middle, theme.small, object.uncertain ? theme.muted : theme.ink,
                      TextAlign::kCenter, false, 0.0, theme.background});
   }
-  std::ranges::stable_sort(
-      names, [](const FigureText& a, const FigureText& b) { return a.anchor.y() < b.anchor.y(); });
+  std::ranges::stable_sort(names, std::less(), [](const FigureText& name) { return name.anchor.y(); });
   MoveNamesApart(names, theme.small);
   for (const FigureText& name : names) {
     page.Text(name);
@@ -172,10 +164,9 @@ void DrawFootprints(FigurePage& page, const PlotArea& plot, const TrajectoryFigu
 
 double HeightsBlock(const FigureTheme& theme) { return 60.0 + XAxisHeight(theme) + kTrajectoryGap; }
 
-// Returns the height of everything above and below the x-y plot, points.
-double AroundPlot(const TrajectoryFigure& figure, const FigureTheme& theme, double width) {
-  return LegendHeight(PathLegend(figure, theme), width, theme) + kTrajectoryGap + XAxisHeight(theme) +
-         (figure.heights ? HeightsBlock(theme) : 0.0);
+// Returns the height of everything below the x-y plot, points.
+double BelowPlot(const TrajectoryFigure& figure, const FigureTheme& theme) {
+  return XAxisHeight(theme) + (figure.heights ? HeightsBlock(theme) : 0.0);
 }
 
 // Gives both axes the same scale; the shorter range is widened to fill the area.
@@ -184,25 +175,22 @@ PlotArea EqualAxes(const FigureRect& area, const PathBounds& bounds) {
   const double scale = std::min(area.width / size.x(), area.height / size.y());
   const Eigen::Vector2d middle = 0.5 * (bounds.box.max() + bounds.box.min()).head<2>();
   const Eigen::Vector2d half = 0.5 * Eigen::Vector2d(area.width, area.height) / scale;
-  PlotArea plot;
-  plot.area = area;
   constexpr double kTickSpacing = 28.0;  // points, roughly; the same for both axes
   const double step = RoundAxis(0.0, kTickSpacing / scale, 1, false).step;
-  plot.x = {middle.x() - half.x(), middle.x() + half.x(), step};
-  plot.y = {middle.y() - half.y(), middle.y() + half.y(), step};
-  return plot;
+  return {area,
+          {middle.x() - half.x(), middle.x() + half.x(), step},
+          {middle.y() - half.y(), middle.y() + half.y(), step}};
 }
 
-void DrawPathHeights(FigurePage& page, const FigureRect& area, const TrajectoryFigure& figure,
-                     const PathBounds& bounds, const FigureTheme& theme) {
-  PlotArea plot;
-  plot.area = area;
+void DrawPathHeights(FigureSheet& sheet, const FigureRect& area, const TrajectoryFigure& figure,
+                     const PathBounds& bounds) {
   const double duration = bounds.last_time - bounds.first_time;
-  plot.x = RoundAxis(-0.02 * duration, 1.02 * duration, std::max(2, int(area.width / 35.0)), false);
-  plot.y = RoundAxis(bounds.box.min().z(), bounds.box.max().z(), std::max(2, int(area.height / 14.0)), false);
-  DrawXAxis(page, plot, "time [s]", theme);
-  DrawYAxis(page, plot, "z [" + figure.unit + "]", theme);
-  DrawPaths(page, figure, theme, [&](const TrajectoryFigure::Pose& pose) {
+  const PlotArea plot{
+      area, RoundAxis(-0.02 * duration, 1.02 * duration, std::max(2, int(area.width / 35.0)), false),
+      RoundAxis(bounds.box.min().z(), bounds.box.max().z(), std::max(2, int(area.height / 14.0)), false)};
+  DrawXAxis(sheet, plot, "time [s]");
+  DrawYAxis(sheet, plot, "z [" + figure.unit + "]");
+  DrawPaths(sheet, figure, [&](const TrajectoryFigure::Pose& pose) {
     return plot.At(pose.time - bounds.first_time, pose.position.z());
   });
 }
@@ -211,38 +199,31 @@ void DrawPathHeights(FigurePage& page, const FigureRect& area, const TrajectoryF
 
 FigurePage DrawTrajectories(const TrajectoryFigure& figure, const FigureOptions& options) {
   const PathBounds bounds = BoundsOf(figure);
-  FigureSheet sheet =
-      MakeSheet(options, kColumnWidth, "Camera path", [&](double width, const FigureTheme& theme) {
+  FigureSheet sheet = MakeChartSheet(
+      options, kColumnWidth, "Camera path", PathLegend(figure, FigureTheme(options)), kTrajectoryGap,
+      [&](double width, const FigureTheme& theme) {
         const Eigen::Vector2d size = bounds.box.sizes().head<2>();
         const double plot_width = width - 3.5 * theme.font;
-        return AroundPlot(figure, theme, width) + plot_width * std::clamp(size.y() / size.x(), 0.35, 1.1);
+        return BelowPlot(figure, theme) + plot_width * std::clamp(size.y() / size.x(), 0.35, 1.1);
       });
-  const FigureTheme& theme = sheet.theme;
-  const FigureRect& area = sheet.area;
-  const double around = AroundPlot(figure, theme, area.width);
-  const double plot_height = area.height - around;
-  if (plot_height < 20.0) {
-    throw UsageError("the figure is too low for its plot, expected a larger height");
-  }
-  const std::vector<LegendEntry> entries = PathLegend(figure, theme);
-  const double legend = LegendHeight(entries, area.width, theme);
-  DrawLegend(sheet.page, entries, {area.x, area.y, area.width, legend}, theme);
   // The axis and the width of its tick labels depend on each other: the width of a first axis is used.
-  FigureRect above{area.x, area.y + legend + kTrajectoryGap, area.width - 6.0, plot_height};
-  const double left = YAxisWidth(EqualAxes(above, bounds).y, theme) + 2.0;
-  above.x += left;
-  above.width -= left;
-  const PlotArea plot = EqualAxes(above, bounds);
-  DrawXAxis(sheet.page, plot, "x [" + figure.unit + "]", theme);
-  DrawYAxis(sheet.page, plot, "y [" + figure.unit + "]", theme);
-  DrawPaths(sheet.page, figure, theme, [&plot](const TrajectoryFigure::Pose& pose) {
+  FigureRect area{sheet.area.x, sheet.area.y, sheet.area.width - 6.0,
+                  sheet.area.height - BelowPlot(figure, sheet.theme)};
+  ThrowIf<UsageError>(area.height < 20.0, "the figure is too low for its plot, expected a larger height");
+  const double left = YAxisWidth(EqualAxes(area, bounds).y, sheet.theme) + 2.0;
+  area.x += left;
+  area.width -= left;
+  const PlotArea plot = EqualAxes(area, bounds);
+  DrawXAxis(sheet, plot, "x [" + figure.unit + "]");
+  DrawYAxis(sheet, plot, "y [" + figure.unit + "]");
+  DrawPaths(sheet, figure, [&plot](const TrajectoryFigure::Pose& pose) {
     return plot.At(pose.position.x(), pose.position.y());
   });
-  DrawFootprints(sheet.page, plot, figure, theme);
+  DrawFootprints(sheet, plot, figure);
   if (figure.heights) {
-    const double top = above.Bottom() + XAxisHeight(theme) + 1.6 * kTrajectoryGap;
-    DrawPathHeights(sheet.page, {above.x, top, above.width, area.Bottom() - XAxisHeight(theme) - top}, figure,
-                    bounds, theme);
+    const double axis = XAxisHeight(sheet.theme);
+    const double top = area.Bottom() + axis + 1.6 * kTrajectoryGap;
+    DrawPathHeights(sheet, {area.x, top, area.width, sheet.area.Bottom() - axis - top}, figure, bounds);
   }
   return std::move(sheet.page);
 }
@@ -296,6 +277,7 @@ TrajectoryError AlignPath(const std::string& name, const Trajectory& path, const
   return *error;
 }
 
+// Returns the paths on the true one, aligned to the first map, as only its z axis is known to point up.
 TrajectoryFigure AgainstTruth(const FigureRequest& request, const PathOptions& options,
                               const std::vector<std::string>& names) {
   const Trajectory truth = ReadTruePoses(options.ground_truth);
@@ -304,7 +286,7 @@ TrajectoryFigure AgainstTruth(const FigureRequest& request, const PathOptions& o
   for (std::size_t i = 0; i < request.results.size(); ++i) {
     const Trajectory path = ReadPath(request.results[i]);
     const TrajectoryError error = AlignPath(request.results[i], path, truth, options.max_time_difference);
-    if (i == 0) {  // aligned to the map, as only its z axis is known to point up
+    if (i == 0) {
       S_figure_world.rotation = error.S_world_map.rotation.conjugate();
       S_figure_world.translation = -(S_figure_world.rotation * truth.front().T_map_camera.translation);
       figure.truth = {"ground truth", PiecesOf(truth, S_figure_world)};
@@ -315,18 +297,22 @@ TrajectoryFigure AgainstTruth(const FigureRequest& request, const PathOptions& o
   return figure;
 }
 
+// Returns the paths on the first one.
 TrajectoryFigure WithoutTruth(const FigureRequest& request, const PathOptions& options,
                               const std::vector<std::string>& names) {
   TrajectoryFigure figure;
   const fs::path recording =
       ResultFile(request.results.front(), "trajectory.txt").parent_path() / "map.sqmap";
   figure.unit = fs::exists(recording) && ReadMapScale(recording) ? "m" : "map units";
-  const Trajectory first = ReadPath(request.results.front());
+  Trajectory first;
   for (std::size_t i = 0; i < request.results.size(); ++i) {
     const Trajectory path = ReadPath(request.results[i]);
-    const Sim3d S_first_map =
-        i == 0 ? Sim3d()
-               : AlignPath(request.results[i], path, first, options.max_time_difference).S_world_map;
+    Sim3d S_first_map;
+    if (i == 0) {
+      first = path;
+    } else {
+      S_first_map = AlignPath(request.results[i], path, first, options.max_time_difference).S_world_map;
+    }
     figure.paths.push_back({names[i], PiecesOf(path, S_first_map)});
   }
   return figure;
@@ -343,23 +329,23 @@ FigurePage DrawTrajectoriesOf(const FigureRequest& request, const PathOptions& o
 }  // namespace
 
 FigureEntry TrajectoryEntry() {
-  return {.name = "trajectory",
-          .help = "Camera paths from above, against the true one",
-          .details = R"(
-Camera paths (trajectory.txt) seen from above, both axes at one scale. With --ground-truth each path is laid over
-the true one by the best similarity (scale, rotation, translation); the legend says what error is left (ATE,
-RMSE over all tracked frames), and lengths are metres. Up is up in the first result's map. Without it the first
-path is drawn in its map's units (metres after sqslam scale) and further ones are laid over it. Paths break where tracking was lost.
+  return FigureEntry{.name = "trajectory",
+                     .help = "Camera paths from above, against the true one",
+                     .details = R"(
+Camera paths (trajectory.txt) seen from above, both axes at one scale. With --ground-truth each path is aligned to
+the true one by the best similarity (scale, rotation, translation). The legend gives the remaining error (ATE,
+RMSE over all tracked frames); lengths are metres. Up is up in the first result's map. Without --ground-truth the
+first path is drawn in its map's units (metres after sqslam scale), and the others are aligned to it. Paths break
+where tracking was lost.
 
 Examples:
   sqslam figure trajectory out/desk --ground-truth data/desk -o path.pdf
   sqslam figure trajectory out/a out/b --name "full" --name "no loops" --ground-truth data/desk -o path.svg
   sqslam figure trajectory out/desk --ground-truth data/desk --heights -o path.png --width-mm 120
 )",
-          .results_help = "Result folders of sqslam run, or their trajectory.txt",
-          .several = true,
-          .names_help = kNameInLegend,
-          .make = FigureEntry::Maker(DrawTrajectoriesOf)};
+                     .results_help = "Result folders of sqslam run, or their trajectory.txt",
+                     .several = true}
+      .DrawnBy(DrawTrajectoriesOf);
 }
 
 }  // namespace sqslam

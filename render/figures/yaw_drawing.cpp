@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "render/figures/figure_input.h"
-#include "render/figures/figures.h"
 #include "render/page/chart.h"
 #include "render/picture/picture_text.h"
 #include "slam/util/throw_if.h"
@@ -13,22 +12,21 @@
 namespace sqslam {
 namespace {
 
+struct AxisLook {
+  const char* letter;
+  Eigen::Vector3d color;
+};
 // From the palette of Okabe and Ito; the lightness differs, for greyscale prints.
-Eigen::Vector3d YawAxisColor(int axis) {
-  static constexpr std::array<const char*, 3> kColors = {"#d55e00", "#00a878", "#4aa8ff"};
-  return ParseColor(kColors[static_cast<std::size_t>(axis)]);
-}
-constexpr std::array<const char*, 3> kAxisLetters = {"x", "y", "z"};
+const std::array<AxisLook, 3> kYawAxes = {
+    AxisLook{"x", ParseColor("#d55e00")}, {"y", ParseColor("#00a878")}, {"z", ParseColor("#4aa8ff")}};
 const Eigen::Vector3d kAxisHalo = Eigen::Vector3d::Ones();
 const Eigen::Vector3d kLineRim = Eigen::Vector3d::Zero();
 const Eigen::Vector3d kUnmatched = Eigen::Vector3d::Constant(0.72);
 
 std::vector<LegendEntry> YawLegend() {
-  std::vector<LegendEntry> entries;
-  entries.push_back(LegendEntry::Line("unmatched line", {kUnmatched, 0.7, {}}));
-  for (int axis = 0; axis < 3; ++axis) {
-    entries.push_back(LegendEntry::Line(fmt::format("along {}", kAxisLetters[static_cast<std::size_t>(axis)]),
-                                        {YawAxisColor(axis), 1.6, {}}));
+  std::vector<LegendEntry> entries = {LegendEntry::Line("unmatched line", {kUnmatched, 0.7, {}})};
+  for (const auto& [letter, color] : kYawAxes) {
+    entries.push_back(LegendEntry::Line(fmt::format("along {}", letter), {color, 1.6, {}}));
   }
   return entries;
 }
@@ -52,9 +50,10 @@ void DrawMatchedLines(FigurePage& page, const ImageCrop& crop, const YawFigure::
   for (const bool matched : {false, true}) {
     for (const YawFigure::Line& line : view.lines) {
       if ((line.axis >= 0) == matched) {
+        const Eigen::Vector3d color =
+            matched ? kYawAxes[static_cast<std::size_t>(line.axis)].color : kUnmatched;
         crop.DrawLine(page, line.from, line.to, {kLineRim, matched ? 1.5 : 0.9, {}});
-        crop.DrawLine(page, line.from, line.to,
-                      {matched ? YawAxisColor(line.axis) : kUnmatched, matched ? 1.0 : 0.45, {}});
+        crop.DrawLine(page, line.from, line.to, {color, matched ? 1.0 : 0.45, {}});
       }
     }
   }
@@ -62,46 +61,42 @@ void DrawMatchedLines(FigurePage& page, const ImageCrop& crop, const YawFigure::
 
 // Draws the axes as edges that meet in the corner, with letters beyond their ends. Without arrowheads: lines
 // are undirected, and the corner is chosen for its visibility, not by the axes' signs.
-void DrawObjectAxes(FigurePage& page, const ImageCrop& crop, const YawFigure::View& view,
-                    const FigureTheme& theme) {
+void DrawObjectAxes(FigurePage& page, const ImageCrop& crop, const YawFigure::View& view, double font) {
   const Eigen::Vector2d from = crop.ToPage(view.corner);
-  for (int axis = 0; axis < 3; ++axis) {
-    const Eigen::Vector2d& end = view.ends[static_cast<std::size_t>(axis)];
-    const Eigen::Vector2d to = crop.ToPage(end);
-    const Eigen::Vector2d along = (to - from).normalized();
+  const FigureRect& area = crop.Area();
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto& [letter, color] = kYawAxes[i];
+    const Eigen::Vector2d& end = view.ends[i];
+    const Eigen::Vector2d along = crop.ToPage(end) - from;
     crop.DrawLine(page, view.corner, end, {kAxisHalo, 3.4, {}});
-    crop.DrawLine(page, view.corner, end, {YawAxisColor(axis), 2.0, {3.0, 1.4}});
-    if (!crop.Contains(end) || (to - from).norm() < 1.0) {
-      continue;
+    crop.DrawLine(page, view.corner, end, {color, 2.0, {3.0, 1.4}});
+    if (crop.Contains(end) && along.norm() >= 1.0) {
+      const Eigen::Vector2d at = from + along + 0.7 * font * along.normalized();
+      page.Text({letter,
+                 {std::clamp(at.x(), area.x + 0.5 * font, area.Right() - 0.5 * font),
+                  std::clamp(at.y(), area.y + 0.6 * font, area.Bottom() - 0.6 * font)},
+                 font,
+                 color,
+                 TextAlign::kCenter,
+                 true,
+                 0.0,
+                 kAxisHalo});
     }
-    Eigen::Vector2d at = to + 0.7 * theme.font * along;
-    const FigureRect& area = crop.Area();
-    at.x() = std::clamp(at.x(), area.x + 0.5 * theme.font, area.Right() - 0.5 * theme.font);
-    at.y() = std::clamp(at.y(), area.y + 0.6 * theme.font, area.Bottom() - 0.6 * theme.font);
-    page.Text({kAxisLetters[static_cast<std::size_t>(axis)], at, theme.font, YawAxisColor(axis),
-               TextAlign::kCenter, true, 0.0, kAxisHalo});
   }
 }
 
-void DrawYawPanel(FigurePage& page, const YawFigure::Object& object, const YawFigure::View& view,
-                  const std::string& note, const FigureRect& panel, const FigureTheme& theme) {
+// Draws the axes and lines of one view; `note` follows the mean angle.
+void DrawYawPanel(PanelSheet& sheet, int row, int column, const YawFigure::Object& object,
+                  const YawFigure::View& view, const std::string& note) {
+  auto& [page, area, theme] = static_cast<FigureSheet&>(sheet);
+  const FigureRect panel = sheet.PanelAt(row, column);
   const ImageCrop crop(object.image, object.region, object.quarter_turns, panel);
   crop.Draw(page);
   DrawMatchedLines(page, crop, view);
-  DrawObjectAxes(page, crop, view, theme);
-  page.Label(note, {panel.Center().x(), panel.Bottom() + 0.95 * theme.small}, theme.small, theme.ink,
-             panel.width);
-}
-
-std::string AngleNote(const YawFigure::Object& object, const YawFigure::View& view, const std::string& more) {
-  return object.yaw_lines == 0 ? "no line tells the yaw"
-                               : fmt::format("mean angle {:.1f}°, {}", view.mean_angle, more);
-}
-
-std::string LineCount(int lines) { return fmt::format("{} line{}", lines, lines == 1 ? "" : "s"); }
-
-std::string YawText(double degrees) {
-  return fmt::format("yaw {}{:.1f}°", degrees < -0.05 ? "\u2212" : "", std::abs(degrees));
+  DrawObjectAxes(page, crop, view, theme.font);
+  page.Label(object.yaw_lines == 0 ? "no line tells the yaw"
+                                   : fmt::format("mean angle {:.1f}°, {}", view.mean_angle, note),
+             {panel.Center().x(), panel.Bottom() + 0.95 * theme.small}, theme.small, theme.ink, panel.width);
 }
 
 }  // namespace
@@ -111,30 +106,21 @@ FigurePage DrawYaw(const YawFigure& figure, const FigureOptions& options) {
   for (const YawFigure::Object& object : figure.objects) {
     ThrowIf<UsageError>(object.image.empty(), "{}: no image, expected that of a frame", object.name);
   }
-  FigureSheet sheet = MakeSheet(
-      options, kColumnWidth, "Yaw from line segments",
-      [&](double width, const FigureTheme& theme) { return LayOutYaw(figure, theme, width).Height(); });
-  const FigureTheme& theme = sheet.theme;
-  PanelGrid grid = LayOutYaw(figure, theme, sheet.area.width);
-  grid.height += grid.Spare(sheet.area);
-  ThrowIf<UsageError>(grid.height < 8.0, "the figure is too low for its images, expected a larger height");
-  for (int row = 0; row < grid.rows; ++row) {
+  PanelSheet sheet =
+      MakePanelSheet(options, kColumnWidth, "Yaw from line segments",
+                     [&](double width, const FigureTheme& theme) { return LayOutYaw(figure, theme, width); });
+  for (int row = 0; row < sheet.grid.rows; ++row) {
     const YawFigure::Object& object = figure.objects[static_cast<std::size_t>(row)];
-    NameRow(sheet, grid, row, object.name);
-    DrawYawPanel(sheet.page, object, object.before,
-                 AngleNote(object, object.before, LineCount(object.yaw_lines)),
-                 grid.PanelAt(sheet.area, row, 0), theme);
-    DrawYawPanel(sheet.page, object, object.after, AngleNote(object, object.after, YawText(object.yaw)),
-                 grid.PanelAt(sheet.area, row, 1), theme);
+    sheet.NameRow(row, object.name);
+    DrawYawPanel(sheet, row, 0, object, object.before,
+                 fmt::format("{} line{}", object.yaw_lines, object.yaw_lines == 1 ? "" : "s"));
+    DrawYawPanel(sheet, row, 1, object, object.after,
+                 fmt::format("yaw {}{:.1f}°", object.yaw < -0.05 ? "\u2212" : "", std::abs(object.yaw)));
   }
-  for (const int column : {0, 1}) {
-    sheet.page.Text(column == 0 ? "(a) map's axes" : "(b) optimised",
-                    {grid.PanelAt(sheet.area, 0, column).Center().x(), sheet.area.y + 0.6 * theme.font},
-                    theme.font, theme.ink, TextAlign::kCenter);
-  }
-  const double legend = LegendHeight(YawLegend(), sheet.area.width, theme);
-  DrawLegend(sheet.page, YawLegend(), {sheet.area.x, sheet.area.Bottom() - legend, sheet.area.width, legend},
-             theme);
+  sheet.NameColumn(0, "(a) map's axes");
+  sheet.NameColumn(1, "(b) optimised");
+  const double legend = LegendHeight(YawLegend(), sheet.area.width, sheet.theme);
+  DrawLegend(sheet, YawLegend(), {sheet.area.x, sheet.area.Bottom() - legend, sheet.area.width, legend});
   return std::move(sheet.page);
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <opencv2/imgproc.hpp>
 #include <tuple>
 
@@ -23,7 +24,7 @@ struct YawContext {
   YawOptions options;
 };
 
-// Such boxes belong to objects that support others; the yaw estimator ignores their lines.
+// Returns true if the box belongs to an object that supports others; the yaw estimator ignores its lines.
 bool IsTooLarge(const ObjectView& view, const YawContext& context) {
   const Camera& camera = context.map->camera;
   return view.box.Area() > context.options.max_box_share * camera.width * camera.height;
@@ -32,17 +33,14 @@ bool IsTooLarge(const ObjectView& view, const YawContext& context) {
 // Selects the views with the largest boxes, preferring boxes that the yaw estimator uses, then boxes that are
 // not cut off by the image border.
 std::vector<ObjectView> LargestViews(std::vector<ObjectView> views, const YawContext& context) {
-  const Camera& camera = context.map->camera;
   constexpr std::size_t kCount = 6;
-  const auto is_cut = [&](const ObjectView& view) {
-    constexpr double kBorder = 3.0;  // px
-    return view.box.x < kBorder || view.box.y < kBorder ||
-           view.box.x + view.box.width > camera.width - kBorder ||
-           view.box.y + view.box.height > camera.height - kBorder;
-  };
-  std::ranges::stable_sort(views, [&](const ObjectView& a, const ObjectView& b) {
-    return std::tuple(!IsTooLarge(a, context), !is_cut(a), a.box.Area()) >
-           std::tuple(!IsTooLarge(b, context), !is_cut(b), b.box.Area());
+  constexpr double kBorder = 3.0;  // px
+  const Camera& camera = context.map->camera;
+  std::ranges::stable_sort(views, std::greater(), [&](const ObjectView& view) {
+    const Box2d& box = view.box;
+    const bool is_cut = box.x < kBorder || box.y < kBorder || box.x + box.width > camera.width - kBorder ||
+                        box.y + box.height > camera.height - kBorder;
+    return std::tuple(!IsTooLarge(view, context), !is_cut, box.Area());
   });
   views.resize(std::min(views.size(), kCount));
   return views;
@@ -53,19 +51,19 @@ std::optional<YawFigure::View> AxesAt(const PosedSuperquadric& solid, const Eige
                                       const Rigid3d& T_map_camera, const Camera& camera) {
   const Rigid3d T_camera_object = T_map_camera.Inverse() * solid.T_map_object;
   const Eigen::Vector3d corner = corner_signs.cwiseProduct(solid.shape.half_size);
-  YawFigure::View view;
-  for (int i = -1; i < 3; ++i) {
+  std::array<Eigen::Vector2d, 4> pixels;  // of the corner and the ends
+  for (int i = 0; i < 4; ++i) {
     Eigen::Vector3d end = corner;
-    if (i >= 0) {
-      end[i] = -end[i];
+    if (i > 0) {
+      end[i - 1] = -end[i - 1];
     }
     const Eigen::Vector3d p = T_camera_object * end;
     if (p.z() <= 0.0) {
       return std::nullopt;
     }
-    (i < 0 ? view.corner : view.ends[static_cast<std::size_t>(i)]) = camera.Project(p);
+    pixels[static_cast<std::size_t>(i)] = camera.Project(p);
   }
-  return view;
+  return YawFigure::View{pixels[0], {pixels[1], pixels[2], pixels[3]}, {}, 0.0};
 }
 
 // Returns the part of the image that may be shown around an object's box; longer axes are cut off.
@@ -109,17 +107,18 @@ bool PlaceAxes(const PosedSuperquadric& start, const PosedSuperquadric& solid, c
 // Returns the part of the image that the figure shows: box and axes with a margin.
 Box2d RegionOf(const Box2d& box, const Box2d& visible, const YawFigure::Object& object,
                const Camera& camera) {
-  constexpr double kMargin = 0.1;
-  Eigen::AlignedBox2d shown(Eigen::Vector2d(box.x, box.y),
-                            Eigen::Vector2d(box.x + box.width, box.y + box.height));
+  const auto bounds = [](const Box2d& b) {
+    return Eigen::AlignedBox2d(Eigen::Vector2d(b.x, b.y), Eigen::Vector2d(b.x + b.width, b.y + b.height));
+  };
+  Eigen::AlignedBox2d shown = bounds(box);
   for (const YawFigure::View* view : {&object.before, &object.after}) {
-    for (const Eigen::Vector2d& p : {view->corner, view->ends[0], view->ends[1], view->ends[2]}) {
-      shown.extend(p);
+    shown.extend(view->corner);
+    for (const Eigen::Vector2d& end : view->ends) {
+      shown.extend(end);
     }
   }
-  shown.clamp({Eigen::Vector2d(visible.x, visible.y),
-               Eigen::Vector2d(visible.x + visible.width, visible.y + visible.height)});
-  const double margin = kMargin * std::max(box.width, box.height);
+  shown.clamp(bounds(visible));
+  const double margin = 0.1 * std::max(box.width, box.height);
   return ClipToImage({shown.min().x() - margin, shown.min().y() - margin, shown.sizes().x() + 2.0 * margin,
                       shown.sizes().y() + 2.0 * margin},
                      camera);
@@ -188,22 +187,23 @@ std::optional<YawFigure::Object> BestMeasured(const YawContext& context, const S
   return best;
 }
 
+std::vector<ObjectView> ViewsOf(const std::map<int, std::vector<ObjectView>>& views, int id) {
+  const auto found = views.find(id);
+  return found == views.end() ? std::vector<ObjectView>() : found->second;
+}
+
 // Returns the object with the most matched lines, preferring objects turned from the map's axes.
 YawFigure::Object ClearestYaw(const YawContext& context, const std::map<int, std::vector<ObjectView>>& views,
                               const FigureRequest& request) {
-  constexpr double kTurned = 3.0;  // degrees
+  constexpr double kMinTurn = 3.0;  // degrees
   std::optional<YawFigure::Object> best;
   const auto rank = [](const YawFigure::Object& object) {
-    return std::pair(std::abs(object.yaw) >= kTurned && object.yaw_lines > 2, object.yaw_lines);
+    return std::pair(std::abs(object.yaw) >= kMinTurn && object.yaw_lines > 2, object.yaw_lines);
   };
-  int looked_at = 0;
+  int measured_objects = 0;
   for (const SnapshotObject& object : context.map->objects) {
-    Tell(request.progress, looked_at++, static_cast<int>(context.map->objects.size()));
-    const auto it = views.find(object.id);
-    if (it == views.end()) {
-      continue;
-    }
-    std::vector<ObjectView> usable = it->second;
+    request.page.Tell(measured_objects++, static_cast<int>(context.map->objects.size()));
+    std::vector<ObjectView> usable = ViewsOf(views, object.id);
     std::erase_if(usable, [&](const ObjectView& view) { return IsTooLarge(view, context); });
     std::optional<YawFigure::Object> measured = BestMeasured(context, object, usable);
     if (measured && (!best || rank(*measured) > rank(*best))) {
@@ -228,10 +228,8 @@ FigurePage DrawYawOf(const FigureRequest& request) {
   for (const int id : request.objects) {
     const SnapshotObject& object = ObjectById(*context.map, id, result);
     const std::string what = fmt::format("{}: object {} ({})", result, id, object.label);
-    const auto it = views.find(id);
-    const std::vector<ObjectView> chosen =
-        ViewsOfFrame(it == views.end() ? std::vector<ObjectView>() : it->second, request, what);
-    std::optional<YawFigure::Object> measured = BestMeasured(context, object, chosen);
+    std::optional<YawFigure::Object> measured =
+        BestMeasured(context, object, ViewsOfFrame(ViewsOf(views, id), request, what));
     ThrowIf<InputError>(!measured, "{}: reaches behind the camera, expected another frame or object", what);
     figure.objects.push_back(std::move(*measured));
   }
@@ -248,24 +246,25 @@ FigureEntry YawEntry() {
           .help = "Line segments of an object against its axes, before and after",
           .details = R"(
 Line segments that the yaw estimator's detector (EDLines) finds in an object's box, and the axes of the object's
-frame along the edges of the box around its superquadric, from a corner that is near to the camera: (a) along the
-map's axes (the quarter turn nearest to the object's, as yaw counts modulo 90 degrees), (b) as estimated. A line
-is matched to the axis that it is nearest to in (b), below objects.yaw.match_angle_deg. The mean is over the lines
-matched to x or y, the same ones in (a) and (b): each line's angle to the image of its axis at the line's midpoint.
-Lines along z say nothing about yaw. The image is freed from distortion and turned upright by quarter turns.
+frame along the edges of its bounding box, from a corner near the camera: (a) along the map's axes (the quarter
+turn nearest to the object's, as yaw counts modulo 90 degrees), (b) as estimated. A line is matched to its nearest
+axis in (b) if the angle is below objects.yaw.match_angle_deg. The mean is over the lines matched to x or y, the
+same ones in (a) and (b): the angle between a line and the image of its axis at the line's midpoint. Lines along z
+do not constrain yaw. The image is undistorted and turned upright by quarter turns.
 
-Keyframes whose pose the finished map knows serve; by default, of those with the largest boxes, that with the most
-matched lines. Without --object: the object with the most matched lines, if there is one turned from the map's axes.
+Only keyframes of the finished map are used; by default, of those with the largest boxes, the one with the most
+matched lines. Without --object: the object with the most matched lines, preferring objects turned from the map's
+axes.
 
 Examples:
   sqslam figure yaw out/desk -o yaw.pdf
   sqslam figure yaw out/desk --object 2 --object 7 -o yaw.png --dpi 600
   sqslam figure yaw out/desk --object 2 --frame 120 -o yaw.svg --width-mm 120
 )",
-          .results_help = kMapOfARun,
+          .results_help = kMapHelp,
           .objects = true,
-          .frames_help = kKeyframeShown,
-          .make = FigureEntry::Maker(DrawYawOf)};
+          .frames_help = kKeyframeHelp,
+          .draw = DrawYawOf};
 }
 
 }  // namespace sqslam

@@ -14,11 +14,6 @@ namespace {
 
 constexpr double kTickGap = 3.0;  // points between the plot and its numbers
 
-std::vector<Eigen::Vector2d> MarkOutline(const Eigen::Vector2d& center, const Mark& mark) {
-  return mark.shape == Mark::Shape::kDiamond ? RegularPolygon(center, 4, 0.62 * mark.size)
-                                             : RegularPolygon(center, 32, 0.5 * mark.size);
-}
-
 constexpr double kSwatch = 2.0;    // width of a legend symbol, of the font size
 constexpr double kSignGap = 0.5;   // between symbol and text
 constexpr double kEntryGap = 1.6;  // between entries
@@ -45,39 +40,19 @@ std::vector<std::vector<int>> LegendLines(const std::vector<LegendEntry>& entrie
   return lines;
 }
 
-void DrawSign(FigurePage& page, const LegendEntry& entry, const FigureRect& box, const FigureTheme& theme) {
-  const Eigen::Vector2d middle = box.Center();
-  switch (entry.kind) {
-    case LegendEntry::Kind::kBar:
-      DrawBar(page, {box.x + 0.25 * box.width, box.y, 0.75 * box.width, box.height}, entry.look,
-              theme.background);
-      break;
-    case LegendEntry::Kind::kLine:
-      page.Line({box.x, middle.y()}, {box.Right(), middle.y()},
-                {entry.look.color, entry.width, entry.look.dash});
-      break;
-    case LegendEntry::Kind::kMark:
-      DrawMark(page, {box.Right() - 0.4 * box.width, middle.y()}, entry.mark);
-      break;
-    case LegendEntry::Kind::kTick:
-      page.Line({box.Right() - 0.4 * box.width, box.y}, {box.Right() - 0.4 * box.width, box.Bottom()},
-                {entry.look.color, entry.width, {}});
-      break;
-  }
-}
-
 }  // namespace
 
 std::vector<double> ChartAxis::Ticks() const {
-  constexpr double kFinest = 1e-12;  // relative to the numbers: finer steps are lost in their rounding
-  constexpr int kMost = 1000;
+  constexpr double kMinRelativeStep =
+      1e-12;  // relative to the numbers: finer steps are lost in their rounding
+  constexpr int kMaxTicks = 1000;
   std::vector<double> ticks;
-  if (!(step > kFinest * std::max(std::abs(low), std::abs(high)))) {
+  if (!(step > kMinRelativeStep * std::max(std::abs(low), std::abs(high)))) {
     return ticks;
   }
   const double slack = 1e-6 * step;
   const double first = std::ceil((low - slack) / step);
-  for (int k = 0; k < kMost && (first + k) * step <= high + slack; ++k) {
+  for (int k = 0; k < kMaxTicks && (first + k) * step <= high + slack; ++k) {
     const double i = first + k;
     ticks.push_back(i == 0.0 ? 0.0 : i * step);
   }
@@ -152,43 +127,42 @@ std::vector<std::pair<Eigen::Vector2d, Eigen::Vector2d>> HatchLines(const Figure
   return lines;
 }
 
-void DrawBar(FigurePage& page, const FigureRect& bar, const SeriesLook& look,
-             const Eigen::Vector3d& stripes) {
+void DrawBar(FigureSheet& sheet, const FigureRect& bar, const SeriesLook& look) {
   if (bar.width <= 0.0 || bar.height <= 0.0) {
     return;
   }
-  page.Rect(bar, look.color);
+  sheet.page.Rect(bar, look.color);
   for (const auto& [from, to] : HatchLines(bar, look.hatch, 3.0)) {
     // One dash as long as the line: its ends are butt caps, which stay inside the bar.
-    page.Line(from, to, {stripes, 0.7, {(to - from).norm() + 1.0, 1.0}});
+    sheet.page.Line(from, to, {sheet.theme.background, 0.7, {(to - from).norm() + 1.0, 1.0}});
   }
 }
 
-void DrawMark(FigurePage& page, const Eigen::Vector2d& center, const Mark& mark) {
-  if (mark.shape == Mark::Shape::kCross) {
-    page.Cross(center, 0.84 * mark.size, {mark.color, 1.0, {}});
-    return;
-  }
-  page.elements.emplace_back(FigurePath{MarkOutline(center, mark), true, mark.color});
+LegendEntry LegendEntry::Bar(std::string text, const SeriesLook& look) {
+  return {std::move(text), [look](FigureSheet& sheet, const FigureRect& box) {
+            DrawBar(sheet, {box.x + 0.25 * box.width, box.y, 0.75 * box.width, box.height}, look);
+          }};
 }
 
-std::vector<Eigen::Vector2d> RegularPolygon(const Eigen::Vector2d& center, int corners, double radius,
-                                            double first) {
-  std::vector<Eigen::Vector2d> points;
-  for (int i = 0; i < corners; ++i) {
-    const double angle = first + 2.0 * std::numbers::pi * i / corners;
-    points.push_back(center + radius * Eigen::Vector2d(std::cos(angle), std::sin(angle)));
-  }
-  return points;
+LegendEntry LegendEntry::Line(std::string text, const FigureStroke& stroke) {
+  return {std::move(text), [stroke](FigureSheet& sheet, const FigureRect& box) {
+            sheet.page.Line({box.x, box.Center().y()}, {box.Right(), box.Center().y()}, stroke);
+          }};
+}
+
+LegendEntry LegendEntry::Mark(
+    std::string text, std::function<void(FigureSheet& sheet, const Eigen::Vector2d& center)> draw_mark) {
+  return {std::move(text), [draw_mark = std::move(draw_mark)](FigureSheet& sheet, const FigureRect& box) {
+            draw_mark(sheet, {box.Right() - 0.4 * box.width, box.Center().y()});
+          }};
 }
 
 double LegendHeight(const std::vector<LegendEntry>& entries, double width, const FigureTheme& theme) {
   return static_cast<double>(LegendLines(entries, width, theme.small).size()) * kLineHeight * theme.small;
 }
 
-void DrawLegend(FigurePage& page, const std::vector<LegendEntry>& entries, const FigureRect& area,
-                const FigureTheme& theme) {
-  const double size = theme.small;
+void DrawLegend(FigureSheet& sheet, const std::vector<LegendEntry>& entries, const FigureRect& area) {
+  const double size = sheet.theme.small;
   double y = area.y + 0.5 * kLineHeight * size;
   for (const std::vector<int>& line : LegendLines(entries, area.width, size)) {
     double used = -kEntryGap * size;
@@ -198,17 +172,34 @@ void DrawLegend(FigurePage& page, const std::vector<LegendEntry>& entries, const
     double x = area.x + std::max(0.0, 0.5 * (area.width - used));
     for (const int index : line) {
       const LegendEntry& entry = entries[static_cast<std::size_t>(index)];
-      DrawSign(page, entry, {x, y - 0.45 * size, kSwatch * size, 0.9 * size}, theme);
+      entry.draw_sign(sheet, {x, y - 0.45 * size, kSwatch * size, 0.9 * size});
       const double room = area.width - (kSwatch + kSignGap) * size;
-      page.Text(FittingText(entry.text, size, room), {x + (kSwatch + kSignGap) * size, y}, size, theme.ink);
+      sheet.page.Text(FittingText(entry.text, size, room), {x + (kSwatch + kSignGap) * size, y}, size,
+                      sheet.theme.ink);
       x += EntryWidth(entry, size) + kEntryGap * size;
     }
     y += kLineHeight * size;
   }
 }
 
-void DrawXAxis(FigurePage& page, const PlotArea& plot, const std::string& label, const FigureTheme& theme,
-               bool grid) {
+FigureSheet MakeChartSheet(const FigureOptions& options, double own_width, const std::string& description,
+                           const std::vector<LegendEntry>& legend, double gap_below_legend,
+                           const std::function<double(double, const FigureTheme&)>& own_height) {
+  const auto head = [&](double width, const FigureTheme& theme) {
+    return LegendHeight(legend, width, theme) + gap_below_legend;
+  };
+  FigureSheet sheet = MakeSheet(options, own_width, description, [&](double width, const FigureTheme& theme) {
+    return head(width, theme) + own_height(width, theme);
+  });
+  DrawLegend(sheet, legend, sheet.area);
+  const double above = head(sheet.area.width, sheet.theme);
+  sheet.area.y += above;
+  sheet.area.height -= above;
+  return sheet;
+}
+
+void DrawXAxis(FigureSheet& sheet, const PlotArea& plot, const std::string& label, bool grid) {
+  auto& [page, whole, theme] = sheet;
   const FigureRect& area = plot.area;
   const double numbers_y = area.Bottom() + kTickGap + 0.5 * theme.small;
   double last_right = -1e9;
@@ -231,7 +222,8 @@ void DrawXAxis(FigurePage& page, const PlotArea& plot, const std::string& label,
   }
 }
 
-void DrawYAxis(FigurePage& page, const PlotArea& plot, const std::string& label, const FigureTheme& theme) {
+void DrawYAxis(FigureSheet& sheet, const PlotArea& plot, const std::string& label) {
+  auto& [page, whole, theme] = sheet;
   const FigureRect& area = plot.area;
   double last_top = 1e9;
   for (const double tick : plot.y.Ticks()) {
@@ -262,38 +254,6 @@ Eigen::Vector3d Viridis(double value) {
   const auto low = std::min(static_cast<std::size_t>(at), kColors.size() - 2);
   const double share = at - static_cast<double>(low);
   return (1.0 - share) * ParseColor(kColors[low]) + share * ParseColor(kColors[low + 1]);
-}
-
-double ColorBarHeight(const FigureTheme& theme) { return 2.7 * theme.small; }
-
-void DrawColorBar(FigurePage& page, const ColorBar& bar, const FigureRect& area,
-                  const FigureTheme& page_theme) {
-  constexpr int kSteps = 96;
-  constexpr double kLeastLength = 0.35;  // share of the area's width
-  FigureTheme theme = page_theme;
-  const double texts =
-      TextWidth(bar.meaning, theme.small) + TextWidth(bar.limit_meaning, theme.small) + 1.3 * theme.small;
-  theme.small *= std::min(1.0, (1.0 - kLeastLength) * area.width / texts);  // smaller text on narrow pages
-  const double gap = 0.6 * theme.small;
-  const double left_room = TextWidth(bar.meaning, theme.small);
-  const double right_room = TextWidth(bar.limit_meaning, theme.small);
-  const double length = std::min(22.0 * theme.small, area.width - left_room - right_room - 2.0 * gap);
-  const double left = area.x + 0.5 * (area.width - left_room - length - right_room - 2.0 * gap);
-  const FigureRect strip{left + left_room + gap, area.y + 0.4 * theme.small, length, 0.9 * theme.small};
-  // Each step extends below the next one, to avoid seams.
-  for (int i = 0; i < kSteps; ++i) {
-    const double x = strip.x + strip.width * i / kSteps;
-    page.Rect({x, strip.y, std::min(2.0 * strip.width / kSteps, strip.Right() - x), strip.height},
-              Viridis((i + 0.5) / kSteps));
-  }
-  const PlotArea plot{strip, bar.axis, {}};
-  DrawXAxis(page, plot, "", theme, false);
-  page.Text(bar.meaning, {strip.x - gap, strip.Center().y()}, theme.small, theme.ink, TextAlign::kRight);
-  if (bar.limit > bar.axis.low && bar.limit < bar.axis.high) {
-    const double x = plot.X(bar.limit);
-    page.Line({x, strip.y - 0.25 * theme.small}, {x, strip.Bottom()}, {theme.ink, 1.0, {}});
-    page.Text(bar.limit_meaning, {strip.Right() + gap, strip.Center().y()}, theme.small, theme.ink);
-  }
 }
 
 }  // namespace sqslam

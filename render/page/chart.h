@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -31,49 +32,32 @@ struct SeriesLook {
 };
 SeriesLook LookOfSeries(std::size_t index);
 
-// Draws a bar; a hatch is drawn as `stripes` in the background colour.
-void DrawBar(FigurePage& page, const FigureRect& bar, const SeriesLook& look, const Eigen::Vector3d& stripes);
+// Draws a bar, with its hatch in the background colour.
+void DrawBar(FigureSheet& sheet, const FigureRect& bar, const SeriesLook& look);
 
 // Returns the lines of a hatch across a rectangle, in page coordinates, `spacing` points apart.
 std::vector<std::pair<Eigen::Vector2d, Eigen::Vector2d>> HatchLines(const FigureRect& rect, int hatch,
                                                                     double spacing);
 
-struct Mark {
-  enum class Shape { kCircle, kDiamond, kCross };
-  Shape shape = Shape::kCircle;
-  double size = 4.0;  // points
-  Eigen::Vector3d color = Eigen::Vector3d::Zero();
-};
-void DrawMark(FigurePage& page, const Eigen::Vector2d& center, const Mark& mark);
-
-// Returns the corners of a regular polygon, the first one at angle `first` (radians).
-std::vector<Eigen::Vector2d> RegularPolygon(const Eigen::Vector2d& center, int corners, double radius,
-                                            double first = 0.0);
-
 struct LegendEntry {
-  enum class Kind { kBar, kLine, kMark, kTick };
   std::string text;
-  Kind kind = Kind::kBar;
-  SeriesLook look;
-  double width = 1.2;  // of a line, points
-  Mark mark{};
+  std::function<void(FigureSheet& sheet, const FigureRect& box)> draw_sign;  // beside the text
 
-  static LegendEntry Bar(std::string text, SeriesLook look) { return {std::move(text), Kind::kBar, look}; }
-  static LegendEntry Line(std::string text, const FigureStroke& stroke) {
-    return {std::move(text), Kind::kLine, {stroke.color, stroke.dash, 0}, stroke.width};
-  }
-  static LegendEntry OfMark(std::string text, const Mark& mark) {
-    return {std::move(text), Kind::kMark, {}, 0.0, mark};
-  }
-  static LegendEntry Tick(std::string text, const FigureStroke& stroke) {
-    return {std::move(text), Kind::kTick, {stroke.color, {}, 0}, stroke.width};
-  }
+  static LegendEntry Bar(std::string text, const SeriesLook& look);
+  static LegendEntry Line(std::string text, const FigureStroke& stroke);
+  // Draws a mark at a point of the page.
+  static LegendEntry Mark(std::string text,
+                          std::function<void(FigureSheet& sheet, const Eigen::Vector2d& center)> draw_mark);
 };
 
 // Entries are set in centred lines of at most the given width. Points.
 double LegendHeight(const std::vector<LegendEntry>& entries, double width, const FigureTheme& theme);
-void DrawLegend(FigurePage& page, const std::vector<LegendEntry>& entries, const FigureRect& area,
-                const FigureTheme& theme);
+void DrawLegend(FigureSheet& sheet, const std::vector<LegendEntry>& entries, const FigureRect& area);
+
+// Makes a page with a legend above the area that is left (MakeSheet).
+FigureSheet MakeChartSheet(const FigureOptions& options, double own_width, const std::string& description,
+                           const std::vector<LegendEntry>& legend, double gap_below_legend,
+                           const std::function<double(double width, const FigureTheme& theme)>& own_height);
 
 // A part of a page with two axes.
 struct PlotArea {
@@ -87,9 +71,8 @@ struct PlotArea {
 };
 
 // Draw one axis each: numbers, the label outside them, and grid lines (across x if `grid` is set).
-void DrawXAxis(FigurePage& page, const PlotArea& plot, const std::string& label, const FigureTheme& theme,
-               bool grid = true);
-void DrawYAxis(FigurePage& page, const PlotArea& plot, const std::string& label, const FigureTheme& theme);
+void DrawXAxis(FigureSheet& sheet, const PlotArea& plot, const std::string& label, bool grid = true);
+void DrawYAxis(FigureSheet& sheet, const PlotArea& plot, const std::string& label);
 
 // Return the room that numbers and label of an axis take beside the plot, points.
 double XAxisHeight(const FigureTheme& theme);
@@ -98,16 +81,5 @@ double YAxisWidth(const ChartAxis& axis, const FigureTheme& theme);
 // Matplotlib's viridis (van der Walt and Smith, 2015) for values in [0, 1], clamped. It is perceptually
 // uniform, also for colour-blind people and in greyscale.
 Eigen::Vector3d Viridis(double value);
-
-// A colour bar over the axis, with numbers below and their meaning at the left. If `limit` lies on the axis,
-// it is marked with a line and named at the right end.
-struct ColorBar {
-  ChartAxis axis;
-  std::string meaning;
-  double limit = 0.0;
-  std::string limit_meaning;
-};
-double ColorBarHeight(const FigureTheme& theme);
-void DrawColorBar(FigurePage& page, const ColorBar& bar, const FigureRect& area, const FigureTheme& theme);
 
 }  // namespace sqslam

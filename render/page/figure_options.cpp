@@ -16,28 +16,9 @@ Eigen::Vector3d Mix(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double s
   return (1.0 - share_of_b) * a + share_of_b * b;
 }
 
-// Size of the page in points; the height only if the options give one.
-struct FigureSize {
-  double width = 0.0;
-  double dpi = 300.0;
-  std::optional<double> height;
-};
-
-FigureSize ResolveSize(const FigureOptions& options, double own_width) {
-  CheckFigureOptions(options);
-  FigureSize size;
-  if (options.width_px) {
-    size.dpi = options.dpi.value_or(*options.width_px * 72.0 / own_width);
-    size.width = *options.width_px * 72.0 / size.dpi;
-    size.height = *options.height_px * 72.0 / size.dpi;
-    return size;
-  }
-  size.dpi = options.dpi.value_or(kUsualDpi);
-  size.width = options.width_mm ? *options.width_mm * kPointsPerMm : own_width;
-  if (options.height_mm) {
-    size.height = *options.height_mm * kPointsPerMm;
-  }
-  return size;
+// Returns a length in points; `own` if the options give none.
+double PageLength(const std::optional<int>& pixels, const std::optional<double>& mm, double dpi, double own) {
+  return pixels ? *pixels * 72.0 / dpi : mm ? *mm * kPointsPerMm : own;
 }
 
 }  // namespace
@@ -75,27 +56,27 @@ FigureTheme::FigureTheme(const FigureOptions& options)
 
 FigureSheet MakeSheet(const FigureOptions& options, double own_width, const std::string& description,
                       const std::function<double(double, const FigureTheme&)>& own_height) {
-  const FigureSize size = ResolveSize(options, own_width);
+  CheckFigureOptions(options);
   FigureSheet sheet{{}, {}, FigureTheme(options)};
-  const double top = kSheetMargin + (options.title.empty() ? 0.0 : 2.0 * sheet.theme.title);
-  const double width = size.width - 2.0 * kSheetMargin;
-  const double height = size.height ? *size.height : own_height(width, sheet.theme) + top + kSheetMargin;
   FigurePage& page = sheet.page;
-  page.width = size.width;
-  page.height = height;
-  page.dpi = size.dpi;
+  page.dpi = options.dpi.value_or(options.width_px ? *options.width_px * 72.0 / own_width : kUsualDpi);
+  page.width = PageLength(options.width_px, options.width_mm, page.dpi, own_width);
+  const double top = kSheetMargin + (options.title.empty() ? 0.0 : 2.0 * sheet.theme.title);
+  const double width = page.width - 2.0 * kSheetMargin;
+  page.height = PageLength(options.height_px, options.height_mm, page.dpi,
+                           own_height(width, sheet.theme) + top + kSheetMargin);
   page.title = options.title.empty() ? description : options.title;
   if (!options.transparent) {
     page.background = sheet.theme.background;
   }
-  sheet.area = {kSheetMargin, top, width, height - top - kSheetMargin};
+  sheet.area = {kSheetMargin, top, width, page.height - top - kSheetMargin};
   ThrowIf<UsageError>(sheet.area.width < 20.0 || sheet.area.height < 20.0,
                       "a figure of {:.0f}x{:.0f} mm has no room for letters of {} points: expected a larger "
                       "size, fewer dots per inch or a smaller font",
-                      size.width / kPointsPerMm, height / kPointsPerMm, options.font_size);
+                      page.width / kPointsPerMm, page.height / kPointsPerMm, options.font_size);
   if (!options.title.empty()) {
     page.Text(FittingText(options.title, sheet.theme.title, sheet.area.width, true),
-              {0.5 * size.width, kSheetMargin + 0.75 * sheet.theme.title}, sheet.theme.title, sheet.theme.ink,
+              {0.5 * page.width, kSheetMargin + 0.75 * sheet.theme.title}, sheet.theme.title, sheet.theme.ink,
               TextAlign::kCenter, true);
   }
   return sheet;
@@ -108,26 +89,43 @@ PanelGrid PanelGrid::Of(int columns, int rows, double width, double left) {
   return grid;
 }
 
-FigureRect PanelGrid::ImageAt(const FigureRect& area, int row, int column) const {
-  return {area.x + left + column * (width + gap),
-          area.y + top + row * (ImageWithGap() + height + texts + gap), width, image};
+PanelSheet MakePanelSheet(const FigureOptions& options, double own_width, const std::string& description,
+                          const std::function<PanelGrid(double, const FigureTheme&)>& lay_out) {
+  PanelSheet sheet{
+      MakeSheet(options, own_width, description,
+                [&](double width, const FigureTheme& theme) { return lay_out(width, theme).Height(); }),
+      {}};
+  sheet.grid = lay_out(sheet.area.width, sheet.theme);
+  PanelGrid& grid = sheet.grid;
+  const double spare = (sheet.area.height - grid.Height()) / grid.rows;  // negative: missing
+  const double of_images = spare > 0.0 && !grid.images_grow ? 0.0 : grid.image / (grid.image + grid.height);
+  grid.image += of_images * spare;
+  grid.height += (1.0 - of_images) * spare;
+  ThrowIf<UsageError>(grid.height < 10.0, "the figure is too low for its panels, expected a larger height");
+  return sheet;
 }
 
-FigureRect PanelGrid::PanelAt(const FigureRect& area, int row, int column) const {
-  const FigureRect above = ImageAt(area, row, column);
-  return {above.x, above.y + ImageWithGap(), width, height};
+FigureRect PanelSheet::ImageAt(int row, int column) const {
+  return {area.x + grid.left + column * (grid.width + grid.gap),
+          area.y + grid.top + row * (grid.RowHeight() + grid.gap), grid.width, grid.image};
 }
 
-void NameColumn(FigureSheet& sheet, const PanelGrid& grid, int column, const std::string& name) {
-  const FigureRect panel = grid.PanelAt(sheet.area, 0, column);
-  sheet.page.Label(name, {panel.Center().x(), sheet.area.y + 0.6 * sheet.theme.font}, sheet.theme.font,
-                   sheet.theme.ink, panel.width);
+FigureRect PanelSheet::PanelAt(int row, int column) const {
+  const FigureRect above = ImageAt(row, column);
+  return {above.x, above.y + (grid.image > 0.0 ? grid.image + grid.gap : 0.0), grid.width, grid.height};
 }
 
-void NameRow(FigureSheet& sheet, const PanelGrid& grid, int row, const std::string& name) {
-  const FigureRect panel = grid.PanelAt(sheet.area, row, 0);
-  sheet.page.Label(name, {sheet.area.x + 0.6 * sheet.theme.font, panel.Center().y()}, sheet.theme.font,
-                   sheet.theme.ink, panel.height, 90.0);
+void PanelSheet::NameColumn(int column, const std::string& name) {
+  const FigureRect panel = PanelAt(0, column);
+  page.Label(name, {panel.Center().x(), area.y + 0.6 * theme.font}, theme.font, theme.ink, panel.width);
+}
+
+void PanelSheet::NameRow(int row, const std::string& name) {
+  const FigureRect panel = PanelAt(row, 0);
+  FigureText text{
+      name, {area.x + 0.6 * theme.font, panel.Center().y()}, theme.font, theme.ink, TextAlign::kCenter};
+  text.angle = 90.0;
+  page.Text(NarrowText(text, panel.height));
 }
 
 PictureOptions PanelOptions(const FigureOptions& options, double dpi, double width, double height,

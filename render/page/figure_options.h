@@ -25,8 +25,15 @@ struct FigureOptions {
   double font_size = 8.0;     // points
   bool transparent = false;   // no background
   RenderBackend backend = RenderBackend::kAuto;
-  SceneStyle style;        // background and text colour of all figures, and how maps are drawn
-  CameraOverrides camera;  // for figures with maps
+  SceneStyle style;                                   // background and text colour, and how maps are drawn
+  CameraOverrides camera;                             // for figures with maps
+  std::function<void(int done, int total)> progress;  // of pictures; may be null
+
+  void Tell(int done, int total) const {
+    if (progress) {
+      progress(done, total);
+    }
+  }
 };
 
 // Throws UsageError on sizes that are out of range or contradict each other.
@@ -72,23 +79,33 @@ struct PanelGrid {
   double width = 0.0;  // of each panel
   double image = 0.0;  // height of the images; 0: none
   double height = 0.0;
-  double texts = 0.0;  // below each panel
-  double below = 0.0;  // below all panels
+  double texts = 0.0;       // below each panel
+  double below = 0.0;       // below all panels
+  bool images_grow = true;  // if the page is higher than needed
 
   // Makes columns that share the width.
   static PanelGrid Of(int columns, int rows, double width, double left = 0.0);
 
-  double ImageWithGap() const { return image > 0.0 ? image + gap : 0.0; }
-  double Height() const { return top + rows * (ImageWithGap() + height + texts) + (rows - 1) * gap + below; }
-  // Returns the spare height per row in an area of given height; negative: missing.
-  double Spare(const FigureRect& area) const { return (area.height - Height()) / rows; }
-  FigureRect ImageAt(const FigureRect& area, int row, int column) const;
-  FigureRect PanelAt(const FigureRect& area, int row, int column) const;
+  double RowHeight() const { return (image > 0.0 ? image + gap : 0.0) + height + texts; }
+  double Height() const { return top + rows * RowHeight() + (rows - 1) * gap + below; }
 };
 
-// Draw names above the first row and, rotated, at the left of the first column.
-void NameColumn(FigureSheet& sheet, const PanelGrid& grid, int column, const std::string& name);
-void NameRow(FigureSheet& sheet, const PanelGrid& grid, int row, const std::string& name);
+struct PanelSheet : FigureSheet {
+  PanelGrid grid;
+
+  FigureRect ImageAt(int row, int column) const;
+  FigureRect PanelAt(int row, int column) const;
+  FigureRect Below() const { return {area.x, area.Bottom() - grid.below, area.width, grid.below}; }
+
+  // Draw names above the first row and, rotated, at the left of the first column.
+  void NameColumn(int column, const std::string& name);
+  void NameRow(int row, const std::string& name);
+};
+
+// Makes a page of panels, whose heights are changed to fill it. `lay_out` is called with the width inside the
+// margins. Throws UsageError if there is no room.
+PanelSheet MakePanelSheet(const FigureOptions& options, double own_width, const std::string& description,
+                          const std::function<PanelGrid(double width, const FigureTheme& theme)>& lay_out);
 
 // Returns options for a picture of `width` x `height` points on a page of `dpi`, without texts, with classes
 // in the given colours.

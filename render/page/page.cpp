@@ -105,28 +105,13 @@ void Draw(cairo_t* cairo, const FigureText& text) {
   cairo_restore(cairo);
 }
 
-// Converts to cairo's format: 32 bits per pixel, premultiplied alpha.
-cv::Mat Premultiplied(const cv::Mat& image) {
-  cv::Mat bgra;
-  if (image.channels() == 3) {
-    cv::cvtColor(image, bgra, cv::COLOR_BGR2BGRA);
-    return bgra;
-  }
-  bgra = image.clone();
-  bgra.forEach<cv::Vec4b>([](cv::Vec4b& pixel, const int*) {
-    for (int c = 0; c < 3; ++c) {
-      pixel[c] = static_cast<std::uint8_t>((pixel[c] * pixel[3] + 127) / 255);
-    }
-  });
-  return bgra;
-}
-
 void Draw(cairo_t* cairo, const FigureImage& element) {
-  cv::Mat pixels = Premultiplied(element.image);
-  const Surface source = Own(cairo_image_surface_create_for_data(
-      pixels.data,
-      pixels.channels() == 4 && element.image.channels() == 4 ? CAIRO_FORMAT_ARGB32 : CAIRO_FORMAT_RGB24,
-      pixels.cols, pixels.rows, static_cast<int>(pixels.step)));
+  const bool opaque = element.image.channels() == 3;
+  cv::Mat pixels;  // 32 bits each, with premultiplied alpha
+  cv::cvtColor(element.image, pixels, opaque ? cv::COLOR_BGR2BGRA : cv::COLOR_RGBA2mRGBA);
+  const Surface source =
+      Own(cairo_image_surface_create_for_data(pixels.data, opaque ? CAIRO_FORMAT_RGB24 : CAIRO_FORMAT_ARGB32,
+                                              pixels.cols, pixels.rows, static_cast<int>(pixels.step)));
   cairo_save(cairo);
   cairo_translate(cairo, element.area.x, element.area.y);
   cairo_scale(cairo, element.area.width / pixels.cols, element.area.height / pixels.rows);
@@ -170,16 +155,9 @@ cv::Mat PageToPixels(const FigurePage& page) {
     DrawPage(cairo.get(), page);
     cairo_surface_flush(surface.get());
   }
-  if (page.background) {
-    cv::cvtColor(pixels, pixels, cv::COLOR_BGRA2BGR);
-    return pixels;
-  }
-  pixels.forEach<cv::Vec4b>([](cv::Vec4b& pixel, const int*) {
-    for (int c = 0; c < 3 && pixel[3] > 0; ++c) {
-      pixel[c] = static_cast<std::uint8_t>(std::min(255, (pixel[c] * 255 + pixel[3] / 2) / pixel[3]));
-    }
-  });
-  return pixels;
+  cv::Mat image;
+  cv::cvtColor(pixels, image, page.background ? cv::COLOR_BGRA2BGR : cv::COLOR_mRGBA2RGBA);
+  return image;
 }
 
 // Embeds fonts and writes no date, so that the same page gives the same bytes.
@@ -200,27 +178,24 @@ std::string PageToPdf(const FigurePage& page) {
   return pdf;
 }
 
-void AppendBigEndian(std::string& bytes, std::uint32_t value) {
-  for (const unsigned shift : {24u, 16u, 8u, 0u}) {
-    bytes += static_cast<char>((value >> shift) & 255u);
-  }
-}
-
 // Inserts a pHYs chunk (pixels per metre), which OpenCV cannot write, after the header chunk.
 std::string WithDensity(const std::string& png, double dpi) {
   constexpr std::size_t kHeaderEnd = 8 + 25;  // signature and IHDR
   constexpr double kInchesPerMetre = 1.0 / 0.0254;
   const auto per_metre = static_cast<std::uint32_t>(std::lround(dpi * kInchesPerMetre));
-  std::string body = "pHYs";
-  AppendBigEndian(body, per_metre);
-  AppendBigEndian(body, per_metre);
-  body += '\1';  // the unit is the metre
-  std::string out = png.substr(0, kHeaderEnd);
-  AppendBigEndian(out, static_cast<std::uint32_t>(body.size() - 4));
-  out += body;
-  AppendBigEndian(out, static_cast<std::uint32_t>(crc32(0, reinterpret_cast<const Bytef*>(body.data()),
-                                                        static_cast<uInt>(body.size()))));
-  return out.append(png, kHeaderEnd);
+  const auto big_endian = [](std::uint32_t value) {
+    std::string bytes;
+    for (const unsigned shift : {24u, 16u, 8u, 0u}) {
+      bytes += static_cast<char>((value >> shift) & 255u);
+    }
+    return bytes;
+  };
+  const std::string body = "pHYs" + big_endian(per_metre) + big_endian(per_metre) + '\1';  // per metre
+  const auto checksum = static_cast<std::uint32_t>(
+      crc32(0, reinterpret_cast<const Bytef*>(body.data()), static_cast<uInt>(body.size())));
+  const auto length = static_cast<std::uint32_t>(body.size() - 4);
+  return png.substr(0, kHeaderEnd) + big_endian(length) + body + big_endian(checksum) +
+         png.substr(kHeaderEnd);
 }
 
 }  // namespace
@@ -237,19 +212,22 @@ void FigurePage::Text(FigureText text) {
   elements.emplace_back(std::move(text));
 }
 
-void FigurePage::Line(const Eigen::Vector2d& from, const Eigen::Vector2d& to, const FigureStroke& stroke) {
-  Polyline({from, to}, stroke);
-}
-
-void FigurePage::Polyline(std::vector<Eigen::Vector2d> points, const FigureStroke& stroke) {
-  elements.emplace_back(FigurePath{std::move(points), false, {}, 1.0, stroke});
-}
-
 void FigurePage::Rect(const FigureRect& rect, const std::optional<Eigen::Vector3d>& fill,
                       const std::optional<FigureStroke>& stroke) {
   const std::vector<Eigen::Vector2d> corners = {
       {rect.x, rect.y}, {rect.Right(), rect.y}, {rect.Right(), rect.Bottom()}, {rect.x, rect.Bottom()}};
   elements.emplace_back(FigurePath{corners, true, fill, 1.0, stroke});
+}
+
+void FigurePage::Polygon(const Eigen::Vector2d& center, int corners, double radius,
+                         const std::optional<Eigen::Vector3d>& fill,
+                         const std::optional<FigureStroke>& stroke) {
+  FigurePath path{{}, true, fill, 1.0, stroke};
+  for (int i = 0; i < corners; ++i) {
+    const double angle = 2.0 * std::numbers::pi * i / corners;
+    path.points.emplace_back(center + radius * Eigen::Vector2d(std::cos(angle), std::sin(angle)));
+  }
+  elements.emplace_back(std::move(path));
 }
 
 void FigurePage::Cross(const Eigen::Vector2d& center, double size, const FigureStroke& stroke) {
@@ -259,31 +237,25 @@ void FigurePage::Cross(const Eigen::Vector2d& center, double size, const FigureS
 }
 
 void FigurePage::Label(std::string text, const Eigen::Vector2d& anchor, double size,
-                       const Eigen::Vector3d& color, double room, double angle) {
+                       const Eigen::Vector3d& color, double room) {
   Text(NarrowText({std::move(text), anchor, size, color, TextAlign::kCenter}, room));
-  std::get<FigureText>(elements.back()).angle = angle;
 }
 
 FigureText NarrowText(FigureText text, double width) {
-  constexpr double kLeastShare = 0.6;  // of the font size
+  constexpr double kMinShare = 0.6;  // of the font size
   const double wide = TextWidth(text.text, text.size, text.bold);
-  text.size *= wide > width ? std::max(kLeastShare, 0.99 * width / wide) : 1.0;
+  text.size *= wide > width ? std::max(kMinShare, 0.99 * width / wide) : 1.0;
   text.text = FittingText(text.text, text.size, width, text.bold);
   return text;
 }
 
 std::string FittingText(const std::string& text, double size, double width, bool bold) {
-  std::string fitting = text;
   std::string shown = text;
-  while (!fitting.empty() && TextWidth(shown, size, bold) > width) {
+  for (std::size_t end = text.size(); end > 0 && TextWidth(shown, size, bold) > width;) {
     do {  // remove a whole UTF-8 character
-      const bool continuation = (static_cast<unsigned char>(fitting.back()) & 0xc0u) == 0x80u;
-      fitting.pop_back();
-      if (!continuation) {
-        break;
-      }
-    } while (!fitting.empty());
-    shown = fitting + "…";
+      --end;
+    } while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0u) == 0x80u);
+    shown = text.substr(0, end) + "…";
   }
   return shown;
 }

@@ -29,9 +29,9 @@ struct FigureRect {
             scale * down};
   }
   bool Contains(const FigureRect& other) const {
-    constexpr double kSlack = 1e-6;
-    return other.x >= x - kSlack && other.y >= y - kSlack && other.Right() <= Right() + kSlack &&
-           other.Bottom() <= Bottom() + kSlack;
+    constexpr double kRounding = 1e-6;
+    return other.x >= x - kRounding && other.y >= y - kRounding && other.Right() <= Right() + kRounding &&
+           other.Bottom() <= Bottom() + kRounding;
   }
 };
 
@@ -84,10 +84,18 @@ struct FigurePage {
   std::string title;                          // for the file's metadata; not drawn
   std::vector<FigureElement> elements;        // in drawing order
 
-  void Line(const Eigen::Vector2d& from, const Eigen::Vector2d& to, const FigureStroke& stroke);
-  void Polyline(std::vector<Eigen::Vector2d> points, const FigureStroke& stroke);
+  void Polyline(std::vector<Eigen::Vector2d> points, const FigureStroke& stroke) {
+    elements.emplace_back(FigurePath{std::move(points), false, {}, 1.0, stroke});
+  }
+  void Line(const Eigen::Vector2d& from, const Eigen::Vector2d& to, const FigureStroke& stroke) {
+    Polyline({from, to}, stroke);
+  }
   void Rect(const FigureRect& rect, const std::optional<Eigen::Vector3d>& fill,
             const std::optional<FigureStroke>& stroke = std::nullopt);
+  // A regular polygon with a corner at the right; many corners make a disc.
+  void Polygon(const Eigen::Vector2d& center, int corners, double radius,
+               const std::optional<Eigen::Vector3d>& fill,
+               const std::optional<FigureStroke>& stroke = std::nullopt);
   void Cross(const Eigen::Vector2d& center, double size, const FigureStroke& stroke);  // drawn as an x
   // Bytes that are no UTF-8, as in names of files, are shown as U+FFFD.
   void Text(FigureText text);
@@ -97,7 +105,7 @@ struct FigurePage {
   }
   // Adds text centred at its anchor, no wider than `room` (NarrowText).
   void Label(std::string text, const Eigen::Vector2d& anchor, double size, const Eigen::Vector3d& color,
-             double room, double angle = 0.0);
+             double room);
   void Image(const cv::Mat& image, const FigureRect& area) {
     elements.emplace_back(FigureImage{image, area});
   }
@@ -115,7 +123,7 @@ std::string FittingText(const std::string& text, double size, double width, bool
 // Breaks the text at blanks into lines no wider than `width`; a longer word gets a line of its own.
 std::vector<std::string> WrappedText(const std::string& text, double size, double width);
 
-// Throws UsageError unless the name ends in .png, .svg or .pdf. Call it before any work is done.
+// Throws UsageError unless the name ends in .png, .svg or .pdf.
 void CheckFigurePath(const std::filesystem::path& path);
 
 // Encode the page in the format of the extension: PNG with its resolution (dpi), or vector graphics in SVG

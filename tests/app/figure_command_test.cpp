@@ -124,7 +124,7 @@ TEST_F(FigureCommandTest, EveryFigureIsDrawnFromAResultFolder) {
   EXPECT_THAT(Svg("timing " + result),
               AllOf(HasSubstr(">objects<"), HasSubstr(">34.5<"), Not(HasSubstr(">final<"))));
   EXPECT_THAT(Svg("timing " + result + " --stage mapping.final"), HasSubstr(">final<"));
-  EXPECT_THAT(Svg("iou " + result + " --ellipsoids"), AllOf(HasSubstr(">red cup<"), HasSubstr(">0.62<")));
+  EXPECT_THAT(Svg("iou " + result), AllOf(HasSubstr(">red cup<"), HasSubstr(">0.62<")));
 }
 
 // The number after the n-th "mean angle " of an SVG.
@@ -194,14 +194,6 @@ TEST_F(FigureCommandTest, UnknownObjectsAreAnsweredWithThoseThereAre) {
   const ProgramRun run = RunProgram("figure compare " + result_.string() + " --object 9 --output /tmp/x.png");
   EXPECT_EQ(run.exit_code, 3);
   EXPECT_THAT(run.err, AllOf(HasSubstr("no object 9"), HasSubstr("0 book, 1 cup, 2 sports_ball")));
-}
-
-TEST_F(FigureCommandTest, MapsWithoutEvidenceAreRefused) {
-  const auto file = folder_.Path() / "old.sqmap";
-  RecordingWriter(file, {}).Add(HandMadeMap());
-  const ProgramRun run = RunProgram("figure outliers " + file.string() + " --output /tmp/x.png");
-  EXPECT_EQ(run.exit_code, 3);
-  EXPECT_THAT(run.err, HasSubstr("does not say what outlier removal did"));
 }
 
 TEST_F(FigureCommandTest, WrongInputIsSaidInOneLine) {
