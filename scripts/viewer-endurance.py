@@ -1,10 +1,10 @@
 #!/usr/bin/python3
 """Runs the viewer for an hour under Xvfb and watches its memory and its messages.
 
-Every round of the script plays, scrubs, leafs through the panels, picks, undoes, turns, zooms, cuts, resizes,
-minimises, switches looks, takes a picture and reopens the recording. Prints memory over time and what the program, OpenGL (through Mesa's
-own messages) or VTK wrote to stderr. Exits with 1 if anything was written, the program failed or its memory kept
-growing (not checked under AddressSanitizer, which keeps freed memory).
+Every round of the script plays, scrubs, opens the panels, picks, undoes, rotates, zooms, clips, resizes, minimises,
+switches looks, takes a picture and reopens the recording. Prints memory over time and everything that the program,
+OpenGL (through Mesa's own messages) or VTK wrote to stderr. Exits with 1 if anything was written, the program failed or
+its memory kept growing (not checked under AddressSanitizer, which keeps freed memory).
 
     scripts/viewer-endurance.py out/desk --minutes 60
     scripts/viewer-endurance.py out/desk --minutes 60 --viewer build/asan/bin/sqslam-viewer
@@ -23,8 +23,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 WIDTH, HEIGHT = 1280, 720
 SAMPLE_INTERVAL = 10.0  # s
-ROWS = 20  # of the table
-MOST_GROWTH = 0.1  # of the memory, from the second quarter of the time to the last
+TABLE_ROWS = 20
+MAX_GROWTH = 0.1  # of the memory, from the second quarter of the time to the last
 DRIVER = Path("/usr/lib/x86_64-linux-gnu/dri/swrast_dri.so")
 LEAKS = ROOT / "scripts/leak-sanitizer-viewer.supp"
 
@@ -93,7 +93,7 @@ def sanitizers_of(viewer):
 
 
 def kept_driver(viewer):
-    """Keeps the driver of OpenGL loaded until leaks are looked for: unloaded, its own would be nameless."""
+    """Keeps the OpenGL driver loaded until the leak check, which cannot name functions of an unloaded driver."""
     sanitizers = sanitizers_of(viewer)
     return ["env", f"LD_PRELOAD={sanitizers[0]}:{DRIVER}"] if sanitizers and DRIVER.exists() else []
 
@@ -150,16 +150,16 @@ def main():
         samples, code, errors = play(arguments.viewer.resolve(), arguments.result.resolve(), arguments.minutes,
                                      Path(work))
     print("| minutes | MiB |\n| --- | --- |")
-    for seconds, mib in samples[:: max(1, len(samples) // ROWS)]:
+    for seconds, mib in samples[:: max(1, len(samples) // TABLE_ROWS)]:
         print(f"| {seconds / 60:.1f} | {mib:.0f} |")
     half = [mib for _, mib in samples[len(samples) // 2:]]
     grown = growth(samples)
     if half:
         print(f"\nsecond half: {min(half):.0f} to {max(half):.0f} MiB; {100 * grown:+.1f} % from the second quarter "
-              f"to the last, at most {100 * MOST_GROWTH:.0f} expected")
+              f"to the last, at most {100 * MAX_GROWTH:.0f} expected")
     print(f"exit code {code}; {len(errors.splitlines())} lines on stderr")
     print(errors[:20000], end="")
-    grows = grown > MOST_GROWTH and not sanitizers_of(arguments.viewer.resolve())
+    grows = grown > MAX_GROWTH and not sanitizers_of(arguments.viewer.resolve())
     sys.exit(1 if code != 0 or errors or grows else 0)
 
 

@@ -20,7 +20,7 @@ mkdir -p "$pictures"
 cp -r "$demo/result" "$work/dense"
 "$bin/sqslam" densify "$work/dense" --quiet
 
-click() {  # TEXT..., each in the window: tabs, buttons, rows of a table
+click() {  # LABEL...: of tabs, buttons, rows of a table
   printf 'click %s\n' "$@"
 }
 zoom() {  # NOTCHES X Y: to a place in the scene
@@ -41,12 +41,12 @@ point 700 0 tracked points
 press left
 release left
 wait idle'
-# The mouse goes where it points at nothing, until messages are gone.
+# Moves the mouse beside everything and waits until messages are gone.
 finish='point 500 -32 tracked points
 frames 360
 wait idle'
 
-# Slowly, so that a busy computer does not miss the middle; paused, so that the view is rendered in full quality.
+# Runs slowly, so that a busy computer does not miss the middle, and pauses for a picture in full quality.
 play live run "$demo/desk" --output "$work/live" <<EOF
 wait frame 1
 key Space
@@ -76,7 +76,7 @@ $(zoom 3 350 420)
 $finish
 EOF
 
-# Solids in place of six objects, then without these.
+# Adds solids in place of six objects and hides the objects.
 play annotation "$work/dense" <<EOF
 $later
 $(for object in tv cereal keyboard book bowl toaster; do

@@ -23,13 +23,11 @@ class ScriptPlayer {
   // Returns the events before the next frame; empty while waiting. Throws InputError with source and line if
   // an expectation fails, a file cannot be written, or a wait takes longer than a minute.
   std::vector<InputEvent> Next(const Viewer& viewer, double seconds);
-  bool Waiting() const { return waited_ > 0.0; }
   bool Done() const { return at_ >= script_.size() && frames_left_ <= 0; }
 
  private:
   void Act(const ScriptLine& line, const Viewer& viewer) const;
-  void BePatient(const ScriptLine& line, double seconds);
-  bool Waits(const ScriptLine& line, const Viewer& viewer) const;
+  static bool Waits(const ScriptLine& line, const Viewer& viewer);
   static void Expect(const ScriptLine& line, const Viewer& viewer);
 
   std::vector<ScriptLine> script_;
@@ -56,13 +54,9 @@ class FrameTiming {
  private:
   using Clock = std::chrono::steady_clock;
 
-  Clock::time_point start_ = Clock::now();
-  std::optional<double> opened_;  // seconds until the first map was shown
-  StageTimes times_;              // of drawing, and from a change of the time to its frame on screen
-  std::optional<Clock::time_point> wanted_;  // since when the frame on screen is outdated
-  std::optional<Clock::time_point> run_start_;
-  double run_seconds_ = 0.0;
-  int run_frames_ = 0;  // frames of the window during a run
+  StageTimes times_;  // of drawing, and from a change of the time to its frame on screen
+  std::optional<Clock::time_point>
+      outdated_;  // since when the frame on screen is not the one at the present time
 };
 
 }  // namespace sqslam::viewer

@@ -48,7 +48,7 @@ struct Arguments {
 };
 
 // Requests the layers that the options name; they are read once the map is there.
-void Want(const app::LayerArguments& wanted, Layers& layers) {
+void RequestLayers(const app::LayerArguments& wanted, Layers& layers) {
   layers.true_path = !wanted.ground_truth.empty();
   layers.sequence = wanted.ground_truth == "auto" ? "" : wanted.ground_truth;
   layers.cloud_file = wanted.dense_cloud;
@@ -69,13 +69,11 @@ class EventLog {
       return;
     }
     for (const InputEvent& event : events) {
-      const bool is_key = event.kind == InputEvent::Kind::kKeyDown || event.kind == InputEvent::Kind::kKeyUp;
-      if (!is_key || !KeyName(event.code).empty()) {
-        if (frames_ > 0) {
-          file_ << "frames " << std::exchange(frames_, 0) << '\n';
-        }
-        file_ << FormatEvent(event) << '\n';
+      const std::string line = FormatEvent(event);
+      if (!line.empty() && frames_ > 0) {
+        file_ << "frames " << std::exchange(frames_, 0) << '\n';
       }
+      file_ << line;
     }
     ++frames_;
   }
@@ -103,26 +101,30 @@ class Loop {
   Loop(const Arguments& arguments, std::unique_ptr<LiveRun> run, const RunRequest& request)
       : live_(run != nullptr),
         timed_(arguments.timing),
-        preferences_(arguments.play.empty() ? Preferences::Read() : Preferences()),
-        window_("sqslam",
-                arguments.resolution
-                    ? cv::Size((*arguments.resolution)[0], (*arguments.resolution)[1])
-                    : cv::Size(preferences_.memory.window_width, preferences_.memory.window_height)),
-        viewer_(window_.Size(), preferences_.TextScale() * window_.ContentScale()),
+        start_(arguments.play.empty() ? KeptWindowState(warnings_) : WindowState()),
+        window_("sqslam", arguments.resolution
+                              ? cv::Size((*arguments.resolution)[0], (*arguments.resolution)[1])
+                              : cv::Size(start_.memory.window_width, start_.memory.window_height)),
+        viewer_(window_.Size(),
+                start_.settings.font_size / ViewerSettings().font_size * window_.ContentScale()),
         event_log_(arguments.record) {
     if (!arguments.play.empty()) {
       player_.emplace(ReadScript(arguments.play), arguments.play,
                       [this](const std::string& file) { WriteWindow(file); });
     }
     ViewerState& state = viewer_.State();
-    state.preferences = preferences_;
-    state.preferences.Give(state.window, state.view, state.messages);
+    state.window.settings = start_.settings;
+    state.window.memory = start_.memory;
+    state.messages.Try([&] { state.view.UseStyle(start_.settings.style); });
+    for (const std::string& warning : warnings_) {
+      state.messages.AddError(warning);
+    }
     if (run) {
       viewer_.Watch(std::move(run), request);
     } else if (!arguments.map.empty()) {
       viewer_.Open(arguments.map);
     }
-    Want(arguments.layers, state.layers);
+    RequestLayers(arguments.layers, state.layers);
   }
 
   // Returns the program's exit code.
@@ -136,22 +138,13 @@ class Loop {
       const double seconds = std::chrono::duration<double>(Clock::now() - last).count();
       last = Clock::now();
       Play(events, seconds);
-      if (events.empty() && viewer_.OnlyReads() && (!player_ || player_->Waiting())) {
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
-        continue;
-      }
       event_log_.Add(events);
       for (const InputEvent& event : events) {
         viewer_.Handle(event);
       }
       Draw(player_ && !live_ ? 1.0 / 60.0 : seconds);
     }
-    const double scale = window_.ContentScale();
-    const cv::Size size = window_.Size();
-    ViewerState& state = viewer_.State();
-    state.preferences.Take(state.window, state.view,
-                           {static_cast<int>(size.width / scale), static_cast<int>(size.height / scale)},
-                           state.messages);
+    Remember();
     if (timed_) {
       fmt::print("{}", timing_.Text());
     }
@@ -170,6 +163,21 @@ class Loop {
       return std::max(0.0, kRunInterval - std::chrono::duration<double>(Clock::now() - last).count());
     }
     return player_ || viewer_.Busy() ? 0.0 : 0.25;
+  }
+
+  // Saves settings and memory for the next session.
+  void Remember() {
+    ViewerState& state = viewer_.State();
+    ViewerMemory& memory = state.window.memory;
+    state.window.settings.style = state.view.style_name;
+    if (const cv::Size size = window_.Size(); size.area() > 0) {
+      memory.window_width = static_cast<int>(size.width / window_.ContentScale());
+      memory.window_height = static_cast<int>(size.height / window_.ContentScale());
+    }
+    state.messages.Try([&] {
+      Save(state.window.settings);
+      Save(memory);
+    });
   }
 
   void Play(std::vector<InputEvent>& events, double seconds) {
@@ -198,6 +206,8 @@ class Loop {
       if (!player_ || !player_->Done()) {
         window_.Show();
       }
+    } else {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));  // leaves the CPU to the thread that reads
     }
     const double taken = std::chrono::duration<double>(Clock::now() - start).count();
     timing_.Add(viewer_.State(), drawn ? std::optional(taken) : std::nullopt);
@@ -212,11 +222,11 @@ class Loop {
   }
 
   void WriteWindow(const std::string& file) {
-    constexpr int kAttempts = 200;  // waits for a frame that is being read, but not for ever
+    constexpr int kMaxAttempts = 200;  // to get past a frame that is being read
     int attempts = 0;
     while (!viewer_.Frame(0.0)) {  // the buffer on screen cannot be read back
-      ThrowIf<InputError>(++attempts == kAttempts, "{}: the window is minimised, there is nothing to write",
-                          file);
+      ThrowIf<InputError>(++attempts == kMaxAttempts,
+                          "{}: the window is minimised, there is nothing to write", file);
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     WritePicture(file, ReadFramebuffer(window_.Size()));
@@ -225,7 +235,8 @@ class Loop {
   bool live_;   // a run is or was watched
   bool timed_;  // --timing
   FrameTiming timing_;
-  Preferences preferences_;  // as at the start; defaults for a script
+  std::vector<std::string> warnings_;  // about settings that cannot be read
+  WindowState start_;                  // as of the last session; defaults for a script
   DesktopWindow window_;
   Viewer viewer_;
   EventLog event_log_;

@@ -5,6 +5,7 @@
 #include <set>
 #include <utility>
 
+#include "app/result/map_input.h"
 #include "app/terminal/terminal.h"
 #include "app/viewer/state/scene_view.h"
 #include "render/picture/picture.h"
@@ -12,8 +13,6 @@
 namespace sqslam::viewer {
 namespace fs = std::filesystem;
 namespace {
-
-constexpr std::size_t kMostMoments = 10000;  // of a live run
 
 std::set<std::string> ClassesOf(const MapSnapshot& map) {
   std::set<std::string> classes;
@@ -27,7 +26,7 @@ std::set<std::string> ClassesOf(const MapSnapshot& map) {
 
 void Session::Open(const fs::path& path) {
   if (run_) {
-    state_.messages.Complain("A run is in progress; end it before you open something else.");
+    state_.messages.AddError("A run is in progress; end it before you open something else.");
     return;
   }
   Close();
@@ -39,14 +38,10 @@ void Session::Open(const fs::path& path) {
 
 // Starts reading a recording; the screen keeps its content until the recording is there.
 void Session::Read(const fs::path& path) {
-  const fs::path file = fs::absolute(path);  // the working folder may go away later
   requested_.reset();
-  Document& document = state_.document;
-  document.kind = Document::Kind::kRecording;
-  document.loading = true;
-  document.file = file;
-  document.title = file.lexically_normal().filename().string();
-  replay_ = std::make_unique<Replay>(file);
+  state_.document.loading = true;
+  state_.document.SetFile(app::MapFile(path));
+  replay_ = std::make_unique<Replay>(state_.document.file);
 }
 
 void Session::Close() {
@@ -59,9 +54,7 @@ void Session::Watch(std::unique_ptr<LiveRun> run, const RunRequest& request) {
   run_ = std::move(run);
   Document& document = state_.document;
   document = {};
-  document.kind = Document::Kind::kRun;
-  document.file = request.output / "map.sqmap";
-  document.title = request.output.filename().string();
+  document.SetFile(request.output / "map.sqmap");
   document.info.sequence_path = request.IsLive() ? "" : fs::absolute(request.sequence.path).string();
   document.run = LiveRun::News().status;
 }
@@ -114,9 +107,8 @@ void Session::TakeRunNews() {
   state_.document.run = news.status;
   Timeline& timeline = state_.document.timeline;
   timeline.moments.insert(timeline.moments.end(), news.moments.begin(), news.moments.end());
-  timeline.Thin(kMostMoments);
   if (news.map) {
-    timeline.series = run_->Series();
+    timeline.series = std::move(news.series);
     state_.document.last = news.map;
     Frame(news.map);
   }
@@ -141,19 +133,15 @@ void Session::FinishRun(const LiveRun::News& news) {
     return;
   }
   if (!news.error.empty()) {
-    state_.messages.Complain(news.error);
+    state_.messages.AddError(news.error);
   }
-  state_.messages.Say(fmt::format("The map is saved in {}", news.result.string()));
+  state_.messages.AddNotice(fmt::format("The map is saved in {}", news.result.string()));
   finished_run_ = true;
   Read(news.result);
 }
 
 void Session::TakeOpened(const OpenedRecording& opened) {
   Document& document = state_.document;
-  document.file = opened.file;
-  const fs::path folder = fs::absolute(opened.file).lexically_normal().parent_path();
-  document.title =
-      opened.file.filename() == "map.sqmap" ? folder.filename().string() : opened.file.filename().string();
   document.info = opened.info;
   document.last = opened.last;
   document.frame = nullptr;
@@ -195,7 +183,7 @@ bool Session::TakeNews() {
     document.shown = std::move(news.frame);
   }
   if (!news.error.empty()) {
-    state_.messages.Complain(news.error);
+    state_.messages.AddError(news.error);
     if (document.loading) {
       replay_.reset();
       Close();
@@ -227,7 +215,7 @@ void Session::MoveCamera() {
     return;
   }
   if (framed_ != document.frame && view.size.area() > 0) {
-    const bool first = framed_ == nullptr || document.kind == Document::Kind::kRecording;
+    const bool first = framed_ == nullptr || !document.run.active;
     framed_ = document.frame;
     if (first && !(finished_run_ && !view.automatic)) {
       view.LookFrom(view.preset);

@@ -5,14 +5,12 @@
 #include <GL/glext.h>
 #include <backends/imgui_impl_opengl3.h>
 #include <fmt/format.h>
-#include <imgui.h>
 
 #include <algorithm>
 #include <set>
 #include <utility>
 
 #include "app/viewer/model/folder_list.h"
-#include "app/viewer/widgets/widgets.h"
 #include "slam/util/atomic_file.h"
 
 namespace sqslam::viewer {
@@ -20,14 +18,13 @@ namespace fs = std::filesystem;
 namespace {
 
 // Longest time for which drawing is held back while a frame is being read.
-constexpr std::chrono::milliseconds kHoldAtMost{60};
+constexpr std::chrono::milliseconds kMaxHold{60};
 
 // All panels, in the order of tabs and of overlapping windows.
 std::vector<PanelPtr> AllPanels(ViewerState& s) {
   std::vector<PanelPtr> panels;
   for (const auto make : {MakeScenePanel, MakeImagePanel, MakeObjectsPanel, MakeInspectorPanel, MakeViewPanel,
-                          MakeAnnotationPanel, MakePicturePanel, MakeTimelinePanel, MakeHelpPanel,
-                          MakeSettingsPanel, MakeOpenPanel, MakeUnsavedPanel, MakeMessagesPanel}) {
+                          MakeAnnotationPanel, MakePicturePanel, MakeTimelinePanel, MakeDialogs}) {
     panels.push_back(make(s));
   }
   return panels;
@@ -41,6 +38,7 @@ UserInterface::UserInterface(double scale) {
   ImGuiIO& io = ImGui::GetIO();
   io.IniFilename = nullptr;  // the viewer keeps its own settings
   io.LogFilename = nullptr;
+  io.UserData = &labels_;
   io.ConfigWindowsMoveFromTitleBarOnly = true;
   SetUpUiKeys();
   ImGui_ImplOpenGL3_Init("#version 330 core");
@@ -54,7 +52,7 @@ UserInterface::~UserInterface() {
 
 Viewer::Viewer(cv::Size window, double scale) : ui_(scale), window_(window) {
   state_.window.scale = scale;
-  state_.messages.Try([&] { state_.view.UseStyle(SceneStyleOf(state_.window.theme)); });
+  state_.messages.Try([&] { state_.view.UseStyle(SceneStyleOf(state_.window.settings.theme)); });
   panels_ = AllPanels(state_);
   ImGui::GetIO().DisplaySize = Vec(window.width, window.height);
 }
@@ -109,8 +107,8 @@ bool Viewer::Frame(double seconds) {
   }
   const bool news = session_.TakeNews();
   if (editing_.Update(s.document, s.editing, s.messages)) {
-    s.preferences.memory.Remember(s.document.file);
-    s.preferences.KeepMemory(s.messages);
+    s.window.memory.Remember(s.document.file);
+    s.messages.Try([&] { Save(s.window.memory); });
   }
   s.layers.mesh = s.view.style.dense_cloud.look == DenseLook::kMesh;
   layers_.Update(s.layers, s.document, s.messages);
@@ -119,12 +117,13 @@ bool Viewer::Frame(double seconds) {
   if (window_.width < 1 || window_.height < 1) {
     return false;  // minimised
   }
-  if (applied_theme_ != s.window.theme) {
-    ApplyTheme(s.window.theme, s.window.scale);
-    applied_theme_ = s.window.theme;
+  if (applied_theme_ != s.window.settings.theme) {
+    ApplyTheme(s.window.settings.theme, s.window.scale);
+    applied_theme_ = s.window.settings.theme;
   }
   ImGui::GetIO().DeltaTime = static_cast<float>(std::max(seconds, 1e-4));
   TakeInput();
+  ShownLabels().clear();
   ImGui_ImplOpenGL3_NewFrame();
   ImGui::NewFrame();
   RunShortcuts();
@@ -151,27 +150,20 @@ bool Viewer::Frame(double seconds) {
 // not for long, or a slow file would make the window look frozen.
 bool Viewer::Holds(bool asked, bool news) {
   const auto now = std::chrono::steady_clock::now();
-  const bool holds = !film_ && !news && (held_ ? session_.Reads() && now - *held_ < kHoldAtMost : asked);
+  const bool holds = !film_ && !news && (held_ ? session_.Reads() && now - *held_ < kMaxHold : asked);
   held_ = holds ? std::optional(held_.value_or(now)) : std::nullopt;
   return holds;
 }
 
-bool Viewer::AnyBusy() const {
-  return std::ranges::any_of(panels_, [](const PanelPtr& panel) { return panel->Wanted() && panel->Busy(); });
+bool Viewer::Busy() const {
+  return !Idle() || state_.playback.playing || film_ ||
+         std::ranges::any_of(panels_, [](const PanelPtr& panel) { return panel->Wanted() && panel->Busy(); });
 }
-
-bool Viewer::Busy() const { return !Idle() || state_.playback.playing || film_ || AnyBusy(); }
 
 bool Viewer::Idle() const {
   const bool settled = std::ranges::none_of(
       panels_, [](const PanelPtr& panel) { return panel->place == Place::kScene && panel->Busy(); });
   return session_.Idle() && settled && !layers_.Busy() && state_.requests.empty() && waiting_.empty();
-}
-
-bool Viewer::OnlyReads() const {
-  const bool patient = !held_ || std::chrono::steady_clock::now() - *held_ < kHoldAtMost;
-  return patient && session_.Reads() && !AnyBusy() && !session_.Runs() && !film_ &&
-         !state_.playback.playing && state_.requests.empty() && waiting_.empty();
 }
 
 void Viewer::RunShortcuts() {
@@ -194,7 +186,7 @@ void Viewer::Film(bool on) {
     } else if (!on && film_) {
       const std::unique_ptr<ScreenFilm> ended = std::move(film_);
       ended->Finish();
-      state_.messages.Say(fmt::format("The video is in {}", ended->File().string()));
+      state_.messages.AddNotice(fmt::format("The video is in {}", ended->File().string()));
     }
   });
   film_ = done ? std::move(film_) : nullptr;
@@ -205,7 +197,7 @@ void Viewer::Film(bool on) {
 void Viewer::FilmFrame() {
   const SceneView& view = state_.view;
   if (film_ && view.size.area() > 0 && !state_.messages.Try([&] {
-        film_->Add(ReadFramebuffer(window_, {view.corner, view.size}), state_.window.seconds);
+        film_->Add(ReadFramebuffer(window_, {view.corner, EvenSize(view.size)}), state_.window.seconds);
       })) {
     film_.reset();
     state_.window.filming = false;
@@ -224,7 +216,7 @@ void Viewer::Do(const ScreenshotRequest& request) {
   const fs::path file = FreeName(Stem(), ".png");
   const cv::Size size = request.width > 0 ? cv::Size(request.width, request.height) : state_.view.size;
   WriteScreenshot(state_, size, request.transparent, file);
-  state_.messages.Say(fmt::format("{} x {} pixels are in {}", size.width, size.height, file.string()));
+  state_.messages.AddNotice(fmt::format("{} x {} pixels are in {}", size.width, size.height, file.string()));
 }
 
 void Viewer::Do(const CopyCommandRequest&) {
@@ -238,20 +230,20 @@ void Viewer::Do(const CopyCommandRequest&) {
   if (state_.editing.representation != SolidKind::kSuperquadric) {
     notice += " It draws superquadrics.";
   }
-  state_.messages.Say(notice);
+  state_.messages.AddNotice(notice);
 }
 
 void Viewer::Do(const SaveTextRequest& request) {
   const fs::path file = FreeName(request.name, request.extension);
   WriteFileAtomically(file, request.text);
-  state_.messages.Say(fmt::format("Saved as {}", file.string()));
+  state_.messages.AddNotice(fmt::format("Saved as {}", file.string()));
 }
 
 void Viewer::Do(const QuitRequest& request) {
   Film(false);
   if (!state_.editing.Postpone(request)) {
     closing_ = true;
-    session_.Control({RunControl::What::kEnd});
+    session_.Control({RunControl::Command::kEnd});
   }
 }
 

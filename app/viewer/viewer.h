@@ -14,6 +14,7 @@
 #include "app/viewer/session.h"
 #include "app/viewer/state/pictures.h"
 #include "app/viewer/state/viewer_state.h"
+#include "app/viewer/widgets/widgets.h"
 
 namespace sqslam::viewer {
 
@@ -24,6 +25,9 @@ class UserInterface {
   ~UserInterface();
   UserInterface(const UserInterface&) = delete;
   UserInterface& operator=(const UserInterface&) = delete;
+
+ private:
+  std::vector<ShownLabel> labels_;  // of the last frame
 };
 
 // The desktop viewer without its window: takes events, holds the state, draws into the framebuffer of the
@@ -42,7 +46,7 @@ class Viewer {
     session_.Watch(std::move(run), request);
   }
 
-  // Returns the exit code of the program: that of the run, as for `sqslam run`; 0 without a run.
+  // Returns the exit code of the program: as of `sqslam run` after a run, else 0.
   int ExitCode() const { return session_.ExitCode(); }
 
   // Mouse and key events take effect in the next frame, or a later one if they need a frame in between: a
@@ -59,9 +63,6 @@ class Viewer {
   // True if nothing is being read or moving, and nothing is left to be drawn in finer detail.
   bool Idle() const;
 
-  // True if a frame is being read and nothing else happens: drawing would only slow that down.
-  bool OnlyReads() const;
-
   bool WantsToClose() const { return closing_ && !session_.Runs(); }
 
   // Returns the text that was put on the clipboard since the last call.
@@ -72,7 +73,6 @@ class Viewer {
 
  private:
   bool Holds(bool asked, bool news);
-  bool AnyBusy() const;
   void TakeInput();
   void RunShortcuts();
   void Film(bool on);

@@ -37,7 +37,6 @@ class Editing : public testing::Test {
   }
 
   void Open(const std::filesystem::path& file, const MapSnapshot& map) {
-    state_.document.kind = Document::Kind::kRecording;
     state_.document.file = file;
     state_.document.last = std::make_shared<const MapSnapshot>(map);
     auto shown = std::make_shared<ShownFrame>();
@@ -76,7 +75,7 @@ class Editing : public testing::Test {
   EditingSession session_;
 };
 
-TEST_F(Editing, WhatIsShownIsEditedAndComesBack) {
+TEST_F(Editing, AppliesAndUndoesEditsOnScreen) {
   state_.selection.selected = 1;
   state_.Editor().DeleteSelected();
   Update();
@@ -91,7 +90,7 @@ TEST_F(Editing, WhatIsShownIsEditedAndComesBack) {
   EXPECT_EQ(state_.document.shown->detections[0].object_id, 1);
 }
 
-TEST_F(Editing, AFrameThatComesLaterIsEditedToo) {
+TEST_F(Editing, EditsLaterFrames) {
   state_.Editor().HideObject(0, true);
   state_.Editor().MergeObjects(2, 1);
   Update();
@@ -108,14 +107,14 @@ TEST_F(Editing, AFrameThatComesLaterIsEditedToo) {
   EXPECT_EQ(state_.document.shown->detections[1].object_id, -1);
 }
 
-TEST_F(Editing, AnUneditedFrameIsNotCopied) {
+TEST_F(Editing, DoesNotCopyUneditedFrames) {
   const ShownFramePtr before = state_.document.shown;
   Update();
   EXPECT_EQ(state_.document.shown, before);
   EXPECT_EQ(state_.document.recorded, before);
 }
 
-TEST_F(Editing, ObjectsCanBeShownAsOtherShapes) {
+TEST_F(Editing, ShowsObjectsAsOtherShapes) {
   state_.editing.representation = SolidKind::kCuboid;
   Update();
   EXPECT_EQ(state_.document.Map()->objects[2].superquadric.shape.e1, kMinShapeExponent);
@@ -124,14 +123,14 @@ TEST_F(Editing, ObjectsCanBeShownAsOtherShapes) {
   EXPECT_EQ(state_.document.Map()->objects[2].superquadric.shape.e1, 1.0);
 }
 
-TEST_F(Editing, TheOldLabelIsNoEdit) {
+TEST_F(Editing, RemovesEditWhenOldLabelReturns) {
   state_.Editor().RelabelObject(1, "mug");
   EXPECT_FALSE(state_.editing.Edits().Empty());
   state_.Editor().RelabelObject(1, "cup");
   EXPECT_TRUE(state_.editing.Edits().Empty());
 }
 
-TEST_F(Editing, EditsAreSavedBesideTheMapAndThereWhenItIsOpenedAgain) {
+TEST_F(Editing, SavesAndReopensEditsBesideMap) {
   state_.Editor().RenameObject(1, "Ada's mug");
   state_.Editor().SaveAll();
   EXPECT_TRUE(std::filesystem::exists(folder_.Path() / "map.sqmap.edits.json"));
@@ -147,7 +146,7 @@ TEST_F(Editing, EditsAreSavedBesideTheMapAndThereWhenItIsOpenedAgain) {
   EXPECT_THAT(Errors(), ElementsAre(HasSubstr("map.sqmap.edits.json:1: no valid JSON")));
 }
 
-TEST_F(Editing, UnsavedChangesPostponeWhatWouldLoseThem) {
+TEST_F(Editing, PostponesQuitWithUnsavedChanges) {
   EXPECT_FALSE(state_.editing.Postpone(QuitRequest{}));
   state_.Editor().DeleteObject(1);
   EXPECT_TRUE(state_.editing.Postpone(QuitRequest{}));
@@ -157,7 +156,7 @@ TEST_F(Editing, UnsavedChangesPostponeWhatWouldLoseThem) {
   EXPECT_TRUE(state_.editing.Postpone(OpenRequest{"other"})) << "given up once, not for ever";
 }
 
-TEST_F(Editing, TheHistoryIsReadInTheBackground) {
+TEST_F(Editing, ReadsHistoryInBackground) {
   Replay replay(folder_.Path() / "map.sqmap");
   std::shared_ptr<const ObjectHistories> histories;
   for (int i = 0; i < 500 && !histories; ++i) {
@@ -168,7 +167,7 @@ TEST_F(Editing, TheHistoryIsReadInTheBackground) {
   EXPECT_EQ(histories->size(), 3u);
 }
 
-TEST_F(Editing, ANewSolidStandsOnTheGroundInView) {
+TEST_F(Editing, PutsNewSolidOnGroundInView) {
   state_.Editor().PrepareAnnotation();
   EXPECT_EQ(state_.editing.annotation.ground, 0.0);
   state_.Editor().AddSolid(SolidKind::kCylinder);
@@ -184,7 +183,7 @@ TEST_F(Editing, ANewSolidStandsOnTheGroundInView) {
   EXPECT_EQ(state_.editing.Solids().solids.size(), 1u);
 }
 
-TEST_F(Editing, ADragOfAHandleIsOneStep) {
+TEST_F(Editing, MakesOneStepOfHandleDrag) {
   state_.Editor().PrepareAnnotation();
   state_.Editor().AddSolid(SolidKind::kCuboid);
   const Solid start = state_.Editor().SelectedSolid()->solid;
@@ -203,7 +202,7 @@ TEST_F(Editing, ADragOfAHandleIsOneStep) {
   EXPECT_EQ(state_.Editor().SelectedSolid()->solid.half_size, start.half_size);
 }
 
-TEST_F(Editing, ALassoChoosesPointsThatASolidIsFittedTo) {
+TEST_F(Editing, FitsSolidToLassoedPoints) {
   MapSnapshot map = HandMadeMap();
   map.points.clear();
   const SnapshotObject& book = map.objects[0];
@@ -241,7 +240,7 @@ TEST_F(Editing, ALassoChoosesPointsThatASolidIsFittedTo) {
   EXPECT_THAT(state_.messages.notices.back().text, Not(HasSubstr("map units")));
 }
 
-TEST_F(Editing, FitsWithoutPointsSayWhatIsMissing) {
+TEST_F(Editing, ReportsFitsWithoutPoints) {
   state_.Editor().PrepareAnnotation();
   state_.Editor().AddSolid(SolidKind::kCuboid);
   AnnotatedSolid aloft = *state_.Editor().SelectedSolid();
@@ -251,7 +250,7 @@ TEST_F(Editing, FitsWithoutPointsSayWhatIsMissing) {
   EXPECT_THAT(Errors(), ElementsAre("0 points, expected 6 or more for a cuboid"));
 }
 
-TEST_F(Editing, TheAnnotationIsWrittenForEvaluation) {
+TEST_F(Editing, WritesAnnotationForEvaluation) {
   state_.Editor().PrepareAnnotation();
   AnnotationTool& tool = state_.editing.annotation;
   EXPECT_EQ(tool.file, (folder_.Path() / "objects_gt.json").string());

@@ -21,7 +21,7 @@ LiveRun::News PollUntil(LiveRun& run, bool (*done)(const LiveRun::News&)) {
   return news;
 }
 
-TEST(LiveRunTest, CtrlCEndsAPausedRun) {
+TEST(LiveRunTest, EndsPausedRunOnCtrlC) {
   const auto sequence = testing::TinySequence();
   const TemporaryFolder folder;
   RunRequest request;
@@ -29,7 +29,7 @@ TEST(LiveRunTest, CtrlCEndsAPausedRun) {
   request.sequence.path = sequence.Path();
   request.output = folder.Path() / "result";
   LiveRun run(request, {"", false});
-  run.Control({RunControl::What::kStep});
+  run.Control({RunControl::Command::kStep});
   run.Start();
   ASSERT_EQ(PollUntil(run, [](const auto& news) { return news.status.frames == 1; }).status.frames, 1);
   std::raise(SIGTERM);  // handled as Ctrl-C, and never ignored by a shell

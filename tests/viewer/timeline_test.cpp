@@ -13,7 +13,7 @@ Timeline TenSeconds() {
   return timeline;
 }
 
-TEST(TimelineTest, FindsTheNewestMomentAtATime) {
+TEST(TimelineTest, FindsNewestMomentAtTime) {
   const Timeline timeline = TenSeconds();
   EXPECT_EQ(timeline.At(0.0), 0);
   EXPECT_EQ(timeline.At(5.0), 0);
@@ -23,7 +23,7 @@ TEST(TimelineTest, FindsTheNewestMomentAtATime) {
   EXPECT_EQ(Timeline().At(1.0), -1);
 }
 
-TEST(TimelineTest, HasGapsWhereNoPoseIsKnown) {
+TEST(TimelineTest, HasGapsWithoutPoses) {
   Timeline timeline = TenSeconds();
   EXPECT_TRUE(timeline.Gaps().empty());
   for (const int frame : {3, 4, 5, 99, 100}) {
@@ -36,22 +36,7 @@ TEST(TimelineTest, HasGapsWhereNoPoseIsKnown) {
   EXPECT_NEAR(gaps[1].second, timeline.End(), 1e-9);
 }
 
-TEST(TimelineTest, IsThinnedWithoutLosingGaps) {
-  Timeline timeline = TenSeconds();
-  for (const int frame : {33, 34, 35, 71}) {
-    timeline.moments[static_cast<std::size_t>(frame)].tracked = false;
-  }
-  const auto gaps = timeline.Gaps();
-  timeline.Thin(101);
-  EXPECT_EQ(timeline.moments.size(), 101U);
-  timeline.Thin(100);
-  EXPECT_LE(timeline.moments.size(), 58U);
-  EXPECT_EQ(timeline.Gaps(), gaps);
-  EXPECT_EQ(timeline.Begin(), 5.0);
-  EXPECT_EQ(timeline.End(), 15.0);
-}
-
-TEST(PlaybackTest, PlaysForwardAndBackwardAndStopsAtTheEnds) {
+TEST(PlaybackTest, PlaysBothWaysAndStopsAtEnds) {
   const Timeline timeline = TenSeconds();
   Playback playback;
   playback.time = timeline.End();
@@ -69,7 +54,7 @@ TEST(PlaybackTest, PlaysForwardAndBackwardAndStopsAtTheEnds) {
   EXPECT_FALSE(playback.playing);
 }
 
-TEST(PlaybackTest, StepsByFramesAndByStatesOfTheMap) {
+TEST(PlaybackTest, StepsByFramesAndSnapshots) {
   const Timeline timeline = TenSeconds();
   Playback playback;
   playback.time = 6.0;

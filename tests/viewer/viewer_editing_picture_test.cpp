@@ -22,7 +22,7 @@ class EditingWindow : public ::testing::Test {
     stage_.Settle();
     ASSERT_NE(stage_.State().document.Map(), nullptr);
     state().editing.annotation.file = "objects_gt.json";  // not the temporary folder's
-    state().window.show_image = false;                    // the recording has none
+    state().window.settings.show_image = false;           // the recording has none
     stage_.MoveTo(5.0, 700.0);
     state().messages.notices.clear();
     stage_.Settle();
@@ -52,7 +52,7 @@ class EditingWindow : public ::testing::Test {
   UiStage stage_{{1100, 760}};
 };
 
-TEST_F(EditingWindow, TheTableLooksLikeItsBaseline) {
+TEST_F(EditingWindow, MatchesBaselineOfTable) {
   state().Editor().RenameObject(1, "Ada's mug");
   state().Editor().HideObject(2, true);
   state().selection.selected = 0;
@@ -60,14 +60,14 @@ TEST_F(EditingWindow, TheTableLooksLikeItsBaseline) {
   ExpectBaseline(stage_.Picture(), "viewer_table");
 }
 
-TEST_F(EditingWindow, TheInspectorLooksLikeItsBaseline) {
+TEST_F(EditingWindow, MatchesBaselineOfInspector) {
   state().selection.selected = 0;
   state().editing.point_colors = PointColors::kResidual;
   Show("Inspector");
   ExpectBaseline(stage_.Picture(), "viewer_inspector");
 }
 
-TEST_F(EditingWindow, AnnotatingLooksLikeItsBaseline) {
+TEST_F(EditingWindow, MatchesBaselineOfAnnotation) {
   Show("Annotate");
   state().Editor().AddSolidOf(state().document.Map()->objects[1]);
   state().Editor().AddSolid(SolidKind::kCuboid);
@@ -76,14 +76,14 @@ TEST_F(EditingWindow, AnnotatingLooksLikeItsBaseline) {
   ExpectBaseline(stage_.Picture(), "viewer_annotation");
 }
 
-TEST_F(EditingWindow, TheSettingsLookLikeTheirBaseline) {
-  SwitchTheme(state().window, state().view, state().messages);
+TEST_F(EditingWindow, MatchesBaselineOfSettings) {
+  SwitchTheme(state());
   state().window.show_settings = true;
   stage_.Settle();
   ExpectBaseline(stage_.Picture(), "viewer_settings");
 }
 
-TEST_F(EditingWindow, DeleteUndoAndRedoByKeys) {
+TEST_F(EditingWindow, DeletesUndoesAndRedoesByKeys) {
   state().selection.selected = 1;
   stage_.Key(key::kDelete);
   stage_.Frames(2);
@@ -97,7 +97,7 @@ TEST_F(EditingWindow, DeleteUndoAndRedoByKeys) {
   EXPECT_FALSE(state().editing.document.Modified());
 }
 
-TEST_F(EditingWindow, EveryFrameOfTheReplayIsEdited) {
+TEST_F(EditingWindow, EditsEveryFrameOfReplay) {
   state().Editor().DeleteObject(0);
   stage_.Key(key::kLeft);  // to the state before
   stage_.Settle();
@@ -105,7 +105,7 @@ TEST_F(EditingWindow, EveryFrameOfTheReplayIsEdited) {
   EXPECT_THAT(Ids(), ElementsAre(1));
 }
 
-TEST_F(EditingWindow, ClosingWithUnsavedEditsAsksFirst) {
+TEST_F(EditingWindow, AsksBeforeClosingWithUnsavedEdits) {
   state().Editor().DeleteObject(0);
   stage_.Handle({.kind = InputEvent::Kind::kClose});
   stage_.Frames(3);
@@ -120,7 +120,7 @@ TEST_F(EditingWindow, ClosingWithUnsavedEditsAsksFirst) {
   EXPECT_TRUE(stage_.viewer->WantsToClose());
 }
 
-TEST_F(EditingWindow, AHandleIsDraggedInTheScene) {
+TEST_F(EditingWindow, DragsHandleInScene) {
   Show("Annotate");
   state().Editor().AddSolid(SolidKind::kCuboid);
   stage_.Frames(2);
@@ -139,7 +139,7 @@ TEST_F(EditingWindow, AHandleIsDraggedInTheScene) {
   EXPECT_EQ(state().Editor().SelectedSolid()->solid.half_size, start.half_size);
 }
 
-TEST_F(EditingWindow, ALassoInTheSceneChoosesPoints) {
+TEST_F(EditingWindow, SelectsPointsByLassoInScene) {
   Show("Annotate");
   state().editing.annotation.lasso = true;
   const Eigen::Vector3d eye = state().view.camera.position;

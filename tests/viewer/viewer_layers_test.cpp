@@ -24,7 +24,7 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 
 // The command that the viewer offers draws what the viewer's own picture shows.
-TEST_F(ViewerScript, TheCopiedCommandDrawsTheSamePicture) {
+TEST_F(ViewerScript, CopiesCommandOfSamePicture) {
   WriteGrowingMap(folder_.Path());
   const ProgramRun run = Play(
       "wait idle\nmove 300 250\npress left\nmove 380 230\nrelease left\n"
@@ -57,7 +57,7 @@ void WriteTruth(const TemporaryFolder& folder) {
 }
 
 // Layers of all kinds and a section: on by keys, options and a drop, in the window and in the copied command.
-TEST_F(ViewerScript, LayersAreSwitchedOnAndTheCopiedCommandDrawsThemToo) {
+TEST_F(ViewerScript, CopiesCommandWithLayers) {
   WriteTruth(folder_);
   WriteGrowingMap(folder_.Path(), (folder_.Path() / "sequence").string());
   std::string cloud =
@@ -105,7 +105,7 @@ int GreenPixels(const fs::path& picture) {
   return cv::countNonZero(green);
 }
 
-TEST_F(ViewerScript, ADensifiedMapIsAMeshWhereTheStyleSaysSo) {
+TEST_F(ViewerScript, ShowsMeshOfDensifiedMapByStyle) {
   Document document;
   document.file = WriteGrowingMap(folder_.Path());
   AddWall(document.file);
@@ -134,7 +134,7 @@ TEST_F(ViewerScript, ADensifiedMapIsAMeshWhereTheStyleSaysSo) {
   EXPECT_NE(layers.drawn.dense_cloud, nullptr);
 }
 
-TEST(ViewerFraming, HoldsTheDenseCloudAsPicturesDo) {
+TEST(ViewerFraming, FramesDenseCloudLikePictures) {
   const TemporaryFolder folder;
   const fs::path bare = WriteGrowingMap(folder.Path() / "bare");
   const fs::path dense = WriteGrowingMap(folder.Path() / "dense");
@@ -160,7 +160,7 @@ TEST(ViewerFraming, HoldsTheDenseCloudAsPicturesDo) {
   }
 }
 
-TEST_F(ViewerScript, ADensifiedMapShowsItsCloudAndTheCopiedCommandDrawsItToo) {
+TEST_F(ViewerScript, CopiesCommandWithDenseCloud) {
   const fs::path map = WriteGrowingMap(folder_.Path());
   AddWall(map);
   const ProgramRun run = Play(
@@ -183,7 +183,7 @@ TEST_F(ViewerScript, ADensifiedMapShowsItsCloudAndTheCopiedCommandDrawsItToo) {
   EXPECT_EQ(broken.exit_code, 0) << broken.err;
 }
 
-TEST_F(ViewerScript, LayersCanBeAskedForOnTheCommandLine) {
+TEST_F(ViewerScript, TakesLayersFromCommandLine) {
   WriteTruth(folder_);
   WriteGrowingMap(folder_.Path());
   folder_.Write("room.ply",

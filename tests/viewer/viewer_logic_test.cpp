@@ -25,7 +25,7 @@ Eigen::Vector2d Seen(const ViewCamera& camera, const Eigen::Vector3d& p) {
   return PinholeOf(camera, kWindow).Project(PoseOf(camera).Inverse() * p) + Eigen::Vector2d(0.5, 0.5);
 }
 
-TEST(SceneViewTest, ThroughTheCameraItsImageIsInTheMiddleUnderWhatItShows) {
+TEST(SceneViewTest, AlignsCameraViewWithItsImage) {
   const Camera camera{320, 240, 290.0, 310.0, 150.0, 131.0, {}, 30.0};
   const Rigid3d T_map_camera{
       Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1.0, 2.0, 0.5).normalized())),
@@ -47,7 +47,7 @@ TEST(SceneViewTest, ThroughTheCameraItsImageIsInTheMiddleUnderWhatItShows) {
   EXPECT_FALSE(LookThrough(T_map_camera, camera, {}, 2.0).pinhole) << "no window is there yet";
 }
 
-TEST(CameraControlTest, OrbitKeepsTheFocalPointAndTheDistance) {
+TEST(CameraControlTest, KeepsFocalPointAndDistanceInOrbit) {
   const ViewCamera before;
   const ViewCamera after = Orbit(before, {100.0, -40.0}, kWindow, Eigen::Vector3d::UnitZ());
   EXPECT_EQ(after.focal_point, before.focal_point);
@@ -58,13 +58,13 @@ TEST(CameraControlTest, OrbitKeepsTheFocalPointAndTheDistance) {
   EXPECT_GT(pole.position.z(), 0.0);
 }
 
-TEST(CameraControlTest, PanMovesWhatIsAtTheFocalPointWithTheMouse) {
+TEST(CameraControlTest, MovesFocalPointWithMouseWhenPanning) {
   const ViewCamera before;
   const ViewCamera after = Pan(before, {30.0, 20.0}, kWindow);
   EXPECT_LT((Seen(after, before.focal_point) - Eigen::Vector2d(430.0, 320.0)).norm(), 1e-6);
 }
 
-TEST(CameraControlTest, ZoomKeepsWhatIsUnderTheMouse) {
+TEST(CameraControlTest, KeepsPointUnderMouseWhenZooming) {
   const ViewCamera before;
   const Eigen::Vector2d mouse(250.0, 410.0);
   const Ray ray = RayOf(before, mouse, kWindow);
@@ -75,31 +75,31 @@ TEST(CameraControlTest, ZoomKeepsWhatIsUnderTheMouse) {
   EXPECT_NEAR(after.Distance(), 0.5 * before.Distance(), 1e-9);
 }
 
-TEST(CameraControlTest, TheRayOfAPixelGoesThroughWhatIsSeenThere) {
+TEST(CameraControlTest, CastsRayThroughSeenPoint) {
   ViewCamera camera;
   const Eigen::Vector3d p(0.4, -0.3, 0.7);
   const Ray ray = RayOf(camera, Seen(camera, p), kWindow);
   EXPECT_LT((ray.origin + (p - ray.origin).norm() * ray.direction - p).norm(), 1e-9);
 }
 
-TEST(PickingTest, MeetsASolidWhereItsSurfaceIs) {
+TEST(PickingTest, HitsSurfaceOfSolid) {
   for (const double e1 : {0.1, 1.0, 1.9}) {
     PosedSuperquadric solid{{{0.3, 0.2, 0.5}, e1, 0.6}, {}};
     solid.T_map_object.translation = {1.0, 2.0, 3.0};
     const Eigen::Vector3d eye(4.0, -1.0, 5.0);
     const Eigen::Vector3d to = solid.T_map_object * Eigen::Vector3d(0.1, 0.05, 0.1);
     const Ray ray{eye, (to - eye).normalized()};
-    const auto distance = Meet(ray, solid);
+    const auto distance = HitDistance(ray, solid);
     ASSERT_TRUE(distance);
     const Eigen::Vector3d hit = solid.T_map_object.Inverse() * (eye + *distance * ray.direction);
     EXPECT_NEAR(solid.shape.RadialScale(hit), 1.0, 1e-6);
     EXPECT_LT(*distance, (to - eye).norm());
-    EXPECT_FALSE(Meet({eye, -ray.direction}, solid));  // behind
-    EXPECT_FALSE(Meet({eye + Eigen::Vector3d(0.0, 0.0, 2.0), ray.direction}, solid));
+    EXPECT_FALSE(HitDistance({eye, -ray.direction}, solid));  // behind
+    EXPECT_FALSE(HitDistance({eye + Eigen::Vector3d(0.0, 0.0, 2.0), ray.direction}, solid));
   }
 }
 
-TEST(PickingTest, TakesTheNearestOfTwoObjectsInARow) {
+TEST(PickingTest, PicksNearestOfTwoObjects) {
   MapSnapshot map = HandMadeMap();
   const Eigen::Vector3d a = map.objects[0].superquadric.T_map_object.translation;
   const Eigen::Vector3d b = map.objects[2].superquadric.T_map_object.translation;
@@ -109,7 +109,7 @@ TEST(PickingTest, TakesTheNearestOfTwoObjectsInARow) {
   EXPECT_EQ(PickObject({a + Eigen::Vector3d(0.0, 0.0, 3.0), way}, map.objects), std::nullopt);
 }
 
-TEST(PickingTest, WhatIsCutAwayIsNotPicked) {
+TEST(PickingTest, IgnoresClippedParts) {
   const MapSnapshot map = HandMadeMap();
   const PosedSuperquadric& ball = map.objects[2].superquadric;
   const Eigen::Vector3d middle = ball.T_map_object.translation;
@@ -117,10 +117,10 @@ TEST(PickingTest, WhatIsCutAwayIsNotPicked) {
   EXPECT_EQ(PickObject(down, map.objects), 2);
   // Its upper half is gone: one looks into it, onto its floor.
   const ClipPlane half{Eigen::Vector3d::UnitZ(), middle.z()};
-  const auto inside = Meet(down, ball, half);
+  const auto inside = HitDistance(down, ball, half);
   ASSERT_TRUE(inside);
   EXPECT_NEAR(*inside, 2.15, 1e-6);
-  EXPECT_NEAR(*Meet(down, ball, std::nullopt), 1.85, 1e-6);
+  EXPECT_NEAR(*HitDistance(down, ball, std::nullopt), 1.85, 1e-6);
   EXPECT_EQ(PickObject(down, map.objects, half), 2);
   // All of it is gone, and the book is what one sees behind it.
   const ClipPlane none{-Eigen::Vector3d::UnitZ(), -0.35};
@@ -133,7 +133,7 @@ TEST(PickingTest, WhatIsCutAwayIsNotPicked) {
   EXPECT_EQ(PickObject(through, map.objects, ClipPlane{Eigen::Vector3d::UnitX(), 0.1}), 0);
 }
 
-TEST(PickingTest, PointsAreThoseOfMapAndCloudThatAreNotCutAway) {
+TEST(PickingTest, PicksVisiblePointsOfMapAndCloud) {
   MapSnapshot map;
   map.points = {{{0.0F, 0.0F, 0.0F}, {}, -1}, {{0.0F, -1.0F, 0.5F}, {}, -1}};
   ViewCamera camera;
@@ -151,7 +151,7 @@ TEST(PickingTest, PointsAreThoseOfMapAndCloudThatAreNotCutAway) {
   EXPECT_EQ(picked(ClipPlane{Eigen::Vector3d::UnitZ(), 0.7}, &cloud), Eigen::Vector3d(0.0, -1.0, 0.5));
 }
 
-TEST(RenderCommandLineTest, NamesTheLayersThatAreDrawn) {
+TEST(RenderCommandLineTest, NamesDrawnLayers) {
   ViewerState state;
   state.view.UseStyle("paper");
   state.document.file = "/data/map.sqmap";
@@ -176,7 +176,7 @@ TEST(RenderCommandLineTest, NamesTheLayersThatAreDrawn) {
   EXPECT_EQ(state.view.clip.axis, ClipAxis::kView) << "another look is no other section";
 }
 
-TEST(LayoutTest, PartsFillTheWindowAndDoNotOverlap) {
+TEST(LayoutTest, FillsWindowWithoutOverlap) {
   const Layout layout = LayOut({1280, 720}, 25.0, {}, true, true, 1.0);
   EXPECT_DOUBLE_EQ(layout.scene.width + layout.side_line.width + layout.side.width, 1280.0);
   EXPECT_DOUBLE_EQ(25.0 + layout.scene.height + layout.bottom_line.height + layout.bottom.height, 720.0);
@@ -185,7 +185,7 @@ TEST(LayoutTest, PartsFillTheWindowAndDoNotOverlap) {
   EXPECT_GT(LayOut({1280, 720}, 25.0, {}, false, true, 1.0).scene.height, layout.scene.height);
 }
 
-TEST(LayoutTest, SmallAndEmptyWindowsHaveNoNegativeParts) {
+TEST(LayoutTest, HasNoNegativePartsInSmallWindows) {
   for (const cv::Size size : {cv::Size(0, 0), cv::Size(40, 30), cv::Size(300, 10)}) {
     const Layout layout = LayOut(size, 25.0, {}, true, true, 2.0);
     for (const cv::Rect2d& part : {layout.scene, layout.top, layout.side, layout.bottom}) {
@@ -195,7 +195,7 @@ TEST(LayoutTest, SmallAndEmptyWindowsHaveNoNegativeParts) {
   }
 }
 
-TEST(InputEventsTest, WhatIsWrittenDownReadsBackTheSame) {
+TEST(InputEventsTest, ReadsBackFormattedEvents) {
   using Kind = InputEvent::Kind;
   for (const InputEvent& event :
        {InputEvent{.kind = Kind::kMove, .x = 12.5, .y = -3.0}, InputEvent{.kind = Kind::kPress, .code = 2},
@@ -211,7 +211,7 @@ TEST(InputEventsTest, WhatIsWrittenDownReadsBackTheSame) {
   }
 }
 
-TEST(InputEventsTest, ABrokenLineIsNamed) {
+TEST(InputEventsTest, ReportsInvalidLines) {
   const auto message = [](const std::string& text) {
     try {
       ParseScript(text, "a.txt");
@@ -227,7 +227,7 @@ TEST(InputEventsTest, ABrokenLineIsNamed) {
   EXPECT_THAT(message("picture window.xyz"), HasSubstr("a.txt:1: expected FILE.png"));
 }
 
-TEST(InputEventsTest, NumbersThatWouldEndNoScriptAreRefused) {
+TEST(InputEventsTest, RejectsNumbersOutOfRange) {
   for (const char* line : {"frames -1", "frames 1e10", "repeat -1", "repeat 1e10", "wait frame 1e10",
                            "move 1e10 0", "resize 0 -1e10"}) {
     EXPECT_THROW(ParseScript(line, "a.txt"), UsageError) << line;
@@ -235,7 +235,7 @@ TEST(InputEventsTest, NumbersThatWouldEndNoScriptAreRefused) {
   EXPECT_EQ(ParseScript("frames 1000000", "a.txt").front().count, 1000000);
 }
 
-TEST(InputEventsTest, AClickGoesToATextAndThenPresses) {
+TEST(InputEventsTest, ExpandsClickToPointAndPress) {
   const std::vector<ScriptLine> script = ParseScript("click Save path\npoint -5 20 keyframes", "test");
   ASSERT_EQ(script.size(), 6U);
   EXPECT_EQ(script[0].kind, ScriptLine::Kind::kPoint);
@@ -246,16 +246,16 @@ TEST(InputEventsTest, AClickGoesToATextAndThenPresses) {
   EXPECT_EQ(script[5].event, (InputEvent{.x = -5.0, .y = 20.0}));
 }
 
-TEST(InputEventsTest, ARoundIsRepeatedForSomeSeconds) {
+TEST(InputEventsTest, ReadsRepeatInSeconds) {
   const std::vector<ScriptLine> script = ParseScript("key H\nrepeat 90", "test");
   EXPECT_EQ(script.back().kind, ScriptLine::Kind::kRepeat);
   EXPECT_EQ(script.back().count, 90);
 }
 
-TEST(ShortcutsTest, NoTwoShortcutsShareAKey) {
+TEST(ShortcutsTest, HaveUniqueKeys) {
   const std::vector<Shortcut>& all = Shortcuts();
   for (std::size_t i = 0; i < all.size(); ++i) {
-    EXPECT_FALSE(all[i].what.empty());
+    EXPECT_FALSE(all[i].help.empty());
     for (std::size_t j = i + 1; j < all.size(); ++j) {
       EXPECT_FALSE(all[i].code == all[j].code && all[i].shift == all[j].shift &&
                    all[i].control == all[j].control)
@@ -264,7 +264,7 @@ TEST(ShortcutsTest, NoTwoShortcutsShareAKey) {
   }
 }
 
-TEST(ShortcutsTest, KeysOfTheReplayDoNothingDuringARun) {
+TEST(ShortcutsTest, IgnoreReplayKeysDuringRun) {
   for (const bool shift : {false, true}) {
     for (const int code : {static_cast<int>('B'), key::kLeft, key::kRight, key::kHome, key::kEnd}) {
       ViewerState state;
@@ -278,7 +278,7 @@ TEST(ShortcutsTest, KeysOfTheReplayDoNothingDuringARun) {
   }
 }
 
-TEST(RenderCommandLineTest, SaysOnlyWhatDiffersFromTheStyle) {
+TEST(RenderCommandLineTest, NamesOnlyChangesToStyle) {
   ViewerState state;
   state.view.UseStyle("dark");
   state.view.style.objects.opacity = 0.5;
@@ -293,7 +293,7 @@ TEST(RenderCommandLineTest, SaysOnlyWhatDiffersFromTheStyle) {
                               "--camera-position=-1.5,2,0.25"));
 }
 
-TEST(RenderCommandLineTest, ThroughTheCameraItNamesTheFrame) {
+TEST(RenderCommandLineTest, NamesFrameWhenThroughCamera) {
   const auto map = std::make_shared<MapSnapshot>();
   map->T_map_camera = Rigid3d();
   map->camera = {320, 240, 290.0, 310.0, 150.0, 131.0, {}, 30.0};
@@ -314,7 +314,7 @@ TEST(RenderCommandLineTest, ThroughTheCameraItNamesTheFrame) {
   EXPECT_THAT(line(), HasSubstr("--photo --camera-frame=7 --at-frame=7"));
 }
 
-TEST(CameraKeysTest, WhatIsSavedPlaysThroughTheSameViews) {
+TEST(CameraKeysTest, PlaySameViewsAfterSaving) {
   CameraKeys keys;
   keys.interval = 1.5;
   ViewCamera camera;

@@ -40,12 +40,12 @@ class ViewerWindow : public ::testing::Test {
   UiStage stage_;
 };
 
-TEST_F(ViewerWindow, LooksLikeItsBaseline) {
+TEST_F(ViewerWindow, MatchesBaseline) {
   Open();
   ExpectBaseline(stage_.Picture(), "viewer_dark");
 }
 
-TEST_F(ViewerWindow, LightWithASelectedObjectLooksLikeItsBaseline) {
+TEST_F(ViewerWindow, MatchesLightBaselineWithSelection) {
   Open();
   stage_.Key('T');
   const Eigen::Vector2d cup = InWindow(stage_, CenterOf(1));
@@ -56,7 +56,7 @@ TEST_F(ViewerWindow, LightWithASelectedObjectLooksLikeItsBaseline) {
   ExpectBaseline(stage_.Picture(), "viewer_light_selected");
 }
 
-TEST_F(ViewerWindow, ARequestThatFailsIsAMessage) {
+TEST_F(ViewerWindow, ReportsFailedRequests) {
   Open();
   stage_.viewer->State().view.style_name = (folder_.Path() / "gone.yaml").string();
   stage_.viewer->State().requests.emplace_back(CopyCommandRequest{});
@@ -66,13 +66,13 @@ TEST_F(ViewerWindow, ARequestThatFailsIsAMessage) {
   EXPECT_EQ(stage_.viewer->TakeClipboard(), std::nullopt);
 }
 
-TEST_F(ViewerWindow, HelpLooksLikeItsBaseline) {
+TEST_F(ViewerWindow, MatchesBaselineOfHelp) {
   stage_.Key('H');
   stage_.Settle();
   ExpectBaseline(stage_.Picture(), "viewer_help");
 }
 
-TEST_F(ViewerWindow, AClickBesideAllObjectsUnselects) {
+TEST_F(ViewerWindow, UnselectsOnClickBesideObjects) {
   Open();
   const Eigen::Vector2d book = InWindow(stage_, CenterOf(0));
   stage_.Click(book.x(), book.y());
@@ -81,7 +81,7 @@ TEST_F(ViewerWindow, AClickBesideAllObjectsUnselects) {
   EXPECT_EQ(stage_.State().selection.selected, std::nullopt);
 }
 
-TEST_F(ViewerWindow, DraggingTurnsTheViewAndSelectsNothing) {
+TEST_F(ViewerWindow, RotatesViewOnDragWithoutSelecting) {
   Open();
   const Eigen::Vector3d before = stage_.State().view.camera.position;
   const Eigen::Vector2d book = InWindow(stage_, CenterOf(0));
@@ -90,7 +90,7 @@ TEST_F(ViewerWindow, DraggingTurnsTheViewAndSelectsNothing) {
   EXPECT_EQ(stage_.State().selection.selected, std::nullopt);
 }
 
-TEST_F(ViewerWindow, LabelsFollowTheViewAngle) {
+TEST_F(ViewerWindow, MovesLabelsWithViewAngle) {
   Open();
   SceneView& view = stage_.viewer->State().view;
   view.style.objects.labels = true;
@@ -105,7 +105,7 @@ TEST_F(ViewerWindow, LabelsFollowTheViewAngle) {
   EXPECT_LT(PictureDifference(stage_.Picture(), closer), 1e-6);
 }
 
-TEST_F(ViewerWindow, HomeAndEndShowTheFirstAndTheFinishedMap) {
+TEST_F(ViewerWindow, ShowsFirstAndFinishedMapOnHomeAndEnd) {
   Open();
   stage_.Key(key::kHome);
   stage_.Settle();
@@ -116,7 +116,7 @@ TEST_F(ViewerWindow, HomeAndEndShowTheFirstAndTheFinishedMap) {
   EXPECT_EQ(stage_.State().document.Map()->objects.size(), 3U);
 }
 
-TEST_F(ViewerWindow, PlayingGoesToTheEndAndStops) {
+TEST_F(ViewerWindow, StopsPlayingAtEnd) {
   Open();
   stage_.Key(key::kSpace);  // at the end it begins again
   stage_.Frames(3);
@@ -127,7 +127,7 @@ TEST_F(ViewerWindow, PlayingGoesToTheEndAndStops) {
   EXPECT_EQ(stage_.State().document.shown->frame_index, 70);
 }
 
-TEST_F(ViewerWindow, ScrubbingOnTheTimelineShowsThatState) {
+TEST_F(ViewerWindow, ShowsStateUnderTimelineClick) {
   Open();
   stage_.Click(560.0, 560.0);
   stage_.Settle();
@@ -135,7 +135,7 @@ TEST_F(ViewerWindow, ScrubbingOnTheTimelineShowsThatState) {
   EXPECT_LT(stage_.State().document.shown->frame_index, 70);
 }
 
-TEST_F(ViewerWindow, AClickWithinOneFrameIsNotLost) {
+TEST_F(ViewerWindow, KeepsClickWithinOneFrame) {
   Open();
   using Kind = InputEvent::Kind;
   for (const InputEvent& event :
@@ -148,7 +148,7 @@ TEST_F(ViewerWindow, AClickWithinOneFrameIsNotLost) {
   EXPECT_LT(stage_.State().document.shown->frame_index, 70);
 }
 
-TEST_F(ViewerWindow, AFolderIsFoundInTheBrowserAndItsResultOpened) {
+TEST_F(ViewerWindow, OpensResultFromFolderBrowser) {
   stage_.viewer->State().window.show_open = true;  // with nothing open: the working folder
   stage_.Frames(2);
   stage_.Key(key::kEscape);
@@ -176,7 +176,7 @@ TEST_F(ViewerWindow, AFolderIsFoundInTheBrowserAndItsResultOpened) {
   EXPECT_EQ(stage_.State().document.file, folder_.Path() / "other" / "desk" / "map.sqmap");
 }
 
-TEST_F(ViewerWindow, WithoutSizeNothingIsDrawnAndAllComesBack) {
+TEST_F(ViewerWindow, DrawsAgainAfterBeingMinimised) {
   Open();
   const cv::Mat before = stage_.Picture();
   stage_.Handle({.kind = InputEvent::Kind::kResize, .x = 0.0, .y = 0.0});
@@ -186,7 +186,7 @@ TEST_F(ViewerWindow, WithoutSizeNothingIsDrawnAndAllComesBack) {
   EXPECT_LT(PictureDifference(stage_.Picture(), before), 1e-6);
 }
 
-TEST_F(ViewerWindow, AnErrorIsShownAndTheProgramGoesOn) {
+TEST_F(ViewerWindow, ShowsErrorAndContinues) {
   stage_.viewer->Open(folder_.Path() / "nothing.sqmap");
   stage_.Frames(5);
   stage_.Settle();
@@ -196,7 +196,7 @@ TEST_F(ViewerWindow, AnErrorIsShownAndTheProgramGoesOn) {
   Open();
 }
 
-TEST_F(ViewerWindow, ADroppedFolderIsOpened) {
+TEST_F(ViewerWindow, OpensDroppedFolder) {
   WriteGrowingMap(folder_.Path());
   stage_.Handle({.kind = InputEvent::Kind::kDrop, .text = (folder_.Path() / "desk").string()});
   stage_.Settle();
@@ -204,7 +204,7 @@ TEST_F(ViewerWindow, ADroppedFolderIsOpened) {
   EXPECT_EQ(stage_.State().document.Map()->objects.size(), 3U);
 }
 
-TEST_F(ViewerWindow, AScreenshotIsAsLargeAsAskedForAndLooksLikeTheScene) {
+TEST_F(ViewerWindow, WritesScreenshotOfSceneInAnySize) {
   Open();
   const std::filesystem::path file = folder_.Path() / "shot.png";
   const cv::Size size = stage_.State().view.size;

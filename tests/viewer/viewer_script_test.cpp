@@ -41,7 +41,7 @@ TEST_F(ViewerScript, OpensScrubsPicksResizesAndCloses) {
   EXPECT_EQ(cv::imread((folder_.Path() / "window.png").string()).size(), cv::Size(900, 560));
 }
 
-TEST_F(ViewerScript, ClicksOnWhatThePanelsSay) {
+TEST_F(ViewerScript, ClicksOnLabels) {
   WriteGrowingMap(folder_.Path());
   const ProgramRun run = Play(
       "wait idle\nexpect covisibility no\n"
@@ -54,7 +54,7 @@ TEST_F(ViewerScript, ClicksOnWhatThePanelsSay) {
   EXPECT_EQ(run.exit_code, 0) << run.err;
 }
 
-TEST_F(ViewerScript, RoundsAreRepeatedUntilTheirTimeIsOver) {
+TEST_F(ViewerScript, RepeatsUntilTimeIsOver) {
   WriteGrowingMap(folder_.Path());
   // The first round switches the help on, the second off again: an end after one round is seen here.
   const ProgramRun run = Play("wait idle\nexpect help no\nkey H\nframes 2\nrepeat 60\nclose\n", "desk");
@@ -63,14 +63,14 @@ TEST_F(ViewerScript, RoundsAreRepeatedUntilTheirTimeIsOver) {
   EXPECT_EQ(Play("wait idle\nexpect help no\nkey H\nframes 2\nrepeat 0\nclose\n", "desk").exit_code, 0);
 }
 
-TEST_F(ViewerScript, AMinimisedWindowCannotBeWritten) {
+TEST_F(ViewerScript, ReportsPictureOfMinimisedWindow) {
   WriteGrowingMap(folder_.Path());
   const ProgramRun run = Play("wait idle\nresize 0 0\nframes 3\npicture window.png\nclose\n", "desk");
   EXPECT_EQ(run.exit_code, 3);
   EXPECT_THAT(run.err, HasSubstr("window.png: the window is minimised"));
 }
 
-TEST_F(ViewerScript, ADamagedStateOfTheMapCostsOnlyItself) {
+TEST_F(ViewerScript, SkipsOnlyDamagedSnapshot) {
   const fs::path map = WriteGrowingMap(folder_.Path());
   sqlite3* db = nullptr;
   ASSERT_EQ(sqlite3_open(map.c_str(), &db), SQLITE_OK);
@@ -89,14 +89,14 @@ TEST_F(ViewerScript, ADamagedStateOfTheMapCostsOnlyItself) {
   EXPECT_EQ(run.exit_code, 0) << run.err;
 }
 
-TEST_F(ViewerScript, WhatIsNotAsExpectedEndsItWithTheLine) {
+TEST_F(ViewerScript, EndsWithLineOfFailedExpectation) {
   WriteGrowingMap(folder_.Path());
   const ProgramRun run = Play("wait idle\nexpect objects 4\n", "desk");
   EXPECT_EQ(run.exit_code, 3);
   EXPECT_THAT(run.err, HasSubstr("script.txt:2: objects is 3, expected 4"));
 }
 
-TEST_F(ViewerScript, WhatWasRecordedPlaysAgain) {
+TEST_F(ViewerScript, ReplaysRecordedEvents) {
   WriteGrowingMap(folder_.Path());
   const ProgramRun first = Play("wait idle\nkey 3\nframes 4\nclose\n", "desk --record-events log.txt");
   ASSERT_EQ(first.exit_code, 0) << first.err;
@@ -107,7 +107,7 @@ TEST_F(ViewerScript, WhatWasRecordedPlaysAgain) {
   EXPECT_EQ(again.exit_code, 0) << again.err;
 }
 
-TEST_F(ViewerScript, AFileThatCannotBeWrittenIsSaid) {
+TEST_F(ViewerScript, ReportsUnwritableFiles) {
   WriteGrowingMap(folder_.Path());
   const ProgramRun picture = Play("wait idle\npicture nowhere/window.png\nclose\n", "desk");
   EXPECT_EQ(picture.exit_code, 3);
@@ -126,7 +126,7 @@ std::vector<Rigid3d> Sideways(int frames) {
   return poses;
 }
 
-TEST_F(ViewerScript, ClosingWhileMappingEndsTheRunAndSavesIt) {
+TEST_F(ViewerScript, SavesRunWhenClosedWhileMapping) {
   const sqslam::testing::WrittenSequence sequence(Sideways(360));
   folder_.Write("growth.mp4", "of an earlier run");
   const ProgramRun run =
@@ -140,7 +140,7 @@ TEST_F(ViewerScript, ClosingWhileMappingEndsTheRunAndSavesIt) {
   EXPECT_EQ(Slurp(folder_.Path() / "result" / "report.html").find("<video"), std::string::npos);
 }
 
-TEST_F(ViewerScript, ARunThatEndsIsShownAsARecording) {
+TEST_F(ViewerScript, ShowsFinishedRunAsRecording) {
   const sqslam::testing::WrittenSequence sequence(Sideways(40));
   const ProgramRun run = Play(
       "wait map\nwait end\nwait idle\nexpect running no\nexpect image yes\nexpect error none\n"
@@ -158,7 +158,7 @@ TEST_F(ViewerScript, ARunThatEndsIsShownAsARecording) {
   EXPECT_GT(brightness("headless.png"), 2.0 * brightness("outside.png"));
 }
 
-TEST_F(ViewerScript, AFailureAtTheStartOfARunStaysInTheWindowAndGoesToTheTerminal) {
+TEST_F(ViewerScript, ReportsFailedStartInWindowAndTerminal) {
   folder_.Write("empty/notes.txt", "no image");
   const ProgramRun run = Play("wait end\nframes 30\nexpect failure not none\nexpect running no\nclose\n",
                               "run empty --output result");
@@ -167,14 +167,14 @@ TEST_F(ViewerScript, AFailureAtTheStartOfARunStaysInTheWindowAndGoesToTheTermina
   EXPECT_THAT(run.err, HasSubstr("empty: no rgb.txt"));
 }
 
-TEST_F(ViewerScript, WithoutADisplayOneLineSaysWhatToDoInstead) {
+TEST_F(ViewerScript, NamesHeadlessCommandWithoutDisplay) {
   const ProgramRun run = RunViewer(folder_, "some/map.sqmap", false);
   EXPECT_EQ(run.exit_code, 3);
   EXPECT_THAT(run.err, HasSubstr("`sqslam render some/map.sqmap --output map.png`"));
   EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1);
 }
 
-TEST_F(ViewerScript, WrongUsageIsRefusedBeforeAWindowOpens) {
+TEST_F(ViewerScript, RejectsWrongUsageBeforeOpeningWindow) {
   EXPECT_EQ(RunViewer(folder_, "--resolution 1,1 map.sqmap").exit_code, 2);
   EXPECT_EQ(RunViewer(folder_, "run --nothing").exit_code, 2);
   EXPECT_EQ(RunViewer(folder_, "run").exit_code, 2);

@@ -16,8 +16,6 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 namespace {
 
-constexpr std::size_t kMostShown = 2000;  // values of a curve: about the columns of a screen
-
 std::string StateName(TrackingState state) {
   switch (state) {
     case TrackingState::kTracking:
@@ -92,7 +90,6 @@ struct LiveRun::Impl : RunHost {
       news.map = map;
       newest = map;
       series.Add(*map);
-      series.Thin(kMostShown);
     });
   }
 
@@ -158,7 +155,7 @@ struct LiveRun::Impl : RunHost {
 
   RunRequest request;
   app::RunPictures pictures;
-  std::optional<app::InterruptGuard> interrupt;  // while the run goes on
+  std::optional<app::InterruptGuard> interrupt;  // during the run
   mutable std::mutex mutex;                      // guards the members below
   std::condition_variable changed;
   News news;
@@ -166,7 +163,6 @@ struct LiveRun::Impl : RunHost {
   MapSnapshotPtr newest;
   std::optional<Rigid3d> pose;  // of the newest frame
   RunSeries series;
-  RunSeries polled_series;
   bool tracks = false;  // has tracked once
   bool filmed = false;  // the video is made
   bool ended = false;
@@ -194,23 +190,23 @@ void LiveRun::Start() {
 }
 
 void LiveRun::Control(const RunControl& control) {
-  using What = RunControl::What;
+  using Command = RunControl::Command;
   impl_->Tell([&] {
     RunStatus& status = impl_->status;
-    switch (control.what) {
-      case What::kStep:
+    switch (control.command) {
+      case Command::kStep:
         ++impl_->steps;
         [[fallthrough]];
-      case What::kPause:
+      case Command::kPause:
         status.paused = true;
         break;
-      case What::kContinue:
+      case Command::kContinue:
         status.paused = false;
         break;
-      case What::kEnd:
+      case Command::kEnd:
         impl_->ended = true;
         break;
-      case What::kRate:
+      case Command::kRate:
         status.max_rate = control.max_rate;
         break;
     }
@@ -232,15 +228,13 @@ LiveRun::News LiveRun::Poll() {
     now.frame = std::move(frame);
   }
   if (now.map) {
-    s.polled_series = s.series;
+    now.series = s.series;
   }
   s.news.map = nullptr;
   s.news.frame = nullptr;
   s.news.moments.clear();
   return now;
 }
-
-const RunSeries& LiveRun::Series() const { return impl_->polled_series; }
 
 void LiveRun::DrawPending() {
   std::function<void()> draw;

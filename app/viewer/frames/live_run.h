@@ -27,6 +27,7 @@ class LiveRun {
   // News since the last call.
   struct News {
     MapSnapshotPtr map;           // the newest one
+    RunSeries series;             // of the maps until now, if there is a new one
     ShownFramePtr frame;          // the newest one
     std::vector<Moment> moments;  // all new frames
     RunStatus status{.active = true, .state = "starting"};
@@ -36,7 +37,6 @@ class LiveRun {
     int exit_code = 0;             // as of `sqslam run`
   };
   News Poll();
-  const RunSeries& Series() const;  // of the maps until the last Poll()
 
   // Draws the run's pictures if it waits for them; must be called on the thread with the OpenGL context.
   void DrawPending();

@@ -96,11 +96,9 @@ std::vector<Moment> RunFrames::Moments(const RecordingReader& recording) const {
 class Reader {
  public:
   explicit Reader(const fs::path& path)
-      : file_(app::MapFile(path)),
-        recording_(app::OpenMap(file_, {}, HiddenObjects::kKeep)),
-        last_(recording_.Last()) {}
+      : file_(path), recording_(app::OpenMap(file_, {}, HiddenObjects::kKeep)), last_(recording_.Last()) {}
 
-  OpenedRecording Opened() const { return {file_, recording_.Info(), last_}; }
+  OpenedRecording Opened() const { return {recording_.Info(), last_}; }
 
   Timeline MakeTimeline() {
     frames_.emplace(recording_, file_);
@@ -139,7 +137,7 @@ class Reader {
  private:
   // Returns a snapshot in the frame of the finished map; caches the last few.
   MapSnapshotPtr Aligned(int snapshot) {
-    for (const auto& [index, map] : kept_) {
+    for (const auto& [index, map] : cache_) {
       if (index == snapshot) {
         return map;
       }
@@ -149,9 +147,9 @@ class Reader {
       const MapSnapshotPtr read = recording_.Read(snapshot);
       map = std::make_shared<const MapSnapshot>(Transformed(AlignByKeyframes(*read, *last_), *read));
     }
-    constexpr std::size_t kKept = 32;
-    kept_.emplace_front(snapshot, map);
-    kept_.resize(std::min(kept_.size(), kKept));
+    constexpr std::size_t kMaxCached = 32;
+    cache_.emplace_front(snapshot, map);
+    cache_.resize(std::min(cache_.size(), kMaxCached));
     return map;
   }
 
@@ -159,7 +157,7 @@ class Reader {
   RecordingReader recording_;
   MapSnapshotPtr last_;
   std::optional<RunFrames> frames_;
-  std::deque<std::pair<int, MapSnapshotPtr>> kept_;
+  std::deque<std::pair<int, MapSnapshotPtr>> cache_;
 };
 
 }  // namespace

@@ -13,7 +13,6 @@ namespace sqslam::viewer {
 
 // An open recording.
 struct OpenedRecording {
-  std::filesystem::path file;
   RecordingInfo info;
   MapSnapshotPtr last;  // the finished map; all others are transformed to its frame
 };
@@ -22,7 +21,7 @@ struct OpenedRecording {
 // and, in between, the plot values of every snapshot.
 class Replay {
  public:
-  // `path`: a recording, or the result folder that holds one. Errors are reported by Poll().
+  // `path`: a recording. Errors are reported by Poll().
   explicit Replay(const std::filesystem::path& path);
   ~Replay();  // ends the thread
   Replay(const Replay&) = delete;

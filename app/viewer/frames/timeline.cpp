@@ -31,31 +31,12 @@ int Timeline::OfSnapshot(int snapshot) const {
   return found == moments.end() ? Last() : static_cast<int>(found - moments.begin());
 }
 
-void Timeline::Thin(std::size_t most) {
-  if (moments.size() <= most) {
-    return;
-  }
-  std::size_t kept = 1;
-  for (std::size_t i = 1; i < moments.size(); ++i) {
-    const bool last = i + 1 == moments.size();
-    if (i % 2 == 0 || last || moments[i].tracked != moments[i - 1].tracked ||
-        moments[i].tracked != moments[i + 1].tracked) {
-      moments[kept++] = moments[i];
-    }
-  }
-  moments.resize(kept);
-}
-
 void Playback::Advance(double seconds, const Timeline& timeline) {
   if (!playing || timeline.Empty()) {
     return;
   }
-  time += seconds * speed;
-  if (time >= timeline.End() || time <= timeline.Begin()) {
-    const bool over = speed > 0.0 ? time >= timeline.End() : time <= timeline.Begin();
-    time = std::clamp(time, timeline.Begin(), timeline.End());
-    playing = !over;
-  }
+  time = std::clamp(time + seconds * speed, timeline.Begin(), timeline.End());
+  playing = speed > 0.0 ? time < timeline.End() : time > timeline.Begin();
 }
 
 void Playback::Toggle(double direction, const Timeline& timeline) {

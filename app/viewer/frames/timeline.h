@@ -53,10 +53,6 @@ struct Timeline {
 
   // Returns the first moment that shows this or a later snapshot; the last one if there is none, -1 if empty.
   int OfSnapshot(int snapshot) const;
-
-  // If there are more than `most` moments, drops every second one, but keeps both ends and all gaps: the axis
-  // of a long live run takes no more memory.
-  void Thin(std::size_t most);
 };
 
 // The position on a timeline, and whether and how fast it moves.
@@ -91,13 +87,13 @@ struct RunStatus {
   std::string state;        // "tracking", "waiting for motion", ...
   std::int64_t frames = 0;  // done
   std::int64_t total = 0;   // 0: endless
-  double max_rate = 0.0;    // frames a second at most; 0: as fast as it goes
+  double max_rate = 0.0;    // frames a second at most; 0: unlimited
 };
 
 // A request to the run.
 struct RunControl {
-  enum class What { kPause, kContinue, kStep, kEnd, kRate };  // step: one frame, then pause; end: and save
-  What what = What::kPause;
+  enum class Command { kPause, kContinue, kStep, kEnd, kRate };  // step: one frame, then pause; end: and save
+  Command command = Command::kPause;
   double max_rate = 0.0;  // for kRate
 };
 

@@ -62,7 +62,7 @@ constexpr std::array<NamedKey, 31> kNamed = {{{key::kSpace, "Space", ImGuiKey_Sp
 
 constexpr std::array<std::string_view, 3> kButtons = {"left", "right", "middle"};
 
-constexpr double kLargestNumber = 1e6;  // of frames, seconds or pixels: fits into an int
+constexpr double kMaxNumber = 1e6;  // of frames, seconds or pixels: fits into an int
 
 // Reads the words of one line in order.
 class Words {
@@ -75,13 +75,13 @@ class Words {
     stream_ >> word;
     return word;
   }
-  double Number(const char* expected, double least = -kLargestNumber) {
+  double Number(const char* expected, double least = -kMaxNumber) {
     double value = 0.0;
     if (!(stream_ >> value)) {
       Fail(expected);
     }
-    if (value < least || value > kLargestNumber) {
-      Fail(fmt::format("{} from {:.0f} to {:.0f}", expected, least, kLargestNumber));
+    if (value < least || value > kMaxNumber) {
+      Fail(fmt::format("{} from {:.0f} to {:.0f}", expected, least, kMaxNumber));
     }
     return value;
   }
@@ -269,23 +269,22 @@ std::vector<ScriptLine> ReadScript(const std::string& path) {
 
 std::string FormatEvent(const InputEvent& event) {
   const LineWord& type = *std::ranges::find(LineWords(), event.kind, &LineWord::event);
-  switch (type.operand) {
-    case Operand::kNone:
-    case Operand::kState:
-    case Operand::kPointAndText:
-      break;
-    case Operand::kPoint:
-      return fmt::format("{} {} {}", type.word, event.x, event.y);
-    case Operand::kButton:
-      return fmt::format("{} {}", type.word, kButtons.at(static_cast<std::size_t>(event.code)));
-    case Operand::kKey:
-      return fmt::format("{} {}", type.word, KeyName(event.code));
-    case Operand::kNumber:
-      return fmt::format("{} {}", type.word, event.code);
-    case Operand::kText:
-      return fmt::format("{} {}", type.word, event.text);
+  std::string operands;
+  if (type.operand == Operand::kPoint) {
+    operands = fmt::format(" {} {}", event.x, event.y);
+  } else if (type.operand == Operand::kButton) {
+    operands = fmt::format(" {}", kButtons.at(static_cast<std::size_t>(event.code)));
+  } else if (type.operand == Operand::kKey) {
+    if (KeyName(event.code).empty()) {
+      return "";
+    }
+    operands = " " + KeyName(event.code);
+  } else if (type.operand == Operand::kNumber) {
+    operands = fmt::format(" {}", event.code);
+  } else if (type.operand == Operand::kText) {
+    operands = " " + event.text;
   }
-  return std::string(type.word);
+  return fmt::format("{}{}\n", type.word, operands);
 }
 
 void SetUpUiKeys() {

@@ -5,7 +5,7 @@
 
 namespace sqslam::viewer {
 
-// Key codes. The numbers are those of GLFW, so that the window needs no table.
+// Key codes, equal to those of GLFW.
 namespace key {
 inline constexpr int kSpace = 32, kEscape = 256, kEnter = 257, kTab = 258, kBackspace = 259;
 inline constexpr int kInsert = 260, kDelete = 261, kRight = 262, kLeft = 263, kDown = 264, kUp = 265;
@@ -29,7 +29,7 @@ struct InputEvent {
     kWheel,    // x, y in notches
     kKeyDown,  // `code` as above
     kKeyUp,    // likewise
-    kText,     // `text`: what was typed, UTF-8
+    kText,     // `text`: as typed, UTF-8
     kResize,   // x, y: pixels; 0 0 while minimised
     kFocus,    // `code`: 1 gained, 0 lost
     kDrop,     // `text`: path of a file dropped on the window
@@ -56,8 +56,7 @@ struct ScriptLine {
     kCommand,  // write the command of the picture on the screen to the file `text`
     kExpect,   // `text`: "KEY VALUE" that must be true now, or the program fails
     kRepeat,   // repeat the script until `count` seconds after it began
-    kPoint,    // move the mouse to event.x, event.y from the middle of the text `text`, once the window shows
-               // it
+    kPoint,    // move the mouse to event.x, event.y from the label `text`, once the window shows it
   };
   Kind kind = Kind::kEvent;
   InputEvent event = {};
@@ -86,13 +85,14 @@ struct ScriptLine {
 //   picture /tmp/window.png
 //   close
 //
-// "key NAME" is down and up. "point DX DY TEXT" moves the mouse to that many pixels from the middle of a text
-// in the window, and "click TEXT" clicks on it: a tab, a button or a checkbox by its name, a row by any of
-// its words; "cup*" is a text that begins so. Throw UsageError with file, line and what was expected.
+// "key NAME" is down and up. "point DX DY TEXT" moves the mouse to that many pixels from a label in the
+// window, and "click TEXT" clicks on it: a tab, a menu, a button, a checkbox or a row by its name; "cup*" is
+// a label that begins so. Throw UsageError with file, line and what was expected.
 std::vector<ScriptLine> ReadScript(const std::string& path);
 std::vector<ScriptLine> ParseScript(const std::string& text, const std::string& source);
 
-std::string FormatEvent(const InputEvent& event);  // as one line of a script, without line break
+// Returns the event as a line of a script; empty for keys without a name.
+std::string FormatEvent(const InputEvent& event);
 
 // Registers the keys that ImGui uses; once per context.
 void SetUpUiKeys();
@@ -100,6 +100,6 @@ void SetUpUiKeys();
 // Passes an event to ImGui, which ignores drop and close.
 void ApplyToUi(const InputEvent& event);
 
-bool IsKeyDown(int code);  // as ImGui was told
+bool IsKeyDown(int code);  // according to ImGui
 
 }  // namespace sqslam::viewer

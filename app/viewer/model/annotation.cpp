@@ -11,14 +11,14 @@
 namespace sqslam::viewer {
 namespace {
 
-constexpr double kYawReach = 1.35;  // distance of the yaw handle from the centre, in half sizes
+constexpr double kYawHandleDistance = 1.35;  // distance of the yaw handle from the centre, in half sizes
 
 // Intersects a viewing ray with a plane; empty if the ray is nearly parallel to it or points away.
-std::optional<Eigen::Vector3d> MeetPlane(const Ray& ray, const Eigen::Vector3d& normal,
-                                         const Eigen::Vector3d& point) {
-  constexpr double kGrazing = 0.02;  // sine of the least angle
+std::optional<Eigen::Vector3d> IntersectPlane(const Ray& ray, const Eigen::Vector3d& normal,
+                                              const Eigen::Vector3d& point) {
+  constexpr double kMinSine = 0.02;  // sine of the least angle
   const double along = normal.dot(ray.direction.normalized());
-  if (std::abs(along) < kGrazing) {
+  if (std::abs(along) < kMinSine) {
     return std::nullopt;
   }
   const double t = normal.dot(point - ray.origin) / along;
@@ -40,21 +40,21 @@ std::optional<double> NearestAlong(const Ray& ray, const Eigen::Vector3d& point,
 }
 
 Solid DragCenter(const Solid& start, const Ray& from, const Ray& to) {
-  constexpr double kEdgeOn = 0.12;  // sine of the angle at which a horizontal plane is seen edge-on
+  constexpr double kEdgeOnSine = 0.12;  // sine of the angle at which a horizontal plane is seen edge-on
   const Eigen::Vector3d center = start.T_map_object.translation;
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
-  if (std::abs(from.direction.normalized().z()) < kEdgeOn) {
+  if (std::abs(from.direction.normalized().z()) < kEdgeOnSine) {
     normal = Eigen::Vector3d(from.direction.x(), from.direction.y(), 0.0).normalized();
   }
-  const auto a = MeetPlane(from, normal, center);
-  const auto b = MeetPlane(to, normal, center);
+  const auto a = IntersectPlane(from, normal, center);
+  const auto b = IntersectPlane(to, normal, center);
   Solid moved = start;
   moved.T_map_object.translation += a && b ? Eigen::Vector3d(*b - *a) : Eigen::Vector3d::Zero();
   return moved;
 }
 
 Solid DragSide(const Solid& start, const SolidHandle& handle, const Ray& from, const Ray& to) {
-  constexpr double kLeast = 0.02;  // of the half size
+  constexpr double kMinHalfSize = 0.02;  // of the half size
   const Eigen::Vector3d axis = start.T_map_object.RotationMatrix().col(handle.axis);
   const Eigen::Vector3d side = HandlePosition(start, handle);
   const std::optional<double> a = NearestAlong(from, side, axis);
@@ -64,7 +64,7 @@ Solid DragSide(const Solid& start, const SolidHandle& handle, const Ray& from, c
     return changed;
   }
   const double half = start.half_size[handle.axis];
-  const double new_half = std::max(kLeast * half, half + 0.5 * handle.sign * (*b - *a));
+  const double new_half = std::max(kMinHalfSize * half, half + 0.5 * handle.sign * (*b - *a));
   changed.half_size[handle.axis] = new_half;
   changed.T_map_object.translation += handle.sign * (new_half - half) * axis;
   return changed;
@@ -72,8 +72,8 @@ Solid DragSide(const Solid& start, const SolidHandle& handle, const Ray& from, c
 
 Solid DragYaw(const Solid& start, const Ray& from, const Ray& to) {
   const Eigen::Vector3d center = start.T_map_object.translation;
-  const auto a = MeetPlane(from, Eigen::Vector3d::UnitZ(), center);
-  const auto b = MeetPlane(to, Eigen::Vector3d::UnitZ(), center);
+  const auto a = IntersectPlane(from, Eigen::Vector3d::UnitZ(), center);
+  const auto b = IntersectPlane(to, Eigen::Vector3d::UnitZ(), center);
   Solid turned = start;
   if (a && b) {
     const Eigen::Vector3d u = *a - center;
@@ -177,7 +177,7 @@ Eigen::Vector3d HandlePosition(const Solid& solid, const SolidHandle& handle) {
   if (handle.kind == SolidHandle::Kind::kSide) {
     p_object[handle.axis] = handle.sign * solid.half_size[handle.axis];
   } else if (handle.kind == SolidHandle::Kind::kYaw) {
-    p_object.x() = solid.half_size.x() + (kYawReach - 1.0) * solid.half_size.head<2>().maxCoeff();
+    p_object.x() = solid.half_size.x() + (kYawHandleDistance - 1.0) * solid.half_size.head<2>().maxCoeff();
   }
   return solid.T_map_object * p_object;
 }
@@ -197,7 +197,7 @@ Solid DragHandle(const Solid& start, const SolidHandle& handle, const Ray& from,
 namespace {
 
 constexpr int kRimSteps = 96;
-constexpr double kStep = 8.0;  // pixels between the points of a line curved by distortion
+constexpr double kPixelStep = 8.0;  // pixels between the points of a line curved by distortion
 
 // Projects lines given in the frame of the object.
 class LinePainter {
@@ -219,7 +219,7 @@ class LinePainter {
     }
     const double length = (camera_.Project(b) - camera_.Project(a)).norm();
     const int pieces =
-        camera_.HasDistortion() ? std::clamp(static_cast<int>(std::ceil(length / kStep)), 1, 400) : 1;
+        camera_.HasDistortion() ? std::clamp(static_cast<int>(std::ceil(length / kPixelStep)), 1, 400) : 1;
     WireLine line;
     line.hidden = hidden;
     for (int i = 0; i <= pieces; ++i) {
@@ -231,20 +231,20 @@ class LinePainter {
   // Adds a closed curve in steps; `hidden` is evaluated at the middle of each.
   void AddCurve(const std::function<Eigen::Vector3d(double)>& at, const std::function<bool(double)>& hidden) {
     const auto angle = [](double i) { return 2.0 * std::numbers::pi * i / kRimSteps; };
-    bool goes_on = false;  // the previous line ends here
+    bool continues = false;  // the previous line ends here
     bool was_hidden = false;
     for (int i = 0; i < kRimSteps; ++i) {
       const std::size_t before = lines_.size();
       const bool is_hidden = hidden(angle(i + 0.5));
       AddLine(at(angle(i)), at(angle(i + 1)), is_hidden);
       if (lines_.size() == before) {
-        goes_on = false;
-      } else if (goes_on && was_hidden == is_hidden) {
+        continues = false;
+      } else if (continues && was_hidden == is_hidden) {
         WireLine& line = lines_[before - 1];
         line.pixels.insert(line.pixels.end(), lines_.back().pixels.begin() + 1, lines_.back().pixels.end());
         lines_.pop_back();
       } else {
-        goes_on = true;
+        continues = true;
         was_hidden = is_hidden;
       }
     }
@@ -320,13 +320,13 @@ void AddSuperquadric(const PosedSuperquadric& solid, const Camera& camera, const
 
 std::vector<WireLine> ProjectWireframe(const Solid& solid, const Camera& camera,
                                        const Rigid3d& T_map_camera) {
-  constexpr double kNear = 0.01;  // of the solid's size
+  constexpr double kNearPlane = 0.01;  // of the solid's size
   const Eigen::Vector3d eye = solid.T_map_object.Inverse() * T_map_camera.translation;
   if (solid.RadialScale(eye) <= 1.0) {
     return {};
   }
   LinePainter painter(camera, T_map_camera.Inverse() * solid.T_map_object,
-                      kNear * solid.half_size.minCoeff());
+                      kNearPlane * solid.half_size.minCoeff());
   if (solid.kind == SolidKind::kCuboid) {
     AddCuboid(solid.half_size, eye, painter);
   } else if (solid.kind == SolidKind::kCylinder) {

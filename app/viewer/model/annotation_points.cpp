@@ -87,7 +87,7 @@ std::optional<double> GroundHeight(const MapSnapshot& map) {
 }
 
 std::optional<double> GroundHeight(std::span<const Eigen::Vector3d> points) {
-  constexpr double kThickness = 0.01;  // of the plane, relative to the RMS radius of the cloud
+  constexpr double kPlaneThickness = 0.01;  // of the plane, relative to the RMS radius of the cloud
   if (points.empty()) {
     return std::nullopt;
   }
@@ -95,7 +95,7 @@ std::optional<double> GroundHeight(std::span<const Eigen::Vector3d> points) {
   const Eigen::Vector3d mean = cloud.rowwise().mean();
   const double spread = std::sqrt((cloud.colwise() - mean).colwise().squaredNorm().mean());
   const std::optional<Plane> plane =
-      FindLargestPlane(std::vector(points.begin(), points.end()), kThickness * spread, true, 0);
+      FindLargestPlane(std::vector(points.begin(), points.end()), kPlaneThickness * spread, true, 0);
   if (!plane) {
     return std::nullopt;
   }
@@ -108,13 +108,13 @@ Points PointsAt(std::span<const Eigen::Vector3d> points, std::span<const int> ch
 
 namespace {
 
-constexpr std::size_t kLeastPoints = 6;
-constexpr int kYaws = 9;  // start values over a quarter turn
+constexpr std::size_t kMinPoints = 6;
+constexpr int kStartYaws = 9;  // start values over a quarter turn
 
 // Returns the box of this yaw around the points, ignoring the outermost 0.5 % at each side.
 Solid BoxAround(std::span<const Eigen::Vector3d> points, SolidKind kind, double yaw) {
-  constexpr double kLeftOut = 0.005;
-  constexpr double kThinnest = 0.02;  // of the longest side: the points may all lie in one plane
+  constexpr double kExcludedShare = 0.005;
+  constexpr double kMinThickness = 0.02;  // of the longest side: the points may all lie in one plane
   const Eigen::Matrix3d R_box_map = Eigen::AngleAxisd(-yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   Eigen::Vector3d low, high;
   std::vector<double> values(points.size());
@@ -122,13 +122,13 @@ Solid BoxAround(std::span<const Eigen::Vector3d> points, SolidKind kind, double 
     std::transform(points.begin(), points.end(), values.begin(),
                    [&](const Eigen::Vector3d& p) { return R_box_map.row(axis).dot(p); });
     std::ranges::sort(values);
-    const auto skipped = static_cast<std::size_t>(kLeftOut * static_cast<double>(values.size()));
+    const auto skipped = static_cast<std::size_t>(kExcludedShare * static_cast<double>(values.size()));
     low[axis] = values[skipped];
     high[axis] = values[values.size() - 1 - skipped];
   }
   const double longest = (high - low).maxCoeff();
   ThrowIf<InputError>(!(longest > 0.0), "the points are all in one place, expected points of a surface");
-  const Eigen::Vector3d half = (0.5 * (high - low)).cwiseMax(0.5 * kThinnest * longest);
+  const Eigen::Vector3d half = (0.5 * (high - low)).cwiseMax(0.5 * kMinThickness * longest);
   return UprightSolid(kind, R_box_map.transpose() * (0.5 * (low + high)), yaw, half);
 }
 
@@ -143,15 +143,15 @@ void NameAxes(Solid& solid) {
   }
 }
 
-// Starts from several yaws, since the cost has local minima, and keeps the best. Of two solids that fit about
-// equally well the smaller one is likelier.
+// Starts from several yaws, since the cost has local minima, and keeps the best. Prefers the smaller of two
+// solids that fit about equally well.
 Solid FitFixedShape(std::span<const Eigen::Vector3d> points, SolidKind kind, bool round) {
   constexpr double kVolumeWeight = 0.02;
   Solid best;
   double least = std::numeric_limits<double>::infinity();
   const double size = BoxAround(points, kind, 0.0).half_size.mean();
-  for (int i = 0; i < (round ? 1 : kYaws); ++i) {
-    Solid start = BoxAround(points, kind, 0.5 * std::numbers::pi * i / kYaws);
+  for (int i = 0; i < (round ? 1 : kStartYaws); ++i) {
+    Solid start = BoxAround(points, kind, 0.5 * std::numbers::pi * i / kStartYaws);
     if (round) {
       start.half_size.head<2>().setConstant(start.half_size.head<2>().mean());
     }
@@ -184,7 +184,7 @@ Solid FitFreeShape(std::span<const Eigen::Vector3d> points) {
 
 PrimitiveFit FitPrimitive(std::span<const Eigen::Vector3d> points, SolidKind kind,
                           const PrimitiveFitOptions& options) {
-  const std::size_t least = kind == SolidKind::kSuperquadric ? 11 : kLeastPoints;
+  const std::size_t least = kind == SolidKind::kSuperquadric ? 11 : kMinPoints;
   ThrowIf<InputError>(points.size() < least, "{} points, expected {} or more for a {}", points.size(), least,
                       NameOf(kind));
   PrimitiveFit fit;

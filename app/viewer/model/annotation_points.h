@@ -13,7 +13,7 @@
 
 namespace sqslam::viewer {
 
-// Points to annotate on: those of a map, or a dense cloud of a PLY or text file (slam/io/point_cloud.h),
+// Points to annotate on: of a map, or of a dense cloud in a PLY or text file (slam/io/point_cloud.h),
 // transformed to the frame of the annotation. Selections are indices into them. Reading throws InputError.
 using Points = std::vector<Eigen::Vector3d>;
 Points ReadPoints(const std::filesystem::path& path, const Sim3d& S_annotation_file = {});
@@ -32,7 +32,7 @@ std::vector<int> SelectInLasso(std::span<const Eigen::Vector3d> points,
                                std::span<const Eigen::Vector2d> polygon, const Camera& camera,
                                const Rigid3d& T_map_camera);
 
-// Returns the chosen points more than `margin` above z = ground, such as a thing without its table.
+// Returns the chosen points more than `margin` above z = ground, for example an object without its table.
 std::vector<int> AboveGround(std::span<const Eigen::Vector3d> points, std::span<const int> chosen,
                              double ground, double margin);
 

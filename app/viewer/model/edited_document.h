@@ -33,14 +33,14 @@ Sim3d AlignToGroundTruth(const std::filesystem::path& result, const std::filesys
 template <typename State>
 class EditHistory {
  public:
-  static constexpr std::size_t kMostSteps = 500;  // older ones are dropped
+  static constexpr std::size_t kMaxSteps = 500;  // older ones are dropped
 
   explicit EditHistory(State first = {}) : steps_{{std::move(first), "", ""}} {}
 
   const State& Current() const { return steps_[at_].state; }
 
-  // Adds a state as a step and drops what had been undone. `what` names the step in menus ("Delete cup 3").
-  // Consecutive steps of one `group` are merged, such as those of a drag or of a number being typed. A state
+  // Adds a state as a step and drops the undone ones. `what` names the step in menus ("Delete cup 3").
+  // Merges consecutive steps of one `group`, for example of a drag or of a number being typed. A state
   // equal to the current one is no step.
   void Push(State state, std::string what, std::string group = "") {
     if (state == Current()) {
@@ -54,7 +54,7 @@ class EditHistory {
     sealed_ = false;
     steps_.push_back({std::move(state), std::move(what), std::move(group)});
     ++at_;
-    if (steps_.size() > kMostSteps) {
+    if (steps_.size() > kMaxSteps) {
       steps_.pop_front();
       --at_;
     }

@@ -14,7 +14,7 @@ struct FolderEntry {
   enum class Kind { kResult, kFolder, kFile };  // result: a folder with a map.sqmap; file: a map or a cloud
   Kind kind = Kind::kFolder;
   std::filesystem::path path;
-  std::string name;  // to be shown
+  std::string name;
 };
 
 // Returns the kind of a path; empty if it can be neither opened nor entered.

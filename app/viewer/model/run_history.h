@@ -47,14 +47,11 @@ class RunSeries {
 
   void Add(const MapSnapshot& map);
 
-  // If there are more than `most` values of each, drops every second one, but keeps the first and the last.
-  void Thin(std::size_t most);
-
   // "tracked points", "tracking" and "mapping" (ms), "objects", "keyframes", "map points", "boxes with an
   // object". Throws std::out_of_range for another name.
   const Series& Named(std::string_view name) const;
 
-  // Returns the marks by frame. Keyframes are those of the newest map: culled ones have no mark.
+  // Returns the marks by frame, with the keyframes of the newest map: culled ones have no mark.
   std::vector<RunMark> Marks() const;
 
  private:

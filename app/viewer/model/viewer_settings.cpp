@@ -9,6 +9,7 @@
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam::viewer {
 namespace fs = std::filesystem;
@@ -32,9 +33,7 @@ void ViewerMemory::Remember(const fs::path& file) {
   const std::string name = fs::absolute(file).lexically_normal().string();
   std::erase(recent_files, name);
   recent_files.insert(recent_files.begin(), name);
-  if (recent_files.size() > kMostRecent) {
-    recent_files.resize(kMostRecent);
-  }
+  recent_files.resize(std::min(recent_files.size(), kMaxRecentFiles));
 }
 
 void ViewerMemory::ForgetMissing() {
@@ -48,54 +47,51 @@ fs::path SettingsFile() { return FileBelow(BaseFolder("XDG_CONFIG_HOME", ".confi
 fs::path MemoryFile() { return FileBelow(BaseFolder("XDG_STATE_HOME", ".local/state")); }
 
 template <typename Values>
-Loaded<Values> Load(const fs::path& file) {
-  Loaded<Values> loaded;
+Values Load(const fs::path& file, std::vector<std::string>& warnings) {
+  Values values;
   std::error_code error;
   if (file.empty() || !fs::exists(file, error)) {
-    return loaded;
+    values.kept_in = file;
+    return values;
   }
   YAML::Node root;
   try {
     root = YAML::LoadFile(file.string());
+    ThrowIf<UsageError>(!root.IsMap() && !root.IsNull(), "{}: expected lines 'name: value'", file.string());
   } catch (const YAML::Exception& e) {
-    loaded.warnings.push_back(fmt::format("{}:{}: no valid YAML; the defaults are used", file.string(),
-                                          std::max(0, e.mark.line) + 1));
-    return loaded;
-  }
-  if (!root.IsMap() && !root.IsNull()) {
-    loaded.warnings.push_back(
-        fmt::format("{}: expected lines 'name: value'; the defaults are used", file.string()));
-    return loaded;
+    warnings.push_back(fmt::format("{}:{}: no valid YAML; the defaults are used", file.string(),
+                                   std::max(0, e.mark.line) + 1));
+  } catch (const UsageError& e) {
+    warnings.push_back(fmt::format("{}; the defaults are used", e.what()));
   }
   // Value by value, so that an invalid one does not affect the others.
-  for (std::size_t i = 0; i < OptionFields(loaded.values).size(); ++i) {
-    Values changed = loaded.values;
+  for (std::size_t i = 0; root.IsMap() && i < OptionFields(values).size(); ++i) {
+    Values changed = values;
     const OptionField field = OptionFields(changed)[i];
-    const YAML::Node node = root[field.key];
     try {
-      if (node) {
+      if (const YAML::Node node = root[field.key]) {
         AssignOption(node, field, fmt::format("{}:{}", file.string(), node.Mark().line + 1));
-        loaded.values = changed;
+        values = changed;
       }
     } catch (const UsageError& e) {
-      loaded.warnings.push_back(fmt::format("{}; the default is used", e.what()));
+      warnings.push_back(fmt::format("{}; the default is used", e.what()));
     }
   }
-  return loaded;
+  values.kept_in = file;
+  return values;
 }
 
-void Save(const fs::path& file, const auto& values) {
-  if (file.empty()) {
-    return;
+void Save(const auto& values) {
+  if (!values.kept_in.empty()) {
+    std::error_code error;
+    fs::create_directories(values.kept_in.parent_path(), error);  // if this fails, writing reports why
+    WriteFileAtomically(values.kept_in, DumpOptions(values));
   }
-  std::error_code error;
-  fs::create_directories(file.parent_path(), error);  // if this fails, writing reports why
-  WriteFileAtomically(file, DumpOptions(values));
 }
 
-template Loaded<ViewerSettings> Load(const fs::path& file);
-template Loaded<ViewerMemory> Load(const fs::path& file);
-template void Save(const fs::path& file, const ViewerSettings& settings);
-template void Save(const fs::path& file, const ViewerMemory& memory);
+template ViewerSettings Load(const fs::path& file, std::vector<std::string>& warnings);
+template ViewerMemory Load(const fs::path& file, std::vector<std::string>& warnings);
+template void Save(const ViewerSettings& settings);
+template void Save(const ViewerMemory& memory);
 
 }  // namespace sqslam::viewer

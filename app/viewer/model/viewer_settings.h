@@ -19,6 +19,7 @@ struct LayoutSettings {
 
 // The user's settings, kept in $XDG_CONFIG_HOME/sqslam/viewer.yaml.
 struct ViewerSettings {
+  std::filesystem::path kept_in;  // empty: not kept
   Theme theme = Theme::kDark;
   std::string style = "dark";  // of the scene: name of a style or FILE.yaml
   double font_size = 15.0;     // pixels at 96 dpi
@@ -34,9 +35,10 @@ struct ViewerSettings {
 
 // State that the viewer remembers, kept in $XDG_STATE_HOME/sqslam/viewer.yaml.
 struct ViewerMemory {
-  static constexpr std::size_t kMostRecent = 12;
+  static constexpr std::size_t kMaxRecentFiles = 12;
 
-  int window_width = 1440;  // pixels at 96 dpi
+  std::filesystem::path kept_in;  // empty: not kept
+  int window_width = 1440;        // pixels at 96 dpi
   int window_height = 900;
   LayoutSettings layout;
   std::vector<std::string> recent_files;  // absolute, newest first
@@ -55,23 +57,17 @@ struct ViewerMemory {
   void ForgetMissing();  // drops files that no longer exist
 };
 
-// The values read, and one line per value that could not be used and has its default.
-template <typename Values>
-struct Loaded {
-  Values values;
-  std::vector<std::string> warnings;
-};
-
 // $XDG_CONFIG_HOME or ~/.config, and $XDG_STATE_HOME or ~/.local/state, each with /sqslam/viewer.yaml. Empty
 // if there is no home directory: then nothing is kept.
 std::filesystem::path SettingsFile();
 std::filesystem::path MemoryFile();
 
-// Read and write such values (ViewerSettings, ViewerMemory). A missing file or an empty path gives the
-// defaults; unknown keys are ignored; reading never throws. Writing creates the folder if missing, does
-// nothing for an empty path, and throws InputError if the file cannot be written.
+// Reads settings or memory from a file. A missing file gives the defaults, and so does a value that is
+// invalid, with a line in `warnings`; unknown keys are ignored.
 template <typename Values>
-Loaded<Values> Load(const std::filesystem::path& file);
-void Save(const std::filesystem::path& file, const auto& values);
+Values Load(const std::filesystem::path& file, std::vector<std::string>& warnings);
+
+// Writes the values to their file, in a new folder if missing. Throws InputError.
+void Save(const auto& values);
 
 }  // namespace sqslam::viewer

@@ -1,6 +1,4 @@
 #include <fmt/format.h>
-#include <imgui.h>
-#include <imgui_stdlib.h>
 
 #include <algorithm>
 #include <string>
@@ -9,7 +7,6 @@
 #include "app/viewer/state/editing.h"
 #include "app/viewer/widgets/widgets.h"
 #include "slam/geometry/angles.h"
-#include "slam/util/to_vector.h"
 
 namespace sqslam::viewer {
 namespace {
@@ -63,16 +60,15 @@ class AnnotationPanel : public Panel {
                "A solid in place of the object of the map that is selected", ImVec2(-1.0F, 0.0F))) {
       context_.AddSolidOf(*object);
     }
-    ImGui::Checkbox("objects of the map", &style_.objects.show);
-    Tip("They may hide the points; a layer of the view");
-    Toggle("Lasso", &tool_.lasso,
+    Checkbox("objects of the map", style_.objects.show, "They may hide the points; a layer of the view");
+    Toggle("Lasso", tool_.lasso,
            "A drag in the scene chooses the points inside; Shift adds, Ctrl takes away");
     ImGui::SameLine();
     ImGui::AlignTextToFramePadding();
     ImGui::TextDisabled("%zu points chosen", tool_.chosen.size());
     if (!tool_.chosen.empty()) {
       ImGui::SameLine();
-      if (ImGui::SmallButton("none")) {
+      if (SmallButton("none")) {
         tool_.chosen.clear();
       }
     }
@@ -93,7 +89,7 @@ class AnnotationPanel : public Panel {
       Swatch(context_.document.colors(solid.label));
       const std::string text = SolidName(solid);
       const bool selected = tool_.selected == solid.id;
-      if (ImGui::Selectable(text.c_str(), selected)) {
+      if (Selectable(text, selected)) {
         tool_.selected = selected ? std::nullopt : std::optional(solid.id);
       }
       const std::string kind = NameOf(solid.solid.kind);
@@ -121,9 +117,9 @@ class AnnotationPanel : public Panel {
     };
     ImGui::SetNextItemWidth(-7.0F * ImGui::GetFontSize());
     field(ImGui::InputText("label", &solid.label));
-    const auto kinds = ToVector(kSolidKinds, [](SolidKind kind) { return std::string(NameOf(kind)); });
-    if (const auto chosen = Choice("shape", NameOf(solid.solid.kind), kinds, -7.0F)) {
-      SetKind(solid.solid, kSolidKinds[*chosen]);
+    std::string kind = NameOf(solid.solid.kind);
+    if (Choice("shape", kind, AllNames<SolidKind>(), -7.0F)) {
+      SetKind(solid.solid, *FromName<SolidKind>(kind));
       changed = finished = true;
     }
     const auto speed = static_cast<float>(0.002 * context_.view.focus.radius);
@@ -157,20 +153,18 @@ class AnnotationPanel : public Panel {
     }
     ImGui::SameLine();
     ImGui::BeginDisabled(!tool_.ground.has_value());
-    if (ImGui::Button("To the ground")) {
+    if (Button("To the ground", "Moves it up or down to stand on the plane of the map")) {
       context_.StandOnGround();
     }
     ImGui::EndDisabled();
-    Tip("Moves it up or down to stand on the plane of the map");
     ImGui::SameLine();
-    if (ImGui::Button("Remove")) {
+    if (Button("Remove")) {
       context_.RemoveSolid();
     }
-    ImGui::Checkbox("fits reach the ground", &tool_.standing);
-    Tip("The lower part of things is seldom seen: fits end at the ground, and its points are left out");
+    Checkbox("fits reach the ground", tool_.standing,
+             "Fits end at the ground, without its points: cameras seldom see the lower part of an object");
     ImGui::SameLine(0.0F, 1.4F * ImGui::GetFontSize());
-    ImGui::Checkbox("round", &tool_.round);
-    Tip("Cylinders get a circular cross-section");
+    Checkbox("round", tool_.round, "Cylinders get a circular cross-section");
   }
 
   void DrawFiles() {
@@ -180,25 +174,25 @@ class AnnotationPanel : public Panel {
     ImGui::SetNextItemWidth(-1.0F);
     ImGui::InputText("##file", &tool_.file);
     Tip("objects_gt.json to read or write");
-    if (ImGui::Button("Open")) {
+    if (Button("Open")) {
       context_.OpenAnnotationFile();
     }
     ImGui::SameLine();
-    if (ImGui::Button(editing_.document.AnnotationModified() ? "Save *" : "Save")) {
+    if (Button(editing_.document.AnnotationModified() ? "Save *" : "Save")) {
       context_.SaveAnnotationFile();
     }
     ImGui::SameLine();
     bool in_world = tool_.in_world;
-    if (ImGui::Checkbox("in the world's frame", &in_world)) {
+    if (Checkbox("in the world's frame", in_world,
+                 "The file is in metres, in the frame of the sequence's true camera poses; otherwise in the "
+                 "frame and units of the map")) {
       tool_.in_world = in_world && context_.AlignWithWorld();
     }
-    Tip("The file is in metres, in the frame of the sequence's true camera poses; otherwise in the frame and "
-        "units of the map");
     ImGui::SetNextItemWidth(-7.5F * ImGui::GetFontSize());
     ImGui::InputTextWithHint("##cloud", "points of the map", &tool_.cloud_file);
     Tip("A dense cloud to fit to (.ply, or text with x y z), in the same frame as the file");
     ImGui::SameLine();
-    if (ImGui::Button("Load points", ImVec2(-1.0F, 0.0F))) {
+    if (Button("Load points", "", ImVec2(-1.0F, 0.0F))) {
       context_.OpenCloudFile();
     }
   }

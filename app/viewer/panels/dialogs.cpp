@@ -1,30 +1,51 @@
-#include <imgui.h>
-
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "app/viewer/model/folder_list.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/widgets/widgets.h"
 #include "slam/util/data_path.h"
 
-// Windows over all others: help, settings, the question about unsaved changes, messages.
 namespace sqslam::viewer {
+namespace fs = std::filesystem;
 namespace {
 
-bool EscapeIsPressed() { return ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape)); }
-
-class HelpPanel : public Panel {
+// Windows over all others: help, settings, opening, unsaved changes, messages.
+class Dialogs : public Panel {
  public:
-  explicit HelpPanel(ViewerState& s) : Panel(Place::kOver, "Keys and mouse", s) {}
-  bool Wanted() const override { return window_.show_help; }
+  explicit Dialogs(ViewerState& s) : Panel(Place::kOver, "", s) {}
+
+  bool Busy() const override { return !messages_.notices.empty(); }
 
   void Draw() override {
+    if (window_.show_help) {
+      DrawHelp();
+    }
+    if (window_.show_settings) {
+      Dialog("Settings", 26.0F, [&] { DrawSettings(); });
+    }
+    if (window_.show_open && !was_open_) {
+      Enter(FirstFolder());
+    }
+    was_open_ = window_.show_open;
+    if (window_.show_open) {
+      Dialog("Open", 40.0F, [&] { DrawOpen(); });
+    }
+    if (editing_.postponed) {
+      Dialog("Unsaved changes", 28.0F, [&] { DrawUnsaved(); });
+    }
+    DrawMessages();
+  }
+
+ private:
+  void DrawHelp() {
     const float em = ImGui::GetFontSize();
     ImGui::PushStyleVar(ImGuiStyleVar_CellPadding, ImVec2(0.4F * em, 0.14F * em));
     const auto content = [&] {
-      DrawColumns();
+      DrawKeys();
       ImGui::Dummy(ImVec2(0.0F, 0.3F * em));
-      if (ImGui::Button("Close (H)")) {
+      if (Button("Close (H)")) {
         window_.show_help = false;
       }
     };
@@ -32,8 +53,7 @@ class HelpPanel : public Panel {
     ImGui::PopStyleVar();
   }
 
- private:
-  using Line = std::pair<std::string, std::string>;  // keys, what they do
+  using Line = std::pair<std::string, std::string>;  // keys, their action
 
   static void DrawLines(const char* id, const std::vector<Line>& lines) {
     if (!ImGui::BeginTable(id, 2, ImGuiTableFlags_None)) {
@@ -51,7 +71,7 @@ class HelpPanel : public Panel {
     ImGui::EndTable();
   }
 
-  void DrawColumns() const {
+  void DrawKeys() const {
     if (!ImGui::BeginTable("columns", 2)) {
       return;
     }
@@ -65,11 +85,11 @@ class HelpPanel : public Panel {
                         {"double click", "bring it to the middle"},
                         {"W A S D  Q E", "fly; faster with Shift"}});
     // The keys fill both columns evenly.
-    constexpr std::size_t kBesideMouse = 12;
+    constexpr std::size_t kKeysBesideMouse = 12;
     std::vector<Line> work, rest;
     const std::vector<Shortcut>& keys = Shortcuts();
     for (std::size_t i = 0; i < keys.size(); ++i) {
-      (i + kBesideMouse < keys.size() ? rest : work).emplace_back(keys[i].keys, keys[i].what);
+      (i + kKeysBesideMouse < keys.size() ? rest : work).emplace_back(keys[i].keys, keys[i].help);
     }
     work.emplace_back("drop a file", "open a result, a .ply as dense cloud");
     Heading("Work and files");
@@ -79,101 +99,67 @@ class HelpPanel : public Panel {
     DrawLines("keys", rest);
     ImGui::EndTable();
   }
-};
 
-class SettingsPanel : public Panel {
- public:
-  explicit SettingsPanel(ViewerState& s) : Panel(Place::kOver, "Settings", s) {}
-  bool Wanted() const override { return window_.show_settings; }
-
-  void Draw() override {
-    preferences_.TakeSettings(window_, view_);  // keys and menus may have changed them
-    Dialog("Settings", 26.0F, [&] { DrawContent(); });
-  }
-
- private:
-  void DrawContent() {
-    ViewerSettings& settings = preferences_.settings;
+  void DrawSettings() {
+    window_.settings.style = view_.style_name;  // keys and the view panel may have changed it
+    ViewerSettings& settings = window_.settings;
     Heading("Settings");
     std::string theme = NameOf(settings.theme);
-    bool changed = Word("theme", theme, AllNames<Theme>());
+    bool changed = Choice("theme", theme, AllNames<Theme>(), 12.0F);
     settings.theme = FromName<Theme>(theme).value_or(settings.theme);
-    changed |= Word("scene style", settings.style, styles_);
-    changed |= ImGui::Checkbox("input image beside the map", &settings.show_image);
+    changed |= Choice("scene style", settings.style, styles_, 12.0F);
+    changed |= Checkbox("input image beside the map", settings.show_image);
     changed |= Slide("letters", settings.font_size, 10.0, 28.0, "%.0f px", 12.0F);
     Tip("Height of the letters; from the next start on");
     if (changed) {
-      preferences_.ApplySettings(window_, view_, messages_);
-      preferences_.KeepSettings(messages_);
+      messages_.Try([&] {
+        if (settings.style != view_.style_name) {
+          view_.UseStyle(settings.style);
+        }
+        Save(settings);
+      });
     }
     const float em = ImGui::GetFontSize();
     ImGui::Dummy(ImVec2(0.0F, 0.4F * em));
-    DimWrapped(preferences_.settings_file.empty() ? "Not kept after this session."
-                                                  : "Kept in " + preferences_.settings_file.string());
+    DimWrapped(settings.kept_in.empty() ? "Not kept after this session."
+                                        : "Kept in " + settings.kept_in.string());
     ImGui::Dummy(ImVec2(0.0F, 0.3F * em));
-    if (ImGui::Button("Close") || EscapeIsPressed()) {
+    if (Button("Close")) {
       window_.show_settings = false;
     }
   }
 
-  static bool Word(const char* name, std::string& value, const std::vector<std::string>& words) {
-    const std::optional<std::size_t> chosen = Choice(name, value, words, 12.0F);
-    value = chosen ? words[*chosen] : value;
-    return chosen.has_value();
-  }
-
-  const std::vector<std::string> styles_ = ConfigNames("configs/styles");
-};
-
-// Asks what to do with unsaved changes before they would be lost.
-class UnsavedPanel : public Panel {
- public:
-  explicit UnsavedPanel(ViewerState& s) : Panel(Place::kOver, "Unsaved changes", s) {}
-  bool Wanted() const override { return editing_.postponed.has_value(); }
-
-  void Draw() override {
-    Dialog("Unsaved changes", 28.0F, [&] { DrawContent(); });
-  }
-
- private:
-  void DrawContent() {
+  void DrawUnsaved() {
     const EditedDocument& document = editing_.document;
     Heading("There are unsaved changes");
     DimWrapped((document.EditsModified() ? "Edits of the map's objects. " : "") +
                (document.AnnotationModified() ? "The annotation, to " + editing_.annotation.file + "." : ""));
     ImGui::Dummy(ImVec2(0.0F, 0.4F * ImGui::GetFontSize()));
-    if (ImGui::Button("Save")) {
+    if (Button("Save")) {
       context_.SaveAll();
       if (!document.Modified()) {
-        GoOn();
+        Proceed();
       }
     }
     ImGui::SameLine();
-    if (ImGui::Button("Discard")) {
+    if (Button("Discard")) {
       editing_.discard = true;
-      GoOn();
+      Proceed();
     }
     ImGui::SameLine();
-    if (ImGui::Button("Cancel") || EscapeIsPressed()) {
+    if (Button("Cancel")) {
       editing_.postponed.reset();
     }
   }
 
-  void GoOn() {
+  void Proceed() {
     if (const auto postponed = std::exchange(editing_.postponed, std::nullopt)) {
       requests_.push_back(*postponed);
     }
   }
-};
 
-// Messages in the upper left corner of the scene, where nothing else is; the newest on top.
-class MessagesPanel : public Panel {
- public:
-  explicit MessagesPanel(ViewerState& s) : Panel(Place::kOver, "Messages", s) {}
-  bool Wanted() const override { return !messages_.notices.empty(); }
-  bool Busy() const override { return !messages_.notices.empty(); }
-
-  void Draw() override {
+  // Messages in the upper left corner of the scene, the newest on top.
+  void DrawMessages() {
     const float em = ImGui::GetFontSize();
     float top = static_cast<float>(view_.corner.y) + 0.8F * em;
     ImGui::PushStyleColor(ImGuiCol_WindowBg, ImGui::GetStyleColorVec4(ImGuiCol_PopupBg));
@@ -187,7 +173,6 @@ class MessagesPanel : public Panel {
     std::erase_if(notices, [&](Notice& notice) { return (notice.seconds_left -= window_.seconds) <= 0.0; });
   }
 
- private:
   void DrawNotice(Notice& notice, const std::string& id, float& top) const {
     const float em = ImGui::GetFontSize();
     ImGui::SetNextWindowPos(ImVec2(static_cast<float>(view_.corner.x) + 0.8F * em, top));
@@ -196,7 +181,7 @@ class MessagesPanel : public Panel {
                      ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
                          ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings |
                          ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoNav)) {
-      const Palette& palette = PaletteOf(window_.theme);
+      const Palette& palette = PaletteOf(window_.settings.theme);
       ImGui::PushTextWrapPos(38.0F * em);
       ImGui::PushStyleColor(ImGuiCol_Text, notice.error ? palette.bad : palette.text);
       ImGui::TextUnformatted(((notice.error ? "Error: " : "") + notice.text).c_str());
@@ -209,13 +194,84 @@ class MessagesPanel : public Panel {
     }
     ImGui::End();
   }
+
+  // Returns the folder that contains the open result or file, else the current folder.
+  fs::path FirstFolder() const {
+    std::error_code none;
+    if (document_.file.empty()) {
+      return fs::current_path(none);
+    }
+    const fs::path parent = document_.file.parent_path();
+    const fs::path folder = document_.file.filename() == "map.sqmap" ? parent.parent_path() : parent;
+    return fs::is_directory(folder, none) ? folder : fs::current_path(none);
+  }
+
+  void Enter(const fs::path& folder) {
+    folder_ = folder;
+    text_ = folder.string();
+    entries_ = ListFolder(folder);
+  }
+
+  void Take(const fs::path& path) {
+    requests_.push_back(OpenRequest{path});
+    window_.show_open = false;
+  }
+
+  void DrawOpen() {
+    const float em = ImGui::GetFontSize();
+    Heading("Open a result");
+    ImGui::SetNextItemWidth(-1.0F);
+    if (ImGui::InputText("##folder", &text_, ImGuiInputTextFlags_EnterReturnsTrue) && !text_.empty()) {
+      std::error_code none;
+      const bool enters = KindOf(text_) == FolderEntry::Kind::kFolder;
+      enters ? Enter(fs::absolute(text_, none)) : Take(text_);
+    }
+    Tip("A folder, a result or a file; Enter goes there or opens it");
+    ImGui::BeginChild("entries", ImVec2(0.0F, 18.0F * em), true);
+    DrawEntries();
+    ImGui::EndChild();
+    if (Button("Close")) {
+      window_.show_open = false;
+    }
+  }
+
+  void DrawEntries() {
+    const fs::path folder = folder_;  // entering changes it
+    if (folder.has_relative_path() && Selectable("..")) {
+      Enter(folder.parent_path());
+      return;
+    }
+    if (entries_.empty()) {
+      ImGui::TextDisabled("Nothing here can be opened.");
+    }
+    for (const FolderEntry& entry : entries_) {
+      const bool enters = entry.kind == FolderEntry::Kind::kFolder;
+      ImGui::PushStyleColor(ImGuiCol_Text,
+                            ImGui::GetStyleColorVec4(enters ? ImGuiCol_TextDisabled : ImGuiCol_Text));
+      const bool chosen = Selectable(entry.name + (enters ? "/" : ""));
+      ImGui::PopStyleColor();
+      if (entry.kind == FolderEntry::Kind::kResult) {
+        ImGui::SameLine(0.0F, 1.2F * ImGui::GetFontSize());
+        Dim("result");
+      }
+      if (chosen) {
+        const fs::path path = entry.path;
+        enters ? Enter(path) : Take(path);
+        return;
+      }
+    }
+  }
+
+  const std::vector<std::string> styles_ = ConfigNames("configs/styles");
+  // The folder browser.
+  bool was_open_ = false;
+  fs::path folder_;
+  std::string text_;
+  std::vector<FolderEntry> entries_;
 };
 
 }  // namespace
 
-PanelPtr MakeHelpPanel(ViewerState& s) { return std::make_unique<HelpPanel>(s); }
-PanelPtr MakeSettingsPanel(ViewerState& s) { return std::make_unique<SettingsPanel>(s); }
-PanelPtr MakeUnsavedPanel(ViewerState& s) { return std::make_unique<UnsavedPanel>(s); }
-PanelPtr MakeMessagesPanel(ViewerState& s) { return std::make_unique<MessagesPanel>(s); }
+PanelPtr MakeDialogs(ViewerState& s) { return std::make_unique<Dialogs>(s); }
 
 }  // namespace sqslam::viewer

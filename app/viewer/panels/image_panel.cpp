@@ -1,5 +1,3 @@
-#include <imgui.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -46,7 +44,7 @@ ImageMarks MarksOf(const ShownFrame& shown) {
 class ImagePanel : public Panel {
  public:
   explicit ImagePanel(ViewerState& s) : Panel(Place::kTop, "Image", s) {}
-  bool Wanted() const override { return window_.show_image && document_.shown != nullptr; }
+  bool Wanted() const override { return window_.settings.show_image && document_.shown != nullptr; }
 
   void Draw() override {
     if (shown_ != document_.shown) {
@@ -70,7 +68,7 @@ class ImagePanel : public Panel {
     origin_ = ImVec2(std::floor(corner.x + 0.5F * (room.x - drawn.x)), corner.y);
     ImGui::SetCursorScreenPos(origin_);
     ImGui::InvisibleButton("image", drawn);
-    const ImVec2 end(origin_.x + drawn.x, origin_.y + drawn.y);
+    const ImVec2 end = origin_ + drawn;
     ImDrawList* list = ImGui::GetWindowDrawList();
     list->PushClipRect(origin_, end, true);
     DrawImage(end);
@@ -89,13 +87,12 @@ class ImagePanel : public Panel {
   }
 
   void DrawSwitches() {
-    Toggle("Boxes", &boxes_, "What the detector found; a click selects the object");
+    Toggle("Boxes", boxes_, "Detected boxes; a click selects the object");
     ImGui::SameLine();
-    Toggle("Outlines", &outlines_, "The map's objects as this camera sees them");
+    Toggle("Outlines", outlines_, "The map's objects as this camera sees them");
     ImGui::SameLine();
-    Toggle("Points", &points_,
-           "Map points in the image, coloured by their object; of a run that goes on the features that are "
-           "tracked");
+    Toggle("Points", points_,
+           "Map points in the image, coloured by their object; during a run the tracked features");
     ImGui::SameLine();
     const std::string text = "frame " + std::to_string(shown_->frame_index);
     const float right = ImGui::GetContentRegionAvail().x - ImGui::CalcTextSize(text.c_str()).x;
@@ -117,12 +114,12 @@ class ImagePanel : public Panel {
       const char* text = "no image";
       const ImVec2 size = ImGui::CalcTextSize(text);
       list->AddText(ImVec2(0.5F * (origin_.x + end.x - size.x), end.y - 1.6F * size.y),
-                    PaletteOf(window_.theme).dim_text, text);
+                    PaletteOf(window_.settings.theme).dim_text, text);
     }
   }
 
   ImVec2 At(const Eigen::Vector2d& pixel) const {
-    return Vec(origin_.x + scale_ * (pixel.x() + 0.5), origin_.y + scale_ * (pixel.y() + 0.5));
+    return origin_ + Vec(pixel.x() + 0.5, pixel.y() + 0.5) * scale_;
   }
 
   void DrawMarks() const {
@@ -138,13 +135,14 @@ class ImagePanel : public Panel {
       const bool pointed = it->object->id == selection_.hovered;
       if (outlines_ || selected || pointed) {
         const auto points = ToVector(it->polygon, [this](const cv::Point2d& p) { return At({p.x, p.y}); });
-        Stroke(points,
-               selected ? PaletteOf(window_.theme).accent : Packed(document_.colors(it->object->label)),
-               (selected  ? 3.0F
-                : pointed ? 2.4F
-                          : 1.6F) *
-                   scale,
-               1.6F, true, IM_COL32(0, 0, 0, 120));
+        Stroke(
+            points,
+            selected ? PaletteOf(window_.settings.theme).accent : Packed(document_.colors(it->object->label)),
+            (selected  ? 3.0F
+             : pointed ? 2.4F
+                       : 1.6F) *
+                scale,
+            1.6F, true, IM_COL32(0, 0, 0, 120));
       }
     }
   }
@@ -178,54 +176,34 @@ class ImagePanel : public Panel {
     }
   }
 
-  // Returns an outline with the numbers that OpenCV's functions of contours take.
-  static std::vector<cv::Point2f> Contour(const ObjectOutline& outline) {
-    return {outline.polygon.begin(), outline.polygon.end()};
-  }
-
-  // Returns the object at a pixel: that of the smallest box around it, else of the nearest outline around it.
+  // Returns the object at a pixel: the one of the smallest box around it, else of the nearest outline around
+  // it.
   std::optional<int> ObjectAt(const Eigen::Vector2d& pixel) const {
     const SnapshotDetection* best = nullptr;
     for (const SnapshotDetection& seen : shown_->detections) {
       const bool smaller = best == nullptr || seen.detection.box.Area() < best->detection.box.Area();
-      if (boxes_ && seen.detection.box.Contains(pixel) && smaller) {
+      if (boxes_ && seen.object_id >= 0 && seen.detection.box.Contains(pixel) && smaller) {
         best = &seen;
       }
     }
     if (best != nullptr) {
-      return best->object_id >= 0 ? std::optional(best->object_id) : OutlineLike(best->detection);
+      return best->object_id;
     }
     for (const ObjectOutline& outline : marks_.outlines) {
-      if (cv::pointPolygonTest(Contour(outline), cv::Point2d(pixel.x(), pixel.y()), false) >= 0.0) {
+      const std::vector<cv::Point2f> contour(outline.polygon.begin(), outline.polygon.end());
+      if (cv::pointPolygonTest(contour, cv::Point2d(pixel.x(), pixel.y()), false) >= 0.0) {
         return outline.object->id;
       }
     }
     return std::nullopt;
   }
 
-  // Finds the object of a box in frames between two snapshots, for which it is not recorded: the one whose
-  // outline overlaps the box best, preferably of the same class.
-  std::optional<int> OutlineLike(const Detection& detection) const {
-    std::optional<int> id;
-    double best = 0.2;
-    for (const ObjectOutline& outline : marks_.outlines) {
-      const cv::Rect2d around = cv::boundingRect(Contour(outline));
-      const double overlap = IoU({around.x, around.y, around.width, around.height}, detection.box) +
-                             (outline.object->label == detection.label ? 0.2 : 0.0);
-      if (overlap > best) {
-        best = overlap;
-        id = outline.object->id;
-      }
-    }
-    return id;
-  }
-
   void HandleMouse() const {
     if (!ImGui::IsItemHovered()) {
       return;
     }
-    const ImVec2 mouse = ImGui::GetIO().MousePos;
-    const Eigen::Vector2d pixel((mouse.x - origin_.x) / scale_ - 0.5, (mouse.y - origin_.y) / scale_ - 0.5);
+    const ImVec2 mouse = (ImGui::GetIO().MousePos - origin_) / scale_;
+    const Eigen::Vector2d pixel(mouse.x - 0.5, mouse.y - 0.5);
     selection_.pointed = ObjectAt(pixel);
     if (ImGui::IsMouseClicked(ImGuiMouseButton_Left)) {
       selection_.selected = selection_.pointed;

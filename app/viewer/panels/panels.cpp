@@ -37,39 +37,31 @@ void DrawPart(const char* id, const cv::Rect2d& area, bool padded, auto&& conten
 // A menu item that runs the shortcut with these keys.
 void KeyItem(ViewerState& s, const std::string& name, const char* keys, bool enabled = true,
              bool checked = false) {
-  if (ImGui::MenuItem(name.c_str(), keys, checked, enabled)) {
+  if (MenuItem(name, keys, checked, enabled)) {
     std::ranges::find(Shortcuts(), keys, &Shortcut::keys)->run(s);
   }
 }
 
 void DrawFileMenu(ViewerState& s) {
-  if (!ImGui::BeginMenu("File")) {
-    return;
-  }
   KeyItem(s, "Open ...", "Ctrl O");
-  const std::vector<std::string>& recent = s.preferences.memory.recent_files;
-  if (ImGui::BeginMenu("Open recent", !recent.empty())) {
+  const std::vector<std::string>& recent = s.window.memory.recent_files;
+  const auto draw_recent = [&] {
     for (const std::string& file : recent) {
       const std::filesystem::path path(file);
       // Results are shown by the name of their folder.
-      const std::string name = path.filename() == "map.sqmap" ? path.parent_path().string() : file;
-      if (ImGui::MenuItem(name.c_str())) {
+      if (MenuItem(path.filename() == "map.sqmap" ? path.parent_path().string() : file)) {
         s.requests.push_back(OpenRequest{path});
       }
     }
-    ImGui::EndMenu();
-  }
+  };
+  Menu("Open recent", draw_recent, !recent.empty());
   const bool has_map = s.document.Map() != nullptr;
   KeyItem(s, "Save picture", "F12", has_map);
   KeyItem(s, "Copy command of the picture", "Ctrl Shift C", has_map && !s.document.run.active);
   KeyItem(s, "Quit", "Ctrl Q");
-  ImGui::EndMenu();
 }
 
 void DrawEditMenu(ViewerState& s) {
-  if (!ImGui::BeginMenu("Edit")) {
-    return;
-  }
   const EditedDocument& document = s.editing.document;
   const auto& history = document.History();
   KeyItem(s, "Undo " + history.UndoName(), "Ctrl Z", history.CanUndo());
@@ -78,21 +70,19 @@ void DrawEditMenu(ViewerState& s) {
   KeyItem(s, "Save edits", "Ctrl S", document.Modified());
   ImGui::Separator();
   KeyItem(s, "Delete object", "Delete", s.selection.selected.has_value());
-  if (ImGui::BeginMenu("Show objects as")) {
+  Menu("Show objects as", [&] {
     for (const auto& [representation, name] : {std::pair(SolidKind::kSuperquadric, "Superquadrics"),
                                                {SolidKind::kEllipsoid, "Ellipsoids"},
                                                {SolidKind::kCuboid, "Cuboids"}}) {
-      if (ImGui::MenuItem(name, nullptr, s.editing.representation == representation)) {
+      if (MenuItem(name, nullptr, s.editing.representation == representation)) {
         s.editing.representation = representation;
       }
     }
-    ImGui::EndMenu();
-  }
+  });
   ImGui::Separator();
-  if (ImGui::MenuItem("Settings ...")) {
+  if (MenuItem("Settings ...")) {
     s.window.show_settings = true;
   }
-  ImGui::EndMenu();
 }
 
 // Returns the height of the menu bar.
@@ -102,17 +92,13 @@ double DrawMenu(ViewerState& s) {
   }
   Bold("sqslam");
   ImGui::Separator();
-  DrawFileMenu(s);
-  DrawEditMenu(s);
-  if (ImGui::BeginMenu("Window")) {
-    KeyItem(s, "Image", "I", true, s.window.show_image);
-    KeyItem(s, "Light", "T", true, s.window.theme == Theme::kLight);
-    ImGui::EndMenu();
-  }
-  if (ImGui::BeginMenu("Help")) {
-    KeyItem(s, "Keys and mouse", "H", true, s.window.show_help);
-    ImGui::EndMenu();
-  }
+  Menu("File", [&] { DrawFileMenu(s); });
+  Menu("Edit", [&] { DrawEditMenu(s); });
+  Menu("Window", [&] {
+    KeyItem(s, "Image", "I", true, s.window.settings.show_image);
+    KeyItem(s, "Light", "T", true, s.window.settings.theme == Theme::kLight);
+  });
+  Menu("Help", [&] { KeyItem(s, "Keys and mouse", "H", true, s.window.show_help); });
   const std::string title = s.document.title + (s.document.loading              ? ": loading"
                                                 : s.editing.document.Modified() ? " \u2022 not saved"
                                                                                 : "");
@@ -130,8 +116,13 @@ void DrawTabs(std::string& to_front, const std::vector<PanelPtr>& panels) {
   if (ImGui::BeginTabBar("tabs")) {
     for (const PanelPtr& panel : panels) {
       const bool first = to_front == panel->title;
-      if (panel->place == Place::kSide &&
-          ImGui::BeginTabItem(panel->title.c_str(), nullptr, first ? ImGuiTabItemFlags_SetSelected : 0)) {
+      if (panel->place != Place::kSide) {
+        continue;
+      }
+      const bool open =
+          ImGui::BeginTabItem(panel->title.c_str(), nullptr, first ? ImGuiTabItemFlags_SetSelected : 0);
+      ReportItem(panel->title);
+      if (open) {
         to_front = first ? "" : to_front;
         ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, padding);
         panel->Draw();
@@ -166,9 +157,9 @@ void DrawLines(WindowState& state, const Layout& parts, cv::Size size) {
       }
     });
   };
-  line("##side line", parts.side_line, state.layout.side, -1.0, 240.0, 0.5 * size.width);
-  line("##bottom line", parts.bottom_line, state.layout.bottom, -1.0, 96.0, 0.4 * size.height);
-  line("##top line", parts.top_line, state.layout.top, 1.0, 120.0, 0.6 * size.height);
+  line("##side line", parts.side_line, state.memory.layout.side, -1.0, 240.0, 0.5 * size.width);
+  line("##bottom line", parts.bottom_line, state.memory.layout.bottom, -1.0, 96.0, 0.4 * size.height);
+  line("##top line", parts.top_line, state.memory.layout.top, 1.0, 120.0, 0.6 * size.height);
 }
 
 // Draws a text in place of the map. A failure stays until something else is opened.
@@ -181,7 +172,7 @@ void DrawWelcome(const ViewerState& s, const cv::Rect2d& scene) {
   const auto width = static_cast<float>(0.8 * scene.width);
   const ImVec2 size = ImGui::CalcTextSize(text.c_str(), nullptr, false, width);
   const ImVec2 corner = Vec(scene.x + 0.5 * (scene.width - size.x), scene.y + 0.5 * (scene.height - size.y));
-  const Palette& palette = PaletteOf(s.window.theme);
+  const Palette& palette = PaletteOf(s.window.settings.theme);
   ImGui::GetWindowDrawList()->AddText(ImGui::GetFont(), ImGui::GetFontSize(), corner,
                                       failure.empty() ? palette.dim_text : palette.bad, text.c_str(), nullptr,
                                       width);
@@ -229,8 +220,8 @@ void DrawWindow(ViewerState& state, const std::vector<PanelPtr>& panels, cv::Siz
     }
   };
   const double menu = DrawMenu(state);
-  const Layout parts = LayOut(size, menu, state.window.layout, wanted(Place::kBottom), wanted(Place::kTop),
-                              state.window.scale);
+  const Layout parts = LayOut(size, menu, state.window.memory.layout, wanted(Place::kBottom),
+                              wanted(Place::kTop), state.window.scale);
   DrawPart("##scene", parts.scene, false, [&] {
     draw(Place::kScene);
     if (state.document.Map() == nullptr) {

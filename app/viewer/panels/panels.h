@@ -51,7 +51,6 @@ class Panel {
   SceneView& view_ = state_.view;
   Layers& layers_ = state_.layers;
   Editing& editing_ = state_.editing;
-  Preferences& preferences_ = state_.preferences;
   WindowState& window_ = state_.window;
   Messages& messages_ = state_.messages;
   std::vector<Request>& requests_ = state_.requests;
@@ -69,11 +68,7 @@ PanelPtr MakeViewPanel(ViewerState& s);
 PanelPtr MakeAnnotationPanel(ViewerState& s);
 PanelPtr MakePicturePanel(ViewerState& s);
 PanelPtr MakeTimelinePanel(ViewerState& s);
-PanelPtr MakeHelpPanel(ViewerState& s);
-PanelPtr MakeOpenPanel(ViewerState& s);
-PanelPtr MakeSettingsPanel(ViewerState& s);
-PanelPtr MakeUnsavedPanel(ViewerState& s);  // asks what to do with unsaved changes
-PanelPtr MakeMessagesPanel(ViewerState& s);
+PanelPtr MakeDialogs(ViewerState& s);
 
 // Marks over the scene and the image: selection, input camera, measurements, solids and their mouse handling.
 

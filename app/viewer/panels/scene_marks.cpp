@@ -25,7 +25,7 @@ void DrawWires(const EditContext& context, const WindowState& window, const Came
   for (const AnnotatedSolid& solid : context.editing.Solids().solids) {
     const bool selected = solid.id == context.editing.annotation.selected;
     const ImU32 color =
-        selected ? PaletteOf(window.theme).accent : Packed(context.document.colors(solid.label));
+        selected ? PaletteOf(window.settings.theme).accent : Packed(context.document.colors(solid.label));
     const float width = (selected ? selected_width : 1.6F) * static_cast<float>(window.scale);
     for (const WireLine& line : ProjectWireframe(solid.solid, camera, T_map_camera)) {
       const std::vector<ImVec2> points = ToVector(line.pixels, at);
@@ -101,7 +101,7 @@ class SceneMarks {
     if (seen.size() == 2) {
       Stroke(seen, palette_.accent, 2.0F, 2.0F, false, IM_COL32(0, 0, 0, 140));
       DrawTag(fmt::format("{:.4g} {}", (points[0] - points[1]).norm(), UnitOf(*document_.Map())),
-              ImVec2(0.5F * (seen[0].x + seen[1].x), 0.5F * (seen[0].y + seen[1].y)), {0.337, 0.706, 0.914});
+              (seen[0] + seen[1]) * 0.5F, {0.337, 0.706, 0.914});
     }
     for (const ImVec2& p : seen) {
       list_->AddCircleFilled(p, 5.0F, IM_COL32(0, 0, 0, 160));
@@ -124,10 +124,9 @@ class SceneMarks {
         list_->AddCircleFilled(*at, r, color, 12);
       } else {
         for (const float side : {-1.0F, 1.0F}) {
-          const ImVec2 a(at->x - r, at->y - side * r);
-          const ImVec2 b(at->x + r, at->y + side * r);
-          list_->AddLine(a, b, IM_COL32(255, 255, 255, 220), 4.0F);
-          list_->AddLine(a, b, color, 2.2F);
+          const ImVec2 arm(r, side * r);
+          list_->AddLine(*at - arm, *at + arm, IM_COL32(255, 255, 255, 220), 4.0F);
+          list_->AddLine(*at - arm, *at + arm, color, 2.2F);
         }
       }
     }
@@ -164,23 +163,20 @@ class SceneMarks {
   // Draws text on a card above `at`.
   void DrawTag(const std::string& text, ImVec2 at, const Eigen::Vector3d& color) const {
     const float em = ImGui::GetFontSize();
-    const ImVec2 size = ImGui::CalcTextSize(text.c_str());
-    const float width = size.x + 1.7F * em;
-    const float height = size.y + 0.5F * em;
+    const ImVec2 size = ImGui::CalcTextSize(text.c_str()) + ImVec2(1.7F, 0.5F) * em;
     const float left = origin_.x + 4.0F;
-    const float x = std::clamp(at.x - 0.5F * width, left,
-                               std::max(left, left + static_cast<float>(view_.size.width) - width - 8.0F));
-    const float y = std::max(at.y - height - 0.5F * em, origin_.y + 4.0F);
-    list_->AddRectFilled(ImVec2(x, y), ImVec2(x + width, y + height), palette_.surface, 5.0F);
-    list_->AddRectFilled(ImVec2(x + 0.45F * em, y + 0.5F * height - 0.3F * em),
-                         ImVec2(x + 1.05F * em, y + 0.5F * height + 0.3F * em), Packed(color), 3.0F);
-    list_->AddText(ImVec2(x + 1.3F * em, y + 0.25F * em), palette_.text, text.c_str());
+    const float right = left + static_cast<float>(view_.size.width) - size.x - 8.0F;
+    const ImVec2 corner(std::clamp(at.x - 0.5F * size.x, left, std::max(left, right)),
+                        std::max(at.y - size.y - 0.5F * em, origin_.y + 4.0F));
+    list_->AddRectFilled(corner, corner + size, palette_.surface, 5.0F);
+    Square(corner + ImVec2(0.75F * em, 0.5F * size.y), 0.3F * em, Packed(color), 3.0F);
+    list_->AddText(corner + ImVec2(1.3F, 0.25F) * em, palette_.text, text.c_str());
   }
 
   void DrawChosen() const {
     if (!tool_.cloud_file.empty() && tool_.cloud) {  // not drawn by the scene: an even subset
-      constexpr std::size_t kMostDrawn = 20000;
-      const std::size_t step = tool_.cloud->size() / kMostDrawn + 1;
+      constexpr std::size_t kMaxDrawn = 20000;
+      const std::size_t step = tool_.cloud->size() / kMaxDrawn + 1;
       for (std::size_t i = 0; i < tool_.cloud->size(); i += step) {
         if (const auto at = Seen((*tool_.cloud)[i])) {
           Square(*at, 1.0F, IM_COL32(120, 130, 145, 200));
@@ -232,7 +228,7 @@ class SceneMarks {
   const Document& document_ = context_.document;
   const SceneView& view_ = context_.view;
   const AnnotationTool& tool_ = context_.editing.annotation;
-  const Palette& palette_ = PaletteOf(window_.theme);
+  const Palette& palette_ = PaletteOf(window_.settings.theme);
   float scale_ = static_cast<float>(window_.scale);
   ImDrawList* list_ = ImGui::GetWindowDrawList();
   std::optional<ClipPlane> cut_ = view_.Cut();

@@ -19,7 +19,7 @@
 namespace sqslam::viewer {
 namespace {
 
-// Returns true if OpenGL is rendered in software, such as by Mesa without a graphics card.
+// Returns true if OpenGL is rendered in software, as Mesa does without a graphics card.
 bool IsSoftware() {
   const auto* name = reinterpret_cast<const char*>(glGetString(GL_RENDERER));  // NOLINT: OpenGL's characters
   const std::string_view renderer = name != nullptr ? name : "";
@@ -61,11 +61,11 @@ class ScenePanel : public Panel {
   }
 
  private:
-  ImVec2 End() const { return Vec(origin_.x + view_.size.width, origin_.y + view_.size.height); }
+  ImVec2 End() const { return origin_ + Vec(view_.size.width, view_.size.height); }
 
   // Updates a value that is shown; returns true if it differed.
   template <typename Shown, typename Value>
-  static bool Renew(Shown& shown, const Value& value) {
+  static bool UpdateShown(Shown& shown, const Value& value) {
     const bool other = !(shown == value);
     if (other) {
       shown = value;
@@ -76,7 +76,7 @@ class ScenePanel : public Panel {
   // Updates the scene to the state.
   void Synchronize() {
     const bool live = document_.run.active;
-    if (Renew(photo_of_, PhotoBeneath(view_, document_)) && photo_of_) {
+    if (UpdateShown(photo_of_, BackgroundPhoto(view_, document_)) && photo_of_) {
       photo_.Upload(Undistorted(photo_of_->image, photo_of_->map->camera));
     }
     SceneStyle style = view_.style;
@@ -85,29 +85,29 @@ class ScenePanel : public Panel {
       style = StyleOverPhoto(std::move(style));
     }
     scene_.SetTransparent(photo_of_ != nullptr);
-    const bool restyled = Renew(style_, style);
+    const bool restyled = UpdateShown(style_, style);
     if (restyled) {
       scene_.SetStyle(style);
     }
-    if (Renew(clip_, view_.clip) || restyled) {
+    if (UpdateShown(clip_, view_.clip) || restyled) {
       scene_.SetClip(clip_);
-      stirred_ = true;
+      changed_ = true;
     }
-    if (Renew(drawn_layers_, layers_.drawn)) {
+    if (UpdateShown(drawn_layers_, layers_.drawn)) {
       scene_.SetLayers(drawn_layers_);
-      stirred_ = true;
+      changed_ = true;
     }
-    if (Renew(frame_, document_.frame)) {
+    if (UpdateShown(frame_, document_.frame)) {
       scene_.SetFrame(frame_ ? *frame_ : MapSnapshot());
-      stirred_ = true;
+      changed_ = true;
     }
     // During a run the map is only redrawn if it has changed: the camera moves all the time.
     const MapSnapshotPtr map = document_.shown ? document_.shown->map : nullptr;
-    const bool edited = Renew(edits_, context_.editing.applied);
+    const bool edited = UpdateShown(edits_, context_.editing.applied);
     const bool same_state = live && !edited && map_ && map && map_->sequence_number == map->sequence_number;
-    if (!same_state && Renew(map_, map)) {
+    if (!same_state && UpdateShown(map_, map)) {
       scene_.Show(map);
-      stirred_ = true;
+      changed_ = true;
     }
   }
 
@@ -192,11 +192,11 @@ class ScenePanel : public Panel {
     using Detail = InteractiveScene::Detail;
     const ViewCamera& camera = view_.camera;
     const bool changed = !drawn_ || !SameView(*drawn_, camera) || size_ != view_.size;
-    const bool dirty = std::exchange(stirred_, false) || changed;
-    still_ = dirty ? 0.0 : still_ + window_.seconds;
-    constexpr double kRest = 0.15;  // seconds after which the fine picture is drawn
+    const bool dirty = std::exchange(changed_, false) || changed;
+    rest_seconds_ = dirty ? 0.0 : rest_seconds_ + window_.seconds;
+    constexpr double kRestSeconds = 0.15;  // seconds after which the fine picture is drawn
     const bool busy = document_.run.active && !document_.run.paused;  // leaves the CPU to the run
-    settled_ = !software_ || (still_ >= kRest && !busy);
+    settled_ = !software_ || (rest_seconds_ >= kRestSeconds && !busy);
     drawn_ = camera;
     size_ = view_.size;
     const unsigned texture = scene_.Draw(camera, size_, settled_ ? Detail::kFine : Detail::kDraft);
@@ -212,52 +212,24 @@ class ScenePanel : public Panel {
       list->AddCallback(ImDrawCallback_ResetRenderState, nullptr);
     }
     if (dirty) {
-      TakeTexts(document_.Map() != nullptr ? scene_.Texts(camera, size_) : cv::Mat());
+      texts_.Upload(document_.Map() != nullptr ? scene_.Texts(camera, size_) : cv::Mat());
     }
-    DrawTexts();
+    if (texts_.Id() != nullptr) {
+      list->AddImage(texts_.Id(), origin_, End());
+    }
   }
 
   void DrawPhoto() {
     const cv::Rect2d area = PlaceImage(photo_of_->map->camera, {cv::Point(), view_.size}).area;
     ImDrawList* list = ImGui::GetWindowDrawList();
     list->AddRectFilled(origin_, End(), Packed(ParseColor(view_.style.background)));
-    list->AddImage(photo_.Id(), Vec(origin_.x + area.x, origin_.y + area.y),
-                   Vec(origin_.x + area.br().x, origin_.y + area.br().y));
-  }
-
-  // Draws only the cells of the text image that hold something: most are empty, and blending costs time.
-  void DrawTexts() const {
-    if (texts_.Id() == nullptr) {
-      return;
-    }
-    const cv::Size size = texts_.Size();
-    const auto corner = [&](cv::Point p) { return Vec(origin_.x + p.x, origin_.y + p.y); };
-    const auto share = [&](cv::Point p) { return Vec(1.0 * p.x / size.width, 1.0 * p.y / size.height); };
-    for (const cv::Rect& cell : text_cells_) {
-      ImGui::GetWindowDrawList()->AddImage(texts_.Id(), corner(cell.tl()), corner(cell.br()),
-                                           share(cell.tl()), share(cell.br()));
-    }
-  }
-
-  void TakeTexts(const cv::Mat& image) {
-    texts_.Upload(image);
-    text_cells_.clear();
-    constexpr int kSide = 64;  // pixels
-    for (int y = 0; y < image.rows; y += kSide) {
-      for (int x = 0; x < image.cols; x += kSide) {
-        const cv::Rect cell = cv::Rect(x, y, kSide, kSide) & cv::Rect(cv::Point(), image.size());
-        if (cv::norm(image(cell), cv::NORM_INF) > 0.0) {
-          text_cells_.push_back(cell);
-        }
-      }
-    }
+    list->AddImage(photo_.Id(), origin_ + Vec(area.x, area.y), origin_ + Vec(area.br().x, area.br().y));
   }
 
   InteractiveScene scene_;
   GlTexture photo_;
   ShownFramePtr photo_of_;
   GlTexture texts_;
-  std::vector<cv::Rect> text_cells_;  // non-empty cells of `texts_`
   // State that the scene shows now.
   std::optional<SceneStyle> style_;
   SceneLayers drawn_layers_;
@@ -268,8 +240,8 @@ class ScenePanel : public Panel {
   std::optional<ViewCamera> drawn_;
   cv::Size size_;
   ImVec2 origin_;
-  bool stirred_ = true;
-  double still_ = 0.0;  // seconds since something moved
+  bool changed_ = true;
+  double rest_seconds_ = 0.0;  // seconds since something moved
   bool settled_ = false;
   bool software_ = IsSoftware();  // fine pictures take too long while something moves
   bool hovered_ = false;

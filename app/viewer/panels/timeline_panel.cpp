@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <imgui.h>
 
 #include <algorithm>
 #include <cmath>
@@ -32,9 +31,7 @@ std::string ValueText(const Series& series, double value) {
 class TimelinePanel : public Panel {
  public:
   explicit TimelinePanel(ViewerState& s) : Panel(Place::kBottom, "Time", s) {}
-  bool Wanted() const override {
-    return document_.kind != Document::Kind::kNone && !document_.timeline.Empty();
-  }
+  bool Wanted() const override { return !document_.timeline.Empty(); }
 
   void Draw() override {
     if (document_.run.active) {
@@ -79,12 +76,12 @@ class TimelinePanel : public Panel {
     ImGui::SameLine();
   }
 
-  // A drop-down list of numbers.
-  template <typename Name>
+  // A drop-down list of numbers, shown by name(); returns the one chosen.
   static std::optional<double> NumberChoice(const char* id, double current,
-                                            const std::vector<double>& numbers, Name name, float width) {
-    const std::optional<std::size_t> chosen = Choice(id, name(current), ToVector(numbers, name), width);
-    return chosen ? std::optional(numbers[*chosen]) : std::nullopt;
+                                            const std::vector<double>& numbers, auto name, float width) {
+    std::string text = name(current);
+    const bool chosen = Choice(id, text, ToVector(numbers, name), width);
+    return chosen ? std::optional(*std::ranges::find(numbers, text, name)) : std::nullopt;
   }
 
   void DrawTime() const {
@@ -101,19 +98,21 @@ class TimelinePanel : public Panel {
   }
 
   void DrawRunControls() {
-    using What = RunControl::What;
+    using Command = RunControl::Command;
     const RunStatus& run = document_.run;
-    const auto ask = [this](What what) { return [this, what] { requests_.push_back(RunControl{what}); }; };
+    const auto ask = [this](Command command) {
+      return [this, command] { requests_.push_back(RunControl{command}); };
+    };
     OnPress("pause", run.paused ? Icon::kPlay : Icon::kPause,
             run.paused ? "Go on (Space)" : "Pause the run (Space)",
-            ask(run.paused ? What::kContinue : What::kPause), run.paused);
-    OnPress("step", Icon::kStepForward, "One frame, then pause (Right)", ask(What::kStep));
-    OnPress("end", Icon::kStop, "End the run here and save it", ask(What::kEnd));
+            ask(run.paused ? Command::kContinue : Command::kPause), run.paused);
+    OnPress("step", Icon::kStepForward, "One frame, then pause (Right)", ask(Command::kStep));
+    OnPress("end", Icon::kStop, "End the run here and save it", ask(Command::kEnd));
     const auto name = [](double rate) {
       return rate > 0.0 ? fmt::format("{:g} frames/s", rate) : std::string("full speed");
     };
     if (const auto rate = NumberChoice("##rate", run.max_rate, {0, 60, 30, 15, 5, 1}, name, 9.0F)) {
-      requests_.push_back(RunControl{What::kRate, *rate});
+      requests_.push_back(RunControl{Command::kRate, *rate});
     }
     Tip("How fast the images are taken at most");
     ImGui::SameLine();
@@ -126,7 +125,7 @@ class TimelinePanel : public Panel {
 
   // Returns the curves; values that older recordings lack are replaced by others.
   std::vector<Curve> Curves() const {
-    const Palette& palette = PaletteOf(window_.theme);
+    const Palette& palette = PaletteOf(window_.settings.theme);
     const RunSeries& series = timeline_.series;
     const Series& tracked = series.Named("tracked points");
     const Series& timing = series.Named("tracking");
@@ -177,15 +176,21 @@ class TimelinePanel : public Panel {
     }
     DrawGaps(axes);
     DrawMarks(axes);
-    const ImU32 accent = PaletteOf(window_.theme).accent;
+    const ImU32 accent = PaletteOf(window_.settings.theme).accent;
     const float x = std::floor(axes.X(now)) + 0.5F;
     ImDrawList* list = ImGui::GetWindowDrawList();
     list->AddLine(ImVec2(x, axes.low.y), ImVec2(x, axes.high.y), accent, 2.0F);
-    list->AddTriangleFilled(ImVec2(x - 5.0F, axes.low.y), ImVec2(x + 5.0F, axes.low.y),
-                            ImVec2(x, axes.low.y + 7.0F), accent);
+    const ImVec2 tip(x, axes.low.y + 7.0F);
+    list->AddTriangleFilled(tip + ImVec2(-5.0F, -7.0F), tip + ImVec2(5.0F, -7.0F), tip, accent);
     if (hovered && !document_.run.active) {
       DrawPointer(curves, axes.TimeAt(mouse), axes.TimeAt(mouse + 5.0F) - axes.TimeAt(mouse));
     }
+  }
+
+  // Draws a name beside the axis.
+  void DrawLabel(const std::string& text, ImVec2 at) const {
+    ImGui::GetWindowDrawList()->AddText(at, PaletteOf(window_.settings.theme).dim_text, text.c_str());
+    ReportLabel(text, at + ImGui::CalcTextSize(text.c_str()) * 0.5F);
   }
 
   // Interrupts the axis where the camera has no pose in the map.
@@ -196,16 +201,16 @@ class TimelinePanel : public Panel {
       list->AddRectFilled(ImVec2(left, axes.low.y), ImVec2(right, axes.high.y),
                           ImGui::GetColorU32(ImGuiCol_WindowBg));
       list->AddRectFilled(ImVec2(left, axes.high.y - axes.marks), ImVec2(right, axes.high.y - 2.0F),
-                          PaletteOf(window_.theme).bad);
+                          PaletteOf(window_.settings.theme).bad);
     }
   }
 
   // Draws keyframes as ticks, other events as lines through all curves.
   void DrawMarks(const Axes& axes) const {
     ImDrawList* list = ImGui::GetWindowDrawList();
-    const Palette& palette = PaletteOf(window_.theme);
+    const Palette& palette = PaletteOf(window_.settings.theme);
     const float top = axes.high.y - axes.marks;
-    list->AddText(ImVec2(axes.names, top - 0.12F * ImGui::GetFontSize()), palette.dim_text, "keyframes");
+    DrawLabel("keyframes", ImVec2(axes.names, top - 0.12F * ImGui::GetFontSize()));
     for (const RunMark& mark : timeline_.series.Marks()) {
       const float x = axes.X(mark.timestamp);
       if (x < axes.low.x || x > axes.high.x) {
@@ -223,14 +228,14 @@ class TimelinePanel : public Panel {
 
   void DrawCurve(const Curve& curve, const Axes& axes, float top, float bottom, double now) const {
     ImDrawList* list = ImGui::GetWindowDrawList();
-    const Palette& palette = PaletteOf(window_.theme);
+    const Palette& palette = PaletteOf(window_.settings.theme);
     const float em = ImGui::GetFontSize();
     list->AddRectFilled(ImVec2(axes.low.x, top), ImVec2(axes.high.x, bottom),
                         ImGui::GetColorU32(ImGuiCol_FrameBg, 0.55F), 3.0F);
     const float y = 0.5F * (top + bottom) - 0.5F * em;
     list->AddRectFilled(ImVec2(axes.names, y + 0.2F * em), ImVec2(axes.names + 3.0F, y + 0.9F * em),
                         curve.color);
-    list->AddText(ImVec2(axes.names + 8.0F, y), palette.dim_text, curve.Name().c_str());
+    DrawLabel(curve.Name(), ImVec2(axes.names + 8.0F, y));
     if (const auto value = ValueAt(*curve.series, now)) {
       const std::string text = ValueText(*curve.series, *value);
       list->AddText(ImVec2(axes.low.x - 0.6F * em - ImGui::CalcTextSize(text.c_str()).x, y), palette.text,

@@ -30,7 +30,7 @@ Sim3d FileFrame(const AnnotationTool& tool) {
   return tool.in_world && tool.S_world_map ? *tool.S_world_map : Sim3d();
 }
 
-std::string WhatOf(const AnnotatedSolid& solid) { return fmt::format("{} {}", solid.label, solid.id); }
+std::string NameOfStep(const AnnotatedSolid& solid) { return fmt::format("{} {}", solid.label, solid.id); }
 
 // Returns the point where the view axis meets the ground; the focal point if it does not.
 Eigen::Vector3d PlaceInView(const EditContext& context) {
@@ -52,17 +52,17 @@ Solid Fit(const EditContext& context, SolidKind kind, const Points& points) {
   const AnnotationTool& tool = context.editing.annotation;
   const PrimitiveFit fit =
       FitPrimitive(points, kind, {.round = tool.round, .ground = tool.standing ? tool.ground : std::nullopt});
-  context.messages.Say(
+  context.messages.AddNotice(
       fmt::format("fitted to {} points, rms {:.3g} {}", fit.points, fit.rms, UnitOf(*context.document.last)));
   return fit.solid;
 }
 
-// Returns the chosen points, or those in and close around the solid, without points of the ground.
+// Returns the chosen points or, without any, the points in and close around the solid, without the ground.
 Points PointsFor(const AnnotationTool& tool, const Solid& solid) {
-  constexpr double kAround = 1.15;
+  constexpr double kMargin = 1.15;
   std::vector<int> chosen = tool.chosen;
   if (chosen.empty()) {
-    chosen = SelectInBox(*tool.cloud, {solid.T_map_object, kAround * solid.half_size});
+    chosen = SelectInBox(*tool.cloud, {solid.T_map_object, kMargin * solid.half_size});
   }
   if (tool.ground && tool.standing) {
     chosen = AboveGround(*tool.cloud, chosen, *tool.ground, 0.04 * solid.half_size.mean());
@@ -125,14 +125,14 @@ void EditContext::AddSolidOf(const SnapshotObject& object) const {
 void EditContext::RemoveSolid() const {
   if (const AnnotatedSolid* solid = SelectedSolid()) {
     const int id = solid->id;
-    Do(*this, "Remove " + WhatOf(*solid), [&](Annotation& annotation) { annotation.Remove(id); });
+    Do(*this, "Remove " + NameOfStep(*solid), [&](Annotation& annotation) { annotation.Remove(id); });
     tool.selected.reset();
   }
 }
 
 void EditContext::ChangeSolid(const AnnotatedSolid& solid) const {
   Do(
-      *this, "Change " + WhatOf(solid), [&](Annotation& annotation) { annotation.Replace(solid); },
+      *this, "Change " + NameOfStep(solid), [&](Annotation& annotation) { annotation.Replace(solid); },
       fmt::format("solid {}", solid.id));
 }
 
@@ -144,7 +144,7 @@ void EditContext::StandOnGround() const {
   }
   AnnotatedSolid moved = *solid;
   SnapToGround(moved.solid, *ground, GroundSnap::kMove);
-  Replace(*this, "Put " + WhatOf(moved) + " on the ground", moved);
+  Replace(*this, "Put " + NameOfStep(moved) + " on the ground", moved);
 }
 
 void EditContext::FitSolid() const {
@@ -155,7 +155,7 @@ void EditContext::FitSolid() const {
   messages.Try([&] {
     AnnotatedSolid fitted = *solid;
     fitted.solid = Fit(*this, solid->solid.kind, PointsFor(tool, solid->solid));
-    Replace(*this, "Fit " + WhatOf(fitted), fitted);
+    Replace(*this, "Fit " + NameOfStep(fitted), fitted);
   });
 }
 
@@ -197,7 +197,7 @@ std::optional<int> EditContext::SolidAt(const Eigen::Vector2d& pixel) const {
   std::optional<int> best;
   double nearest = std::numeric_limits<double>::infinity();
   for (const AnnotatedSolid& solid : editing.Solids().solids) {
-    const std::optional<double> at = Meet(ray, AsSuperquadric(solid.solid));
+    const std::optional<double> at = HitDistance(ray, AsSuperquadric(solid.solid));
     if (at && *at < nearest) {
       nearest = *at;
       best = solid.id;
@@ -231,14 +231,14 @@ void EditContext::OpenAnnotationFile() const {
   messages.Try([&] {
     editing.document.OpenAnnotation(tool.file, FileFrame(tool));
     tool.selected.reset();
-    messages.Say(fmt::format("{} solids read", editing.Solids().solids.size()));
+    messages.AddNotice(fmt::format("{} solids read", editing.Solids().solids.size()));
   });
 }
 
 void EditContext::SaveAnnotationFile() const {
   messages.Try([&] {
     editing.document.SaveAnnotation(tool.file, FileFrame(tool));
-    messages.Say(tool.file + " saved");
+    messages.AddNotice(tool.file + " saved");
   });
 }
 
@@ -248,7 +248,7 @@ void EditContext::OpenCloudFile() const {
                                               ? (document.last ? PositionsOf(*document.last) : Points())
                                               : ReadPoints(tool.cloud_file, FileFrame(tool).Inverse()));
     tool.chosen.clear();
-    messages.Say(fmt::format("{} points", tool.cloud->size()));
+    messages.AddNotice(fmt::format("{} points", tool.cloud->size()));
   });
 }
 

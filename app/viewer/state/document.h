@@ -18,10 +18,8 @@ namespace sqslam::viewer {
 // The open recording or run, and its frame on the screen. Maintained by Session; EditingSession replaces
 // recorded maps by edited ones. All others only read it.
 struct Document {
-  enum class Kind { kNone, kRecording, kRun };
-  Kind kind = Kind::kNone;
-  std::filesystem::path file;  // map.sqmap
-  std::string title;           // name of the folder
+  std::filesystem::path file;  // map.sqmap, absolute
+  std::string title;           // name of its folder
   RecordingInfo info;
   MapSnapshotPtr last;   // the finished map; during a run the newest
   MapSnapshotPtr frame;  // the map that framing, scale and colours are based on
@@ -34,6 +32,11 @@ struct Document {
   ShownFramePtr recorded;                            // `shown` without edits
   RunStatus run;
   std::string failure;  // why the run left no map; empty: no failure
+
+  void SetFile(const std::filesystem::path& map) {
+    file = std::filesystem::absolute(map).lexically_normal();  // the working folder may go away later
+    title = (file.filename() == "map.sqmap" ? file.parent_path() : file).filename().string();
+  }
 
   const MapSnapshot* Map() const { return MapOf(shown); }
 
@@ -97,8 +100,8 @@ struct Notice {
 struct Messages {
   std::vector<Notice> notices;
 
-  void Say(std::string text) { notices.push_back({std::move(text), false, 5.0}); }
-  void Complain(std::string text) { notices.push_back({std::move(text), true, 12.0}); }
+  void AddNotice(std::string text) { notices.push_back({std::move(text), false, 5.0}); }
+  void AddError(std::string text) { notices.push_back({std::move(text), true, 12.0}); }
 
   // Runs `action`; an exception becomes a message. Returns false then.
   bool Try(auto&& action) {
@@ -106,7 +109,7 @@ struct Messages {
       action();
       return true;
     } catch (const std::exception& error) {
-      Complain(error.what());
+      AddError(error.what());
       return false;
     }
   }

@@ -57,7 +57,7 @@ void EditContext::DeleteObject(int id) const {
   if (selection.selected == id) {
     selection.selected.reset();
   }
-  messages.Say(name + " deleted; Ctrl Z brings it back");
+  messages.AddNotice(name + " deleted; Ctrl Z brings it back");
 }
 
 void EditContext::MergeObjects(int kept, int absorbed) const {
@@ -84,7 +84,7 @@ void EditContext::SaveAll() const {
   messages.Try([&] {
     if (edited.EditsModified()) {
       edited.SaveEdits();
-      messages.Say("Edits saved beside the map");
+      messages.AddNotice("Edits saved beside the map");
     }
     if (edited.AnnotationModified()) {
       SaveAnnotationFile();
@@ -100,13 +100,13 @@ bool EditingSession::Update(Document& document, Editing& editing, Messages& mess
     tool.outline.clear();
   }
   bool finished = false;
-  if (document.kind != Document::Kind::kNone && !document.loading && document.last) {
+  if (!document.loading && document.last) {
     if (document.file != file_) {
       file_ = document.file;
       recorded_ = false;
       Open(document, editing, messages);
     }
-    finished = document.kind == Document::Kind::kRecording && !recorded_;  // recording opened, or run ended
+    finished = !document.run.active && !recorded_;  // a recording was opened, or a run ended
     recorded_ = recorded_ || finished;
   }
   Apply(document, editing);
@@ -125,31 +125,31 @@ void EditingSession::Open(const Document& document, Editing& editing, Messages& 
 void EditingSession::Apply(Document& document, Editing& editing) {
   const AppliedEdits wanted{editing.Edits(), editing.representation};
   const bool changed = !(wanted == std::exchange(editing.applied, wanted));
-  const bool fresh_last = document.last != given_last_;
+  const bool fresh_last = document.last != edited_last_;
   if (fresh_last) {
     recorded_last_ = document.last;
   }
   if (fresh_last || changed) {
-    document.last = given_last_ = wanted.ApplyTo(recorded_last_);
+    document.last = edited_last_ = wanted.ApplyTo(recorded_last_);
   }
-  const bool fresh = document.shown != given_;
+  const bool fresh = document.shown != edited_;
   if (fresh) {
     document.recorded = document.shown;
   }
   if (!fresh && !changed) {
     return;
   }
-  given_ = document.recorded;
-  if (given_ && given_->map && !wanted.Empty()) {
-    auto shown = std::make_shared<ShownFrame>(*given_);
-    shown->map = wanted.ApplyTo(given_->map);
+  edited_ = document.recorded;
+  if (edited_ && edited_->map && !wanted.Empty()) {
+    auto shown = std::make_shared<ShownFrame>(*edited_);
+    shown->map = wanted.ApplyTo(edited_->map);
     for (SnapshotDetection& seen : shown->detections) {
       const int id = seen.object_id < 0 ? -1 : wanted.edits.KeptIdOf(seen.object_id);
       seen.object_id = id < 0 || wanted.edits.Of(id).deleted || wanted.edits.Of(id).hidden ? -1 : id;
     }
-    given_ = std::move(shown);
+    edited_ = std::move(shown);
   }
-  document.shown = given_;
+  document.shown = edited_;
 }
 
 }  // namespace sqslam::viewer

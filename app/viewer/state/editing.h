@@ -152,8 +152,8 @@ class EditingSession {
   std::filesystem::path file_;  // the document that the edits belong to
   bool recorded_ = false;       // it is complete, not a run in progress
   // The maps that Apply() put into the document, to tell new ones apart.
-  ShownFramePtr given_;
-  MapSnapshotPtr given_last_;
+  ShownFramePtr edited_;
+  MapSnapshotPtr edited_last_;
   MapSnapshotPtr recorded_last_;
 };
 

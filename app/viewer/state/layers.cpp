@@ -1,6 +1,5 @@
 #include "app/viewer/state/layers.h"
 
-#include <chrono>
 #include <utility>
 
 #include "app/result/map_input.h"
@@ -15,7 +14,7 @@ fs::path SequenceOf(const Layers& layers, const Document& document) {
 }
 
 // Without the true path a cloud in the world frame cannot be placed either.
-void GiveUpTruth(Layers& layers) {
+void DropTruth(Layers& layers) {
   layers.true_path = false;
   layers.dense_cloud = layers.dense_cloud && !layers.cloud_in_world;
   layers.cloud_in_world = false;
@@ -23,79 +22,53 @@ void GiveUpTruth(Layers& layers) {
 
 }  // namespace
 
-template <typename Value>
-std::optional<std::string> BackgroundFile<Value>::Take(const fs::path& source) {
-  if (!task_.valid() || task_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
-    return std::nullopt;
-  }
-  try {
-    ValuePtr read = task_.get();
-    value_ = source == source_ ? std::move(read) : nullptr;
-  } catch (const std::exception& error) {
-    if (source == source_) {
-      return error.what();
-    }
-  }
-  return std::nullopt;
-}
-
 void LayerSession::Update(Layers& layers, const Document& document, Messages& messages) {
   const fs::path sequence = SequenceOf(layers, document);
-  if (const auto problem = truth_.Take(sequence); problem && document.last) {
-    GiveUpTruth(layers);
-    messages.Complain(sequence.empty() ? "The map does not say what was mapped." : *problem);
+  const bool has_map = document.last != nullptr;
+  const bool wants_truth = layers.true_path || (layers.dense_cloud && layers.cloud_in_world);
+  if (const auto problem = truth_.Update(has_map && wants_truth, sequence, ReadTruePoses);
+      problem && has_map) {
+    DropTruth(layers);
+    messages.AddError(sequence.empty() ? "The map does not say what was mapped." : *problem);
   }
-  const auto fails = [&](auto& dense, const fs::path& source) {
-    const std::optional<std::string> problem = dense.Take(source);
+  const auto check = [&](const std::optional<std::string>& problem) {
     if (problem) {
       layers.dense_cloud = false;
-      messages.Complain(*problem);
+      messages.AddError(*problem);
     }
-    return problem.has_value();
+    return !problem;
   };
-  if (fails(cloud_, layers.cloud_file)) {
+  const bool has_file = !layers.cloud_file.empty();
+  if (!check(
+          cloud_.Update(has_map && layers.dense_cloud && has_file, layers.cloud_file, app::ReadDenseCloud))) {
     layers.cloud_file.clear();
   }
-  fails(own_, document.file);
-  fails(mesh_, document.file);
-  if (document.last) {
-    if (layers.true_path || (layers.dense_cloud && layers.cloud_in_world)) {
-      truth_.Want(sequence, ReadTruePoses);
-    }
-    if (layers.dense_cloud && !layers.cloud_file.empty()) {
-      cloud_.Want(layers.cloud_file, app::ReadDenseCloud);
-    } else if (std::error_code none;
-               layers.dense_cloud && !document.run.active &&
-               fs::is_regular_file(document.file, none)) {  // right after a run it is a folder
-      own_.Want(document.file, [](const fs::path& recording) {
-        const CloudLayerPtr cloud = ReadCloudLayer(recording);
-        return cloud ? cloud : std::make_shared<const CloudLayer>();
-      });
-      if (layers.mesh) {
-        mesh_.Want(document.file, [](const fs::path& recording) {
-          const SurfaceMeshPtr mesh = app::ReadMesh(recording, true);
-          return mesh ? mesh : std::make_shared<const SurfaceMesh>();
-        });
-      }
-    }
-  }
+  const bool wants_own = has_map && layers.dense_cloud && !has_file && !document.run.active;
+  check(own_.Update(wants_own, document.file, [](const fs::path& recording) {
+    const CloudLayerPtr cloud = ReadCloudLayer(recording);
+    return cloud ? cloud : std::make_shared<const CloudLayer>();
+  }));
+  check(mesh_.Update(wants_own && layers.mesh, document.file, [](const fs::path& recording) {
+    const SurfaceMeshPtr mesh = app::ReadMesh(recording, true);
+    return mesh ? mesh : std::make_shared<const SurfaceMesh>();
+  }));
   layers.reading = Busy();
-  if (document.last) {
-    LayOver(layers, document, messages);
+  if (has_map) {
+    AlignLayers(layers, document, messages);
   }
 }
 
 // Aligns the path to each state of a growing map; a cloud in the world frame waits for the end of the run.
-void LayerSession::LayOver(Layers& layers, const Document& document, Messages& messages) {
+void LayerSession::AlignLayers(Layers& layers, const Document& document, Messages& messages) {
   const bool wants_path = layers.true_path && truth_.Get() != nullptr;
   const bool has_file = !layers.cloud_file.empty();
   const bool wants_cloud = layers.dense_cloud && has_file && cloud_.Get() != nullptr;
   const bool in_world =
       wants_cloud && layers.cloud_in_world && truth_.Get() != nullptr && !document.run.active;
-  const TruePath* path = wants_path || in_world ? PathOver(document.last) : nullptr;
+  const TruePath* path = wants_path || in_world ? AlignedPath(document.last) : nullptr;
   if (path == nullptr && (wants_path || in_world) && !document.run.active) {
-    GiveUpTruth(layers);
-    messages.Complain(app::CannotBeLaid(truth_.Source()));
+    DropTruth(layers);
+    messages.AddError(app::CannotBeLaid(truth_.Source()));
   }
   layers.path_error = path != nullptr ? path->rmse : 0.0;
   layers.path_pairs = path != nullptr ? path->pairs : 0;
@@ -110,18 +83,16 @@ void LayerSession::LayOver(Layers& layers, const Document& document, Messages& m
   if (!S_map_file) {
     placed_ = {};
   }
-  const bool own = layers.dense_cloud && !has_file && own_.Get() != nullptr && !own_.Get()->points.empty() &&
-                   own_.Source() == document.file;
-  const bool meshed = own && layers.mesh && mesh_.Get() != nullptr && mesh_.Source() == document.file;
-  layers.drawn.dense_mesh = meshed ? mesh_.Get() : nullptr;
+  const bool own = layers.dense_cloud && !has_file && own_.Get() != nullptr && !own_.Get()->points.empty();
+  layers.drawn.dense_mesh = own && layers.mesh ? mesh_.Get() : nullptr;
   layers.drawn.dense_cloud = S_map_file ? PlacedCloud(*S_map_file) : own ? own_.Get() : nullptr;
 }
 
-const TruePath* LayerSession::PathOver(const MapSnapshotPtr& map) {
-  if (laid_.map != map || laid_.truth != truth_.Get()) {
-    laid_ = {map, truth_.Get(), LayTruePath(*truth_.Get(), *map)};
+const TruePath* LayerSession::AlignedPath(const MapSnapshotPtr& map) {
+  if (aligned_.map != map || aligned_.truth != truth_.Get()) {
+    aligned_ = {map, truth_.Get(), LayTruePath(*truth_.Get(), *map)};
   }
-  return laid_.path ? &*laid_.path : nullptr;
+  return aligned_.path ? &*aligned_.path : nullptr;
 }
 
 CloudLayerPtr LayerSession::PlacedCloud(const Sim3d& S_map_file) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <filesystem>
 #include <future>
 #include <memory>
@@ -15,7 +16,7 @@
 
 namespace sqslam::viewer {
 
-// Layers drawn with the map that are not part of it. Panels set what is wanted; LayerSession does the rest.
+// Layers drawn with the map that are not part of it. Panels set the wishes; LayerSession reads and aligns.
 struct Layers {
   bool true_path = false;            // wanted
   std::filesystem::path sequence;    // with the true path; empty: the mapped sequence
@@ -42,17 +43,27 @@ class BackgroundFile {
  public:
   using ValuePtr = std::shared_ptr<const Value>;
 
-  // Starts reading `source` by read(source), which returns a value or a pointer that is not null, unless it
-  // is read already or another file is being read.
-  void Want(const std::filesystem::path& source, auto read) {
-    if (!task_.valid() && (source != source_ || !value_)) {
-      source_ = source;
+  // Takes the value if it is ready, and starts reading `source` by read(source) if it is wanted and not read
+  // yet; read() returns a value, or a pointer that is not null. Returns the error if `source` cannot be read.
+  std::optional<std::string> Update(bool wanted, const std::filesystem::path& source, auto read) {
+    std::optional<std::string> problem;
+    if (task_.valid() && task_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
+      try {
+        value_ = task_.get();
+      } catch (const std::exception& error) {
+        problem = error.what();
+      }
+    }
+    if (source != source_) {
       value_.reset();
+      problem.reset();
+    }
+    if (wanted && !problem && !value_ && !task_.valid()) {
+      source_ = source;
       task_ = std::async(std::launch::async, [source, read] { return Shared(read(source)); });
     }
+    return problem;
   }
-  // Takes the value if it is ready and `source` is still wanted; returns the error, if any.
-  std::optional<std::string> Take(const std::filesystem::path& source);
 
   bool Busy() const { return task_.valid(); }
   const ValuePtr& Get() const { return value_; }  // null until it is read
@@ -75,8 +86,8 @@ class LayerSession {
   bool Busy() const { return truth_.Busy() || cloud_.Busy() || own_.Busy() || mesh_.Busy(); }
 
  private:
-  void LayOver(Layers& layers, const Document& document, Messages& messages);
-  const TruePath* PathOver(const MapSnapshotPtr& map);
+  void AlignLayers(Layers& layers, const Document& document, Messages& messages);
+  const TruePath* AlignedPath(const MapSnapshotPtr& map);
   CloudLayerPtr PlacedCloud(const Sim3d& S_map_file);
 
   BackgroundFile<Trajectory> truth_;  // of a sequence
@@ -89,7 +100,7 @@ class LayerSession {
     MapSnapshotPtr map;
     std::shared_ptr<const Trajectory> truth;
     std::optional<TruePath> path;  // empty: they cannot be aligned
-  } laid_;
+  } aligned_;
   struct {
     std::shared_ptr<const PointCloud> cloud;
     Sim3d S_map_file;

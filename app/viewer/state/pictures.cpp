@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 namespace {
 
 // Returns the value as --set takes it.
-std::string ValueText(const OptionField& field) {
+std::string OptionValueText(const OptionField& field) {
   if (const auto* const* number = std::get_if<double*>(&field.value)) {
     return fmt::format("{:.6g}", **number);
   }
@@ -39,11 +39,11 @@ bool IsThroughCamera(const SceneView& view, const Document& document) {
 }  // namespace
 
 std::vector<std::string> StyleChanges(const SceneStyle& style, const SceneStyle& from) {
-  return ToVector(ChangedOptions(style, from, ValueText),
+  return ToVector(ChangedOptions(style, from, OptionValueText),
                   [](const auto& change) { return change[0] + "=" + change[1]; });
 }
 
-ShownFramePtr PhotoBeneath(const SceneView& view, const Document& document) {
+ShownFramePtr BackgroundPhoto(const SceneView& view, const Document& document) {
   const ShownFramePtr& shown = document.shown;
   const bool has = IsThroughCamera(view, document) &&
                    shown->image.size() == cv::Size(shown->map->camera.width, shown->map->camera.height);
@@ -63,7 +63,7 @@ std::string RenderCommandLine(const ViewerState& state, cv::Size size, bool tran
   if (transparent) {
     words.emplace_back("--no-background");
   }
-  const ShownFramePtr photo = transparent ? nullptr : PhotoBeneath(view, document);
+  const ShownFramePtr photo = transparent ? nullptr : BackgroundPhoto(view, document);
   const bool through = IsThroughCamera(view, document);
   if (photo) {
     words.emplace_back("--photo");
@@ -120,7 +120,7 @@ void WriteScreenshot(const ViewerState& state, cv::Size size, bool transparent, 
   options.backend = RenderBackend::kCurrent;
   options.style = state.view.StyleWithClip();
   options.layers = state.layers.drawn;
-  if (const ShownFramePtr photo = transparent ? nullptr : PhotoBeneath(state.view, state.document)) {
+  if (const ShownFramePtr photo = transparent ? nullptr : BackgroundPhoto(state.view, state.document)) {
     const MapSnapshot& map = *photo->map;
     WritePicture(file, RenderOnPhoto(*state.document.frame, map, photo->image, *map.T_map_camera, options));
     return;
@@ -135,6 +135,10 @@ void WriteScreenshot(const ViewerState& state, cv::Size size, bool transparent, 
                                    : state.view.camera));
 }
 
+cv::Size EvenSize(cv::Size size) {
+  return {std::max(2, size.width / 2 * 2), std::max(2, size.height / 2 * 2)};
+}
+
 fs::path FreeName(const std::string& stem, const std::string& extension) {
   for (int number = 1;; ++number) {
     const fs::path path = fs::current_path() / fmt::format("{}-{}{}", stem, number, extension);
@@ -145,25 +149,17 @@ fs::path FreeName(const std::string& stem, const std::string& extension) {
 }
 
 ScreenFilm::ScreenFilm(const fs::path& file, cv::Size size)
-    : file_(file),
-      size_(std::max(2, size.width / 2 * 2), std::max(2, size.height / 2 * 2)),  // even, for the encoder
-      encoder_(file, size_, kRate) {}
+    : file_(file), size_(EvenSize(size)), encoder_(file, size_, kRate) {}
 
 void ScreenFilm::Add(const cv::Mat& bgr, double seconds) {
-  constexpr double kLongest = 1.0;  // seconds: an idle window is not filmed for longer
-  due_ += std::min(seconds, kLongest);
+  constexpr double kMaxSeconds = 1.0;  // seconds: an idle window is not filmed for longer
+  due_ += std::min(seconds, kMaxSeconds);
   if (due_ < 1.0 / kRate || bgr.empty()) {
     return;
   }
   cv::Mat frame = bgr;
   if (frame.size() != size_) {
-    const bool cut = frame.cols - size_.width <= 1 && frame.rows - size_.height <= 1 &&
-                     frame.cols >= size_.width && frame.rows >= size_.height;
-    if (cut) {  // an odd side
-      frame = frame(cv::Rect(cv::Point(), size_)).clone();
-    } else {
-      cv::resize(bgr, frame, size_, 0.0, 0.0, cv::INTER_AREA);
-    }
+    cv::resize(bgr, frame, size_, 0.0, 0.0, cv::INTER_AREA);
   }
   for (; due_ >= 1.0 / kRate; due_ -= 1.0 / kRate) {
     encoder_.Add(frame);

@@ -14,14 +14,14 @@
 namespace sqslam::viewer {
 
 // Returns the frame whose image lies beneath the scene while it is seen through the input camera, or null.
-ShownFramePtr PhotoBeneath(const SceneView& view, const Document& document);
+ShownFramePtr BackgroundPhoto(const SceneView& view, const Document& document);
 
 // Returns the command that draws the present view without a window: `sqslam render ... --output FILE`, quoted
 // for a shell. Selection marks are not part of the picture. `size`: of the picture, pixels.
 std::string RenderCommandLine(const ViewerState& state, cv::Size size, bool transparent,
                               const std::string& output);
 
-// Returns the values of `style` that differ from those of `from`, as KEY=VALUE for --set.
+// Returns the values of `style` that differ from `from`, as KEY=VALUE for --set.
 std::vector<std::string> StyleChanges(const SceneStyle& style, const SceneStyle& from);
 
 // Draws the present view in any size with the renderer of `sqslam render` and writes it as PNG. Needs the
@@ -31,6 +31,9 @@ void WriteScreenshot(const ViewerState& state, cv::Size size, bool transparent,
 
 // Returns the first of STEM-1.png, STEM-2.png, ... in the working folder that does not exist.
 std::filesystem::path FreeName(const std::string& stem, const std::string& extension);
+
+// Returns the largest size with even sides, as video encoders need it.
+cv::Size EvenSize(cv::Size size);
 
 // Films the screen at a constant frame rate. All throw InputError if the file cannot be written.
 class ScreenFilm {

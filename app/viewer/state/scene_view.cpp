@@ -75,7 +75,7 @@ ViewCamera LookThrough(const Rigid3d& T_map_camera, const Camera& camera, cv::Si
   ViewCamera view = FirstPerson(T_map_camera, camera, depth);
   if (camera.width > 0 && camera.height > 0 && camera.fx > 0.0 && camera.fy > 0.0 && window.area() > 0) {
     view.pinhole = PlaceImage(camera, {cv::Point(), window}).camera;
-    // Keeps the size of what is seen once the user moves the view away from the camera.
+    // Keeps the scale when the user moves the view away from the camera.
     view.view_angle = 2.0 * std::atan(0.5 * window.height / view.pinhole->fy) * kDegreesPerRadian;
   }
   return view;
@@ -98,7 +98,7 @@ std::optional<Hit> NearestHit(const Ray& ray, const std::vector<SnapshotObject>&
                               const std::optional<ClipPlane>& cut) {
   std::optional<Hit> best;
   for (const SnapshotObject& object : objects) {
-    const std::optional<double> distance = Meet(ray, object.superquadric, cut);
+    const std::optional<double> distance = HitDistance(ray, object.superquadric, cut);
     if (distance && (!best || *distance < best->distance)) {
       best = Hit{object.id, *distance};
     }
@@ -108,8 +108,8 @@ std::optional<Hit> NearestHit(const Ray& ray, const std::vector<SnapshotObject>&
 
 }  // namespace
 
-std::optional<double> Meet(const Ray& ray, const PosedSuperquadric& solid,
-                           const std::optional<ClipPlane>& cut) {
+std::optional<double> HitDistance(const Ray& ray, const PosedSuperquadric& solid,
+                                  const std::optional<ClipPlane>& cut) {
   const auto passage = Intersect(ray, solid);
   if (!passage) {
     return std::nullopt;

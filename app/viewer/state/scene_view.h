@@ -80,15 +80,15 @@ ViewCamera LookThrough(const Rigid3d& T_map_camera, const Camera& camera, cv::Si
 
 // Returns the distance along the ray (map units) at which it meets the solid, or its inside if the near side
 // is clipped; 0 from inside, empty if it misses.
-std::optional<double> Meet(const Ray& ray, const PosedSuperquadric& solid,
-                           const std::optional<ClipPlane>& cut = {});
+std::optional<double> HitDistance(const Ray& ray, const PosedSuperquadric& solid,
+                                  const std::optional<ClipPlane>& cut = {});
 
 // Returns the id of the nearest object that the ray meets.
 std::optional<int> PickObject(const Ray& ray, const std::vector<SnapshotObject>& objects,
                               const std::optional<ClipPlane>& cut = {});
 
 // Returns a point to measure from, the nearest to the eye among the object surface under the mouse and the
-// map and cloud points that project within `reach` pixels of it. Skips what is clipped.
+// map and cloud points that project within `reach` pixels of it. Skips clipped parts.
 std::optional<Eigen::Vector3d> PickPoint(const ViewCamera& camera, const Eigen::Vector2d& pixel,
                                          cv::Size window, const MapSnapshot& map,
                                          const std::optional<ClipPlane>& cut = {},

@@ -2,81 +2,26 @@
 
 #include <fmt/format.h>
 
-#include <utility>
-
 #include "app/viewer/input/input_events.h"
 
 namespace sqslam::viewer {
-namespace {
 
-void Keep(std::filesystem::path& file, const auto& values, Messages& messages) {
-  if (!messages.Try([&] { Save(file, values); })) {
-    file.clear();
-  }
-}
-
-template <typename Values>
-Values ReadKept(const std::filesystem::path& file, std::vector<std::string>& warnings) {
-  auto loaded = Load<Values>(file);
-  warnings.insert(warnings.end(), loaded.warnings.begin(), loaded.warnings.end());
-  return std::move(loaded.values);
-}
-
-}  // namespace
-
-Preferences Preferences::Read() {
-  Preferences read;
-  read.settings_file = SettingsFile();
-  read.memory_file = MemoryFile();
-  read.settings = ReadKept<ViewerSettings>(read.settings_file, read.warnings);
-  read.memory = ReadKept<ViewerMemory>(read.memory_file, read.warnings);
-  read.memory.ForgetMissing();
-  return read;
-}
-
-void Preferences::KeepSettings(Messages& messages) { Keep(settings_file, settings, messages); }
-void Preferences::KeepMemory(Messages& messages) { Keep(memory_file, memory, messages); }
-
-void Preferences::Give(WindowState& window, SceneView& view, Messages& messages) {
-  window.layout = memory.layout;
-  ApplySettings(window, view, messages);
-  for (const std::string& warning : std::exchange(warnings, {})) {
-    messages.Complain(warning);
-  }
-}
-
-void Preferences::Take(const WindowState& window, const SceneView& view, cv::Size size, Messages& messages) {
-  TakeSettings(window, view);
-  KeepSettings(messages);
-  if (size.area() > 0) {
-    memory.window_width = size.width;
-    memory.window_height = size.height;
-  }
-  memory.layout = window.layout;
-  KeepMemory(messages);
-}
-
-void Preferences::ApplySettings(WindowState& window, SceneView& view, Messages& messages) const {
-  window.theme = settings.theme;
-  window.show_image = settings.show_image;
-  if (view.style_name != settings.style) {
-    messages.Try([&] { view.UseStyle(settings.style); });
-  }
-}
-
-void Preferences::TakeSettings(const WindowState& window, const SceneView& view) {
-  settings.theme = window.theme;
-  settings.style = view.style_name;
-  settings.show_image = window.show_image;
+WindowState KeptWindowState(std::vector<std::string>& warnings) {
+  WindowState window;
+  window.settings = Load<ViewerSettings>(SettingsFile(), warnings);
+  window.memory = Load<ViewerMemory>(MemoryFile(), warnings);
+  window.memory.ForgetMissing();
+  return window;
 }
 
 const char* SceneStyleOf(Theme theme) { return theme == Theme::kDark ? "dark" : "paper"; }
 
-void SwitchTheme(WindowState& window, SceneView& view, Messages& messages) {
-  const bool goes_along = view.style_name == SceneStyleOf(window.theme);
-  window.theme = window.theme == Theme::kDark ? Theme::kLight : Theme::kDark;
-  if (goes_along) {
-    messages.Try([&] { view.UseStyle(SceneStyleOf(window.theme)); });
+void SwitchTheme(ViewerState& state) {
+  Theme& theme = state.window.settings.theme;
+  const bool style_follows = state.view.style_name == SceneStyleOf(theme);
+  theme = theme == Theme::kDark ? Theme::kLight : Theme::kDark;
+  if (style_follows) {
+    state.messages.Try([&] { state.view.UseStyle(SceneStyleOf(theme)); });
   }
 }
 
@@ -85,14 +30,14 @@ namespace {
 using Action = std::function<void(ViewerState&)>;
 
 // `keys`: as shown to the user, Ctrl before Shift.
-Shortcut On(int code, const std::string& keys, const char* what, Action run) {
-  return {keys, what, code, keys.find("Shift ") != keys.npos, keys.starts_with("Ctrl "), std::move(run)};
+Shortcut On(int code, const std::string& keys, const char* help, Action run) {
+  return {keys, help, code, keys.find("Shift ") != keys.npos, keys.starts_with("Ctrl "), std::move(run)};
 }
 
 void PlayOrPause(ViewerState& s) {
-  using What = RunControl::What;
+  using Command = RunControl::Command;
   if (s.document.run.active) {
-    s.requests.push_back(RunControl{s.document.run.paused ? What::kContinue : What::kPause});
+    s.requests.push_back(RunControl{s.document.run.paused ? Command::kContinue : Command::kPause});
   } else if (s.playback.playing) {
     s.playback.playing = false;
   } else {
@@ -102,7 +47,7 @@ void PlayOrPause(ViewerState& s) {
 
 void NextFrame(ViewerState& s) {
   if (s.document.run.active) {
-    s.requests.push_back(RunControl{RunControl::What::kStep});
+    s.requests.push_back(RunControl{RunControl::Command::kStep});
   } else {
     s.playback.Step(1, s.document.timeline);
   }
@@ -130,7 +75,11 @@ Action Flip(bool& (*flag)(ViewerState&)) {
 }
 
 void Escape(ViewerState& s) {
-  if (s.window.show_open) {
+  if (s.editing.postponed) {
+    s.editing.postponed.reset();
+  } else if (s.window.show_settings) {
+    s.window.show_settings = false;
+  } else if (s.window.show_open) {
     s.window.show_open = false;
   } else if (s.window.show_help) {
     s.window.show_help = false;
@@ -182,7 +131,8 @@ std::vector<Shortcut> MakeShortcuts() {
       On('K', "K", "key frame of a camera path",
          [](State& s) {
            s.view.keys.Add(s.view.camera);
-           s.messages.Say(fmt::format("Key frame {} of the camera path is set.", s.view.keys.keys.size()));
+           s.messages.AddNotice(
+               fmt::format("Key frame {} of the camera path is set.", s.view.keys.keys.size()));
          }),
       On('C', "Ctrl Shift C", "copy the command of the picture",
          [](State& s) {
@@ -190,8 +140,9 @@ std::vector<Shortcut> MakeShortcuts() {
              s.requests.push_back(CopyCommandRequest{});
            }
          }),
-      On('I', "I", "show or hide the image", Flip([](State& s) -> bool& { return s.window.show_image; })),
-      On('T', "T", "dark or light", [](State& s) { SwitchTheme(s.window, s.view, s.messages); }),
+      On('I', "I", "show or hide the image",
+         Flip([](State& s) -> bool& { return s.window.settings.show_image; })),
+      On('T', "T", "dark or light", SwitchTheme),
       On('H', "H", "this help", Flip([](State& s) -> bool& { return s.window.show_help; })),
       On('O', "Ctrl O", "open a result", Flip([](State& s) -> bool& { return s.window.show_open; })),
       On(key::kDelete, "Delete", "delete what is selected", [](State& s) { s.Editor().DeleteSelected(); }),

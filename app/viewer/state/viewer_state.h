@@ -14,10 +14,9 @@ namespace sqslam::viewer {
 
 // State of the window around the map.
 struct WindowState {
-  Theme theme = Theme::kDark;
+  ViewerSettings settings;
+  ViewerMemory memory;
   double scale = 1.0;  // window pixels per layout pixel
-  LayoutSettings layout;
-  bool show_image = true;
   bool show_help = false;
   bool show_settings = false;
   bool show_open = false;        // the browser of folders
@@ -27,39 +26,12 @@ struct WindowState {
   ScreenshotRequest screenshot;  // for F12: size and background chosen last
 };
 
-// Settings and memory that persist between sessions.
-struct Preferences {
-  ViewerSettings settings;
-  ViewerMemory memory;
-  std::filesystem::path settings_file;  // empty: nothing is kept
-  std::filesystem::path memory_file;
-  std::vector<std::string> warnings;  // about what could not be read
+// Returns the state with the settings and the memory that were kept. Adds a line for each value that is
+// invalid.
+WindowState KeptWindowState(std::vector<std::string>& warnings);
 
-  static Preferences Read();
-
-  double TextScale() const { return settings.font_size / ViewerSettings().font_size; }
-
-  // Write to disk; a failure is reported once.
-  void KeepSettings(Messages& messages);
-  void KeepMemory(Messages& messages);
-
-  // Give() must be called before the first frame, Take() after the last; `size`: of the window at scale 1.
-  void Give(WindowState& window, SceneView& view, Messages& messages);
-  void Take(const WindowState& window, const SceneView& view, cv::Size size, Messages& messages);
-
-  // Copy the settings to window and view, and back.
-  void ApplySettings(WindowState& window, SceneView& view, Messages& messages) const;
-  void TakeSettings(const WindowState& window, const SceneView& view);
-};
-
-// Returns the style of the scene that matches a theme.
-const char* SceneStyleOf(Theme theme);
-
-// Switches between dark and light. The scene follows if its style matches the theme, else it stays.
-void SwitchTheme(WindowState& window, SceneView& view, Messages& messages);
-
-// The whole state of the viewer, without OpenGL and ImGui; each part has one owner. Panels change what they
-// show, and ask for all else by requests.
+// The whole state of the viewer, without OpenGL and ImGui; each part has one owner. Panels change their own
+// part, and ask for all else by requests.
 struct ViewerState {
   Document document;
   Playback playback;
@@ -67,7 +39,6 @@ struct ViewerState {
   SceneView view;
   Layers layers;
   Editing editing;
-  Preferences preferences;
   WindowState window;
   Messages messages;
   std::vector<Request> requests;  // of panels and keys, for the next frame
@@ -75,10 +46,16 @@ struct ViewerState {
   EditContext Editor() { return {document, view, selection, editing, messages}; }
 };
 
+// Returns the style of the scene that matches a theme.
+const char* SceneStyleOf(Theme theme);
+
+// Switches between dark and light. The scene follows if its style matches the theme, else it stays.
+void SwitchTheme(ViewerState& state);
+
 // A key that works wherever the mouse is, unless text is being typed.
 struct Shortcut {
   std::string keys;  // as shown to the user
-  std::string what;
+  std::string help;
   int code = 0;  // input_events.h
   bool shift = false;
   bool control = false;

@@ -11,46 +11,27 @@ ImTextureID TextureId(unsigned name) {
 
 ImTextureID GlTexture::Id() const { return TextureId(name_); }
 
-GlTexture::~GlTexture() {
-  if (name_ != 0) {
-    glDeleteTextures(1, &name_);
-  }
-}
+GlTexture::~GlTexture() { glDeleteTextures(1, &name_); }
 
 void GlTexture::Upload(const cv::Mat& image) {
+  glDeleteTextures(1, &name_);
+  name_ = 0;
   if (image.empty()) {
-    if (name_ != 0) {
-      glDeleteTextures(1, &name_);
-      name_ = 0;
-    }
     return;
   }
   const cv::Mat pixels = image.isContinuous() ? image : image.clone();
-  GLint bound = 0;
-  glGetIntegerv(GL_TEXTURE_BINDING_2D, &bound);
-  const bool fresh = name_ == 0 || size_ != image.size();
-  if (name_ == 0) {
-    glGenTextures(1, &name_);
-  }
-  size_ = image.size();
+  glGenTextures(1, &name_);
   glBindTexture(GL_TEXTURE_2D, name_);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-  const GLenum format = image.channels() == 4 ? GL_BGRA : GL_BGR;
-  if (fresh) {
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, size_.width, size_.height, 0, format, GL_UNSIGNED_BYTE,
-                 pixels.data);
-  } else {
-    glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, size_.width, size_.height, format, GL_UNSIGNED_BYTE, pixels.data);
-  }
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, image.cols, image.rows, 0,
+               image.channels() == 4 ? GL_BGRA : GL_BGR, GL_UNSIGNED_BYTE, pixels.data);
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
-  glBindTexture(GL_TEXTURE_2D, static_cast<GLuint>(bound));
+  glBindTexture(GL_TEXTURE_2D, 0);
 }
-
-cv::Mat ReadFramebuffer(cv::Size size) { return ReadFramebuffer(size, {cv::Point(), size}); }
 
 cv::Mat ReadFramebuffer(cv::Size size, const cv::Rect& part) {
   cv::Mat image(part.size(), CV_8UC3);

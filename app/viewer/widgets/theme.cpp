@@ -35,7 +35,7 @@ ImU32 PackedRgb(unsigned rgb, float alpha = 1.0F) {
   return ImGui::ColorConvertFloat4ToU32(Color(rgb, alpha));
 }
 
-// Colours of surfaces from back to front, and of what is on them.
+// Colours of surfaces from back to front, and of the text and marks on them.
 struct Shades {
   unsigned window, panel, field, hovered, active, border, text, dim, accent;
 };

@@ -1,55 +1,50 @@
 #include "app/viewer/widgets/widgets.h"
 
 #include <fmt/format.h>
-#include <imgui_stdlib.h>
 
 #include <cmath>
 
 namespace sqslam::viewer {
 namespace {
 
-// Draws a triangle that points right (1) or left (-1), centred at `c`.
-void Triangle(ImDrawList* list, ImVec2 c, float size, float direction, ImU32 color) {
-  const float x = 0.5F * size * direction;
-  list->AddTriangleFilled(ImVec2(c.x - x, c.y - 0.58F * size), ImVec2(c.x + x, c.y),
-                          ImVec2(c.x - x, c.y + 0.58F * size), color);
-}
-
-void Bar(ImDrawList* list, ImVec2 c, float width, float height, ImU32 color) {
-  list->AddRectFilled(ImVec2(c.x - 0.5F * width, c.y - 0.5F * height),
-                      ImVec2(c.x + 0.5F * width, c.y + 0.5F * height), color, 1.0F);
-}
-
-void DrawIcon(ImDrawList* list, Icon icon, ImVec2 c, float s, ImU32 color) {
+// Draws an icon of about `s` pixels around `c`.
+void DrawIcon(Icon icon, ImVec2 c, float s, ImU32 color) {
+  ImDrawList* list = ImGui::GetWindowDrawList();
+  const auto triangle = [&](float x, float size, float direction) {  // points right (1) or left (-1)
+    const ImVec2 at = c + ImVec2(x * s * direction, 0.0F);
+    const ImVec2 half(0.5F * size * s * direction, 0.58F * size * s);
+    list->AddTriangleFilled(at - half, at + ImVec2(half.x, 0.0F), at + ImVec2(-half.x, half.y), color);
+  };
+  const auto bar = [&](float x, float width, float height) {
+    const ImVec2 at = c + ImVec2(x * s, 0.0F);
+    const ImVec2 half(0.5F * width * s, 0.5F * height * s);
+    list->AddRectFilled(at - half, at + half, color, 1.0F);
+  };
+  const bool back = icon == Icon::kBackward || icon == Icon::kStepBack || icon == Icon::kFirst;
+  const float d = back ? -1.0F : 1.0F;
   switch (icon) {
     case Icon::kPlay:
-      Triangle(list, ImVec2(c.x + 0.06F * s, c.y), s, 1.0F, color);
-      break;
     case Icon::kBackward:
-      Triangle(list, ImVec2(c.x - 0.06F * s, c.y), s, -1.0F, color);
+      triangle(0.06F, 1.0F, d);
       break;
     case Icon::kPause:
-      Bar(list, ImVec2(c.x - 0.25F * s, c.y), 0.26F * s, 1.05F * s, color);
-      Bar(list, ImVec2(c.x + 0.25F * s, c.y), 0.26F * s, 1.05F * s, color);
+      bar(-0.25F, 0.26F, 1.05F);
+      bar(0.25F, 0.26F, 1.05F);
       break;
     case Icon::kStop:
-      Bar(list, c, 0.95F * s, 0.95F * s, color);
+      bar(0.0F, 0.95F, 0.95F);
       break;
     case Icon::kStepForward:
-    case Icon::kStepBack: {
-      const float d = icon == Icon::kStepForward ? 1.0F : -1.0F;
-      Triangle(list, ImVec2(c.x - 0.12F * s * d, c.y), 0.8F * s, d, color);
-      Bar(list, ImVec2(c.x + 0.4F * s * d, c.y), 0.18F * s, 0.95F * s, color);
+    case Icon::kStepBack:
+      triangle(-0.12F, 0.8F, d);
+      bar(0.4F * d, 0.18F, 0.95F);
       break;
-    }
     case Icon::kFirst:
-    case Icon::kLast: {
-      const float d = icon == Icon::kLast ? 1.0F : -1.0F;
-      Triangle(list, ImVec2(c.x - 0.3F * s * d, c.y), 0.62F * s, d, color);
-      Triangle(list, ImVec2(c.x + 0.16F * s * d, c.y), 0.62F * s, d, color);
-      Bar(list, ImVec2(c.x + 0.58F * s * d, c.y), 0.16F * s, 0.8F * s, color);
+    case Icon::kLast:
+      triangle(-0.3F, 0.62F, d);
+      triangle(0.16F, 0.62F, d);
+      bar(0.58F * d, 0.16F, 0.8F);
       break;
-    }
   }
 }
 
@@ -97,35 +92,85 @@ void DrawNames(const Plot& plot, const Palette& palette) {
   ImGui::NewLine();
 }
 
-std::size_t NearestIndex(const std::vector<double>& x, double at) {
-  const auto after = std::lower_bound(x.begin(), x.end(), at);
-  if (after == x.begin()) {
-    return 0;
+std::string Number(const char* format, double value) { return fmt::format(fmt::runtime(format), value); }
+
+// The rectangle of the lines of a plot on the screen.
+struct PlotArea {
+  ImVec2 corner, end;
+  double first_x = 0.0, span = 1.0;  // of the values
+  double low = 0.0, high = 1.0;
+
+  static constexpr float kInset = 3.0F;  // pixels beside the first and the last x
+  float Width() const { return end.x - corner.x - 2.0F * kInset; }
+
+  ImVec2 At(double x, double y) const {
+    return {corner.x + kInset + static_cast<float>((x - first_x) / span) * Width(),
+            end.y - static_cast<float>((y - low) / (high - low)) * (end.y - corner.y)};
   }
-  if (after == x.end()) {
-    return x.size() - 1;
+  double XAt(float pixel) const { return first_x + (pixel - corner.x - kInset) / Width() * span; }
+  void DrawVertical(double x, ImU32 color, float width) const {
+    const float at = std::floor(At(x, low).x) + 0.5F;
+    ImGui::GetWindowDrawList()->AddLine(ImVec2(at, corner.y), ImVec2(at, end.y), color, width);
   }
-  return static_cast<std::size_t>(after - x.begin()) - (at - *(after - 1) < *after - at ? 1 : 0);
+};
+
+void DrawPlotLine(const Plot& plot, const PlotLine& line, const PlotArea& area) {
+  std::vector<ImVec2> points;
+  for (std::size_t i = 0; i < plot.x.size(); ++i) {
+    const ImVec2 point = area.At(plot.x[i], line.values[i]);
+    // Coinciding points would thicken the joints of the line.
+    if (points.empty() || std::hypot(point.x - points.back().x, point.y - points.back().y) > 1.0F) {
+      points.push_back(point);
+    }
+  }
+  if (points.size() == 1) {
+    ImGui::GetWindowDrawList()->AddCircleFilled(points.front(), 2.5F, line.color);
+  }
+  Line(points, line.color, 1.6F);
 }
 
-std::string Number(const char* format, double value) { return fmt::format(fmt::runtime(format), value); }
+// Marks the values at an x and shows them as a tooltip.
+void DrawPlotValues(const Plot& plot, std::size_t index, const char* format, const PlotArea& area) {
+  ImGui::BeginTooltip();
+  ImGui::Text("%s %.0f", plot.x_name.c_str(), plot.x[index]);
+  for (const PlotLine& line : plot.lines) {
+    ImGui::TextDisabled("%s  %s", line.name.c_str(), Number(format, line.values[index]).c_str());
+  }
+  ImGui::EndTooltip();
+  for (const PlotLine& line : plot.lines) {
+    ImVec2 dot = area.At(plot.x[index], line.values[index]);
+    dot.x = std::floor(dot.x) + 0.5F;
+    ImGui::GetWindowDrawList()->AddCircleFilled(dot, 3.0F, line.color);
+  }
+}
 
 }  // namespace
 
+std::vector<ShownLabel>& ShownLabels() {
+  return *static_cast<std::vector<ShownLabel>*>(ImGui::GetIO().UserData);
+}
+
+void ReportLabel(const std::string& text, ImVec2 center) {
+  if (ImGui::IsRectVisible(center, center + ImVec2(1.0F, 1.0F))) {
+    ShownLabels().push_back({text, center});
+  }
+}
+
+void ReportItem(const std::string& text) {
+  const ImVec2 size = ImGui::GetItemRectSize();
+  const float width =
+      std::min(size.x, ImGui::CalcTextSize(text.c_str()).x);  // rows are wider than their column
+  ReportLabel(text, ImGui::GetItemRectMin() + ImVec2(width, size.y) * 0.5F);
+}
+
 bool IconButton(const char* id, Icon icon, const char* tip, bool on) {
   const float side = ImGui::GetFrameHeight();
-  ImGui::PushID(id);
   const ImVec2 at = ImGui::GetCursorScreenPos();
-  const bool pressed = ImGui::InvisibleButton("##icon", ImVec2(1.15F * side, side));
-  const bool held = ImGui::IsItemActive();
-  const bool hovered = ImGui::IsItemHovered();
-  const ImGuiCol back = held ? ImGuiCol_ButtonActive : hovered ? ImGuiCol_ButtonHovered : ImGuiCol_Button;
-  ImDrawList* list = ImGui::GetWindowDrawList();
-  list->AddRectFilled(at, ImVec2(at.x + 1.15F * side, at.y + side), ImGui::GetColorU32(back),
-                      ImGui::GetStyle().FrameRounding);
-  DrawIcon(list, icon, ImVec2(std::floor(at.x + 0.575F * side), std::floor(at.y + 0.5F * side)), 0.42F * side,
-           ImGui::GetColorU32(on ? ImGuiCol_CheckMark : ImGuiCol_Text));
+  ImGui::PushID(id);
+  const bool pressed = ImGui::Button("##icon", ImVec2(1.15F * side, side));
   ImGui::PopID();
+  DrawIcon(icon, ImFloor(at + ImVec2(0.575F, 0.5F) * side), 0.42F * side,
+           ImGui::GetColorU32(on ? ImGuiCol_CheckMark : ImGuiCol_Text));
   Tip(tip);
   return pressed;
 }
@@ -139,6 +184,7 @@ bool Section(const char* name) {
   ImGui::PushStyleColor(ImGuiCol_Header, ImGui::GetStyleColorVec4(ImGuiCol_FrameBg));
   const bool open = ImGui::CollapsingHeader(name, ImGuiTreeNodeFlags_DefaultOpen);
   ImGui::PopStyleColor();
+  ReportItem(name);
   return open;
 }
 
@@ -161,21 +207,21 @@ ImU32 Packed(const Eigen::Vector3d& color, float alpha) {
 
 void Swatch(const Eigen::Vector3d& color, bool hollow) {
   const float size = 0.75F * ImGui::GetFontSize();
-  const ImVec2 at = ImGui::GetCursorScreenPos();
-  const float y = at.y + 0.5F * (ImGui::GetTextLineHeight() - size);
+  const float line = ImGui::GetTextLineHeight();
+  const ImVec2 at = ImGui::GetCursorScreenPos() + ImVec2(0.0F, 0.5F * (line - size));
+  const ImVec2 end = at + ImVec2(size, size);
   ImDrawList* list = ImGui::GetWindowDrawList();
   if (hollow) {
-    list->AddRect(ImVec2(at.x + 1.0F, y + 1.0F), ImVec2(at.x + size - 1.0F, y + size - 1.0F), Packed(color),
-                  3.0F, 0, 1.5F);
+    list->AddRect(at + ImVec2(1.0F, 1.0F), end - ImVec2(1.0F, 1.0F), Packed(color), 3.0F, 0, 1.5F);
   } else {
-    list->AddRectFilled(ImVec2(at.x, y), ImVec2(at.x + size, y + size), Packed(color), 3.0F);
+    list->AddRectFilled(at, end, Packed(color), 3.0F);
   }
-  ImGui::Dummy(ImVec2(size, ImGui::GetTextLineHeight()));
+  ImGui::Dummy(ImVec2(size, line));
   ImGui::SameLine();
 }
 
 void Tip(const char* text) {
-  if (text != nullptr && *text != '\0' && ImGui::IsItemHovered()) {
+  if (*text != '\0' && ImGui::IsItemHovered()) {
     ImGui::BeginTooltip();
     ImGui::PushTextWrapPos(24.0F * ImGui::GetFontSize());
     ImGui::TextUnformatted(text);
@@ -184,58 +230,69 @@ void Tip(const char* text) {
   }
 }
 
-bool Toggle(const char* label, bool* on, const char* tip) {
-  const bool was = *on;
+bool Button(const char* label, const char* tip, ImVec2 size) {
+  const bool clicked = ImGui::Button(label, size);
+  ReportItem(label);
+  Tip(tip);
+  return clicked;
+}
+
+bool SmallButton(const char* label) {
+  const bool clicked = ImGui::SmallButton(label);
+  ReportItem(label);
+  return clicked;
+}
+
+bool Checkbox(const char* label, bool& on, const char* tip) {
+  const bool clicked = ImGui::Checkbox(label, &on);
+  ReportItem(label);
+  Tip(tip);
+  return clicked;
+}
+
+bool Selectable(const std::string& label, bool selected, int flags, float width) {
+  const bool clicked = ImGui::Selectable(label.c_str(), selected, flags, ImVec2(width, 0.0F));
+  ReportItem(label);
+  return clicked;
+}
+
+bool Toggle(const char* label, bool& on, const char* tip) {
+  const bool was = on;
   if (was) {
     ImGui::PushStyleColor(ImGuiCol_Button, ImGui::GetStyleColorVec4(ImGuiCol_Header));
     ImGui::PushStyleColor(ImGuiCol_ButtonHovered, ImGui::GetStyleColorVec4(ImGuiCol_HeaderActive));
   }
-  const bool clicked = ImGui::Button(label);
+  const bool clicked = Button(label, tip);
   if (was) {
     ImGui::PopStyleColor(2);
   }
-  if (clicked) {
-    *on = !*on;
-  }
-  Tip(tip);
+  on = was != clicked;
   return clicked;
 }
 
-bool Button(const char* label, const char* tip, ImVec2 size) {
-  const bool clicked = ImGui::Button(label, size);
-  Tip(tip);
-  return clicked;
-}
-
-std::optional<int> OneOf(std::initializer_list<Option> options, int current) {
-  std::optional<int> clicked;
-  int index = 0;
-  for (const Option& option : options) {
-    if (index > 0) {
-      ImGui::SameLine();
-    }
-    bool on = index == current;
-    if (Toggle(option.label, &on, option.tip)) {
-      clicked = index;
-    }
-    ++index;
-  }
-  return clicked;
-}
-
-std::optional<std::size_t> Choice(const char* name, const std::string& current,
-                                  std::span<const std::string> words, float width) {
-  std::optional<std::size_t> chosen;
+bool BeginCombo(const char* name, const std::string& shown, float width) {
+  ReportLabel(shown, ImGui::GetCursorScreenPos() + ImVec2(0.5F, 0.5F) * ImGui::GetFrameHeight());
   ImGui::SetNextItemWidth(width * ImGui::GetFontSize());
-  if (ImGui::BeginCombo(name, current.c_str())) {
-    for (std::size_t i = 0; i < words.size(); ++i) {
-      if (ImGui::Selectable(words[i].c_str(), words[i] == current)) {
-        chosen = i;
+  return ImGui::BeginCombo(name, shown.c_str(), ImGuiComboFlags_HeightLarge);
+}
+
+bool Choice(const char* name, std::string& current, std::span<const std::string> words, float width) {
+  const std::string before = current;
+  if (BeginCombo(name, before, width)) {
+    for (const std::string& word : words) {
+      if (Selectable(word, word == before)) {
+        current = word;
       }
     }
     ImGui::EndCombo();
   }
-  return chosen;
+  return current != before;
+}
+
+bool MenuItem(const std::string& label, const char* keys, bool checked, bool enabled) {
+  const bool clicked = ImGui::MenuItem(label.c_str(), keys, checked, enabled);
+  ReportItem(label);
+  return clicked;
 }
 
 bool Slide(const char* name, double& value, double low, double high, const char* format, float width) {
@@ -272,9 +329,8 @@ bool Field(const char* name, std::string& text, int flags) {
 }
 
 void Square(ImVec2 center, float half_side, ImU32 color, float rounding) {
-  ImGui::GetWindowDrawList()->AddRectFilled(ImVec2(center.x - half_side, center.y - half_side),
-                                            ImVec2(center.x + half_side, center.y + half_side), color,
-                                            rounding);
+  const ImVec2 half(half_side, half_side);
+  ImGui::GetWindowDrawList()->AddRectFilled(center - half, center + half, color, rounding);
 }
 
 void Line(const std::vector<ImVec2>& points, ImU32 color, float width, bool closed) {
@@ -296,64 +352,40 @@ std::optional<std::size_t> DrawPlot(const Palette& palette, const char* id, cons
   }
   ImGui::InvisibleButton(id, ImVec2(width, height));
   const bool clicked = ImGui::IsItemActivated();
-  const bool hovered = ImGui::IsItemHovered();
   const float em = ImGui::GetFontSize();
   const auto [low, high] = RangeOf(plot);
+  const ImVec2 start = corner + ImVec2(3.4F * em, 0.0F);  // the same x in all plots of a panel
+  const PlotArea area{start,
+                      corner + ImVec2(width, height),
+                      plot.x.front(),
+                      std::max(plot.x.back() - plot.x.front(), 1e-9),
+                      low,
+                      high};
+  ImDrawList* list = ImGui::GetWindowDrawList();
+  list->AddRectFilled(area.corner, area.end, ImGui::GetColorU32(ImGuiCol_FrameBg, 0.55F), 3.0F);
   // A narrow range needs more digits, or both ends would read the same.
   const bool narrow = Number(plot.format, high) == Number(plot.format, low);
   const char* const format = narrow ? "{:.3g}" : plot.format;
-  const std::string top = Number(format, high);
-  const std::string bottom = Number(format, low);
-  const float left = corner.x + 3.4F * em;  // the same in all plots of a panel
-  const float right = corner.x + width;
-  const double span = std::max(plot.x.back() - plot.x.front(), 1e-9);
-  const auto x_of = [&](double x) {
-    return left + 3.0F + static_cast<float>((x - plot.x.front()) / span) * (right - left - 6.0F);
-  };
-  const auto y_of = [&, least = low, most = high](double y) {
-    return corner.y + height - static_cast<float>((y - least) / (most - least)) * height;
-  };
-  ImDrawList* list = ImGui::GetWindowDrawList();
-  list->AddRectFilled(ImVec2(left, corner.y), ImVec2(right, corner.y + height),
-                      ImGui::GetColorU32(ImGuiCol_FrameBg, 0.55F), 3.0F);
   const auto label = [&](const std::string& text, float y) {
-    list->AddText(ImVec2(left - 0.5F * em - ImGui::CalcTextSize(text.c_str()).x, y), palette.dim_text,
+    list->AddText(ImVec2(start.x - 0.5F * em - ImGui::CalcTextSize(text.c_str()).x, y), palette.dim_text,
                   text.c_str());
   };
-  label(top, corner.y - 0.15F * em);
-  label(bottom, corner.y + height - 1.0F * em);
+  label(Number(format, high), corner.y - 0.15F * em);
+  label(Number(format, low), area.end.y - 1.0F * em);
   if (plot.now) {
-    const float x = std::floor(x_of(std::clamp(*plot.now, plot.x.front(), plot.x.back()))) + 0.5F;
-    list->AddLine(ImVec2(x, corner.y), ImVec2(x, corner.y + height), palette.accent, 1.5F);
+    area.DrawVertical(std::clamp(*plot.now, plot.x.front(), plot.x.back()), palette.accent, 1.5F);
   }
   for (const PlotLine& line : plot.lines) {
-    std::vector<ImVec2> points;
-    for (std::size_t i = 0; i < plot.x.size(); ++i) {
-      const ImVec2 point(x_of(plot.x[i]), y_of(line.values[i]));
-      // Coinciding points would thicken the joints of the line.
-      if (points.empty() || std::hypot(point.x - points.back().x, point.y - points.back().y) > 1.0F) {
-        points.push_back(point);
-      }
-    }
-    if (points.size() == 1) {
-      list->AddCircleFilled(points.front(), 2.5F, line.color);
-    }
-    Line(points, line.color, 1.6F);
+    DrawPlotLine(plot, line, area);
   }
-  if (!hovered) {
+  if (!ImGui::IsItemHovered()) {
     return std::nullopt;
   }
-  const double at = plot.x.front() + (ImGui::GetIO().MousePos.x - left - 3.0F) / (right - left - 6.0F) * span;
-  const std::size_t index = NearestIndex(plot.x, at);
-  const float x = std::floor(x_of(plot.x[index])) + 0.5F;
-  list->AddLine(ImVec2(x, corner.y), ImVec2(x, corner.y + height), palette.dim_text, 1.0F);
-  ImGui::BeginTooltip();
-  ImGui::Text("%s %.0f", plot.x_name.c_str(), plot.x[index]);
-  for (const PlotLine& line : plot.lines) {
-    list->AddCircleFilled(ImVec2(x, y_of(line.values[index])), 3.0F, line.color);
-    ImGui::TextDisabled("%s  %s", line.name.c_str(), Number(format, line.values[index]).c_str());
-  }
-  ImGui::EndTooltip();
+  const double mouse_x = area.XAt(ImGui::GetIO().MousePos.x);
+  const auto nearest = std::ranges::min_element(plot.x, {}, [&](double x) { return std::abs(x - mouse_x); });
+  const auto index = static_cast<std::size_t>(nearest - plot.x.begin());
+  area.DrawVertical(*nearest, palette.dim_text, 1.0F);
+  DrawPlotValues(plot, index, format, area);
   return clicked ? std::optional(index) : std::nullopt;
 }
 

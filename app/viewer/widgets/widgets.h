@@ -1,6 +1,8 @@
 #pragma once
 
 #include <imgui.h>
+#include <imgui_internal.h>  // arithmetic of ImVec2
+#include <imgui_stdlib.h>
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -14,8 +16,23 @@
 
 #include "app/viewer/model/viewer_settings.h"
 
-// Theme and widgets of the panels.
+// Theme and widgets of the panels. Panels draw everything that can be clicked with these widgets, which
+// report their labels: scripts click on them by name.
 namespace sqslam::viewer {
+
+// A label in the window.
+struct ShownLabel {
+  std::string text;
+  ImVec2 center;  // of the widget that it names, pixels
+};
+
+// The labels drawn since the frame began; those scrolled out of sight are left out. The viewer owns the list
+// and gives it to ImGui as UserData.
+std::vector<ShownLabel>& ShownLabels();
+
+// Add a label around `center`, and one for ImGui's last item.
+void ReportLabel(const std::string& text, ImVec2 center);
+void ReportItem(const std::string& text);
 
 // Loads DejaVu Sans, regular and bold, or else ImGui's own font. `scale`: window pixels per layout pixel.
 void LoadFonts(double scale);
@@ -28,7 +45,7 @@ struct Palette {
   ImU32 accent;  // selection, position on the timeline
   ImU32 text;
   ImU32 dim_text;
-  ImU32 good, bad;  // states; never told by colour alone
+  ImU32 good, bad;  // states, in addition to a word or a shape
   ImU32 plot_a, plot_b, plot_c;
   ImU32 surface;  // of cards over the scene
 };
@@ -56,22 +73,53 @@ ImU32 Packed(const Eigen::Vector3d& color, float alpha = 1.0F);
 // A wrapped tooltip; call after the item that it explains.
 void Tip(const char* text);
 
-// A button with a tooltip; true when clicked.
-bool Button(const char* label, const char* tip, ImVec2 size = ImVec2(0.0F, 0.0F));
+// ImGui's widgets with a tooltip; true when clicked.
+bool Button(const char* label, const char* tip = "", ImVec2 size = ImVec2(0.0F, 0.0F));
+bool SmallButton(const char* label);
+bool Checkbox(const char* label, bool& on, const char* tip = "");
+bool Selectable(const std::string& label, bool selected = false, int flags = 0, float width = 0.0F);
 
-// A button that stays pressed while `*on`; true when clicked.
-bool Toggle(const char* label, bool* on, const char* tip);
+// A button that stays pressed while `on`; true when clicked.
+bool Toggle(const char* label, bool& on, const char* tip);
 
-// A row of toggles, one of which is on; returns the index of the one clicked.
+// A row of toggles, one for each value of an enum or a bool; the one of `value` is on. True when it changes.
 struct Option {
   const char* label;
   const char* tip;
 };
-std::optional<int> OneOf(std::initializer_list<Option> options, int current);
+template <typename Value>
+bool OneOf(std::initializer_list<Option> options, Value& value) {
+  bool changed = false;
+  int index = 0;
+  for (const Option& option : options) {
+    if (index > 0) {
+      ImGui::SameLine();
+    }
+    bool on = index == static_cast<int>(value);
+    if (Toggle(option.label, on, option.tip)) {
+      value = static_cast<Value>(index);
+      changed = true;
+    }
+    ++index;
+  }
+  return changed;
+}
 
-// A drop-down list; returns the index of the word chosen. `width`: ems; below 0: the space left to the name.
-std::optional<std::size_t> Choice(const char* name, const std::string& current,
-                                  std::span<const std::string> words, float width);
+// A drop-down list, true while it is open (then ImGui::EndCombo() must be called), and one of words, true
+// when another one is chosen. `width`: ems; below 0: the space left to the name.
+bool BeginCombo(const char* name, const std::string& shown, float width);
+bool Choice(const char* name, std::string& current, std::span<const std::string> words, float width);
+
+// A menu, filled by content(), and an item in it; true when clicked.
+void Menu(const char* label, auto&& content, bool enabled = true) {
+  ReportLabel(label, ImGui::GetCursorScreenPos() + ImGui::CalcTextSize(label) * 0.5F);
+  if (ImGui::BeginMenu(label, enabled)) {
+    content();
+    ImGui::EndMenu();
+  }
+}
+bool MenuItem(const std::string& label, const char* keys = nullptr, bool checked = false,
+              bool enabled = true);
 
 // A number with a slider, or numbers in a row to drag (`low` = `high`: no limits); true while they change.
 bool Slide(const char* name, double& value, double low, double high, const char* format, float width = -8.5F);
@@ -103,7 +151,7 @@ void Stroke(const std::vector<ImVec2>& points, ImU32 color, float width, float r
 void Dialog(const char* title, float width, auto&& content, int flags = 0) {
   const ImVec2 window = ImGui::GetIO().DisplaySize;
   const float em = ImGui::GetFontSize();
-  ImGui::SetNextWindowPos(ImVec2(0.5F * window.x, 0.5F * window.y), ImGuiCond_Always, ImVec2(0.5F, 0.5F));
+  ImGui::SetNextWindowPos(window * 0.5F, ImGuiCond_Always, ImVec2(0.5F, 0.5F));
   ImGui::SetNextWindowSize(ImVec2(std::min(width * em, 0.96F * window.x), 0.0F));
   ImGui::PushStyleColor(ImGuiCol_WindowBg, ImGui::GetStyleColorVec4(ImGuiCol_PopupBg));
   ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(1.6F * em, 1.2F * em));
@@ -130,7 +178,7 @@ struct Plot {
   std::vector<PlotLine> lines;
   std::string x_name;
   const char* format = "{:.3g}";                   // of values, for fmt
-  std::optional<double> now;                       // marked x: what is shown now
+  std::optional<double> now;                       // x marked as the present
   std::optional<std::pair<double, double>> range;  // of values; default: fits the lines
 };
 
@@ -150,15 +198,13 @@ class GlTexture {
 
   void Upload(const cv::Mat& image);  // 8UC3 or 8UC4, BGR; empty: none
   ImTextureID Id() const;             // null: none
-  cv::Size Size() const { return size_; }
 
  private:
   unsigned name_ = 0;
-  cv::Size size_;
 };
 
-// Return the pixels of the current framebuffer of that size, or a part of them: 8UC3 BGR, top row first.
-cv::Mat ReadFramebuffer(cv::Size size);
+// Returns a part of the current framebuffer, which is `size` pixels large: 8UC3 BGR, top row first.
 cv::Mat ReadFramebuffer(cv::Size size, const cv::Rect& part);
+inline cv::Mat ReadFramebuffer(cv::Size size) { return ReadFramebuffer(size, {cv::Point(), size}); }
 
 }  // namespace sqslam::viewer

@@ -49,7 +49,7 @@ class AnnotationFile : public testing::Test {
   std::filesystem::path path_ = folder_.Path() / "objects_gt.json";
 };
 
-TEST_F(AnnotationFile, EvaluationReadsWhatWasWritten) {
+TEST_F(AnnotationFile, ReadsBackInEvaluation) {
   const Annotation annotation = AllKinds();
   WriteAnnotation(path_, annotation);
   const std::vector<GroundTruthObject> read = ReadGroundTruthObjects(path_);
@@ -63,7 +63,7 @@ TEST_F(AnnotationFile, EvaluationReadsWhatWasWritten) {
   }
 }
 
-TEST_F(AnnotationFile, HasTheKeysOfTheContract) {
+TEST_F(AnnotationFile, HasDocumentedKeys) {
   WriteAnnotation(path_, AllKinds());
   const json list = ReadJson(path_);
   ASSERT_TRUE(list.is_array());
@@ -80,7 +80,7 @@ TEST_F(AnnotationFile, HasTheKeysOfTheContract) {
   EXPECT_EQ(cuboid["T_world_object"][3], json({0.0, 0.0, 0.0, 1.0}));
 }
 
-TEST_F(AnnotationFile, ReadsItsOwnFilesBack) {
+TEST_F(AnnotationFile, ReadsBackOwnFiles) {
   const Annotation annotation = AllKinds();
   WriteAnnotation(path_, annotation);
   const Annotation read = ReadAnnotation(path_);
@@ -96,7 +96,7 @@ TEST_F(AnnotationFile, ReadsItsOwnFilesBack) {
   }()) << "written again it stays the same to the last digit";
 }
 
-TEST_F(AnnotationFile, KeepsWhatItDoesNotKnow) {
+TEST_F(AnnotationFile, KeepsUnknownKeys) {
   folder_.Write("objects_gt.json",
                 R"({"up_world": [0, -1, 0], "note": "by hand }", "objects": [{"id": 7, "label": "cup",
                 "primitive": "cylinder", "half_size": [1, 1, 2], "center": [1, 2, 3], "scored": true,
@@ -117,7 +117,7 @@ TEST_F(AnnotationFile, KeepsWhatItDoesNotKnow) {
   EXPECT_EQ(ReadGroundTruthObjects(path_).at(1).id, 8);
 }
 
-TEST_F(AnnotationFile, OnAMapItIsWrittenInTheWorldsFrame) {
+TEST_F(AnnotationFile, WritesWorldFrameFromMapFrame) {
   Sim3d S_world_map;
   S_world_map.scale = 2.5;
   S_world_map.rotation =
@@ -133,7 +133,7 @@ TEST_F(AnnotationFile, OnAMapItIsWrittenInTheWorldsFrame) {
   }
 }
 
-TEST_F(AnnotationFile, ErrorsNameFileAndObject) {
+TEST_F(AnnotationFile, ReportsFileAndObjectOfErrors) {
   folder_.Write("objects_gt.json", R"([{"id": 1, "label": "a", "primitive": "cuboid", "center": [0, 0, 0],
       "half_size": [1, 1, 1]}, {"id": 1, "label": "a", "primitive": "cuboid", "center": [0, 0, 0],
       "half_size": [1, 1, 1]}])");
@@ -143,7 +143,7 @@ TEST_F(AnnotationFile, ErrorsNameFileAndObject) {
   EXPECT_THAT(InputErrorOf([&] { ReadAnnotation(path_); }), HasSubstr("object 1 of the list"));
 }
 
-TEST_F(AnnotationFile, TheMapIsLaidOverTheGroundTruthByTheTrajectories) {
+TEST_F(AnnotationFile, AlignsMapToGroundTruthByTrajectories) {
   std::string map, world, images;
   Sim3d S_world_map;
   S_world_map.scale = 3.0;

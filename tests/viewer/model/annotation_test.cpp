@@ -18,7 +18,7 @@ Solid Box() { return UprightSolid(SolidKind::kCuboid, {1.0, 2.0, 0.5}, 0.3, {0.4
 // A line of sight from above, a little aside, to a point.
 Ray To(const Vector3d& p, const Vector3d& eye = {0.5, -3.0, 4.0}) { return {eye, p - eye}; }
 
-TEST(Annotation, GivesNewSolidsIdsOfTheirOwn) {
+TEST(Annotation, GivesNewSolidsUniqueIds) {
   Annotation annotation;
   EXPECT_EQ(annotation.Add({0, "cup", "", Box(), ""}), 1);
   EXPECT_EQ(annotation.Add({0, "cup", "", Box(), ""}), 2);
@@ -33,7 +33,7 @@ TEST(Annotation, GivesNewSolidsIdsOfTheirOwn) {
   EXPECT_THROW(annotation.Replace(changed), UsageError);
 }
 
-TEST(Annotation, RefusesSolidsThatAreNone) {
+TEST(Annotation, RejectsInvalidSolids) {
   Annotation annotation;
   Solid flat = Box();
   flat.half_size.z() = 0.0;
@@ -47,7 +47,7 @@ TEST(Annotation, RefusesSolidsThatAreNone) {
   EXPECT_TRUE(annotation.solids.empty());
 }
 
-TEST(Annotation, KindsHaveNamesAndExponents) {
+TEST(Annotation, NamesKindsAndSetsTheirExponents) {
   EXPECT_STREQ(NameOf(SolidKind::kCylinder), "cylinder");
   Solid solid = Box();
   SetKind(solid, SolidKind::kCylinder);
@@ -57,7 +57,7 @@ TEST(Annotation, KindsHaveNamesAndExponents) {
   EXPECT_EQ(solid.e2, 1.0) << "a superquadric begins as what the solid was";
 }
 
-TEST(Annotation, SettingTheYawKeepsALean) {
+TEST(Annotation, KeepsTiltWhenYawIsSet) {
   Solid solid = Box();
   EXPECT_NEAR(YawOf(solid), 0.3, 1e-12);
   const Eigen::Quaterniond lean(Eigen::AngleAxisd(0.2, Vector3d::UnitX()));
@@ -83,7 +83,7 @@ TEST(Annotation, SnapsToTheGround) {
   EXPECT_EQ(below.half_size.z(), 0.5);
 }
 
-TEST(Annotation, DraggingASideLeavesTheOppositeOneWhereItIs) {
+TEST(Annotation, KeepsOppositeSideWhenSideIsDragged) {
   const Solid start = Box();
   for (int axis = 0; axis < 3; ++axis) {
     for (const int sign : {-1, 1}) {
@@ -102,7 +102,7 @@ TEST(Annotation, DraggingASideLeavesTheOppositeOneWhereItIs) {
   }
 }
 
-TEST(Annotation, DraggingTheMiddleStaysLevelUnlessSeenFromTheSide) {
+TEST(Annotation, MovesHorizontallyUnlessSeenEdgeOn) {
   const Solid start = Box();
   const Vector3d center = start.T_map_object.translation;
   const Solid level = DragHandle(start, {Kind::kCenter}, To(center), To(center + Vector3d(0.5, 0.7, 0.0)));
@@ -113,7 +113,7 @@ TEST(Annotation, DraggingTheMiddleStaysLevelUnlessSeenFromTheSide) {
   EXPECT_LT((raised.T_map_object.translation - (center + Vector3d(0.1, 0.0, 0.4))).norm(), 1e-9);
 }
 
-TEST(Annotation, DraggingTheTurnFollowsTheMouse) {
+TEST(Annotation, FollowsMouseWhenYawIsDragged) {
   const Solid start = Box();
   const Vector3d handle = HandlePosition(start, {Kind::kYaw});
   const Vector3d center = start.T_map_object.translation;
@@ -123,7 +123,7 @@ TEST(Annotation, DraggingTheTurnFollowsTheMouse) {
   EXPECT_EQ(dragged.half_size, start.half_size);
 }
 
-TEST(Annotation, HandlesLieApart) {
+TEST(Annotation, KeepsHandlesApart) {
   const Solid box = Box();
   const auto handles = SolidHandles();
   for (std::size_t i = 0; i < handles.size(); ++i) {

@@ -8,7 +8,7 @@
 namespace sqslam::viewer {
 namespace {
 
-TEST(EditHistory, UndoAndRedoGoThroughTheStatesByName) {
+TEST(EditHistory, NamesStepsOfUndoAndRedo) {
   EditHistory<int> history(1);
   EXPECT_FALSE(history.CanUndo());
   history.Push(2, "two");
@@ -28,13 +28,13 @@ TEST(EditHistory, UndoAndRedoGoThroughTheStatesByName) {
   EXPECT_EQ(history.Current(), 5);
 }
 
-TEST(EditHistory, AStateThatIsTheSameIsNoStep) {
+TEST(EditHistory, IgnoresEqualStates) {
   EditHistory<int> history(1);
   history.Push(1, "nothing");
   EXPECT_FALSE(history.CanUndo());
 }
 
-TEST(EditHistory, ADragIsOneStep) {
+TEST(EditHistory, MergesStepsOfOneDrag) {
   EditHistory<int> history(0);
   history.Push(1, "move", "drag");
   history.Push(2, "move", "drag");
@@ -53,9 +53,9 @@ TEST(EditHistory, ADragIsOneStep) {
   EXPECT_EQ(history.Current(), 7) << "the button was released between the two";
 }
 
-TEST(EditHistory, ForgetsTheOldestSteps) {
+TEST(EditHistory, DropsOldestSteps) {
   EditHistory<int> history(0);
-  const int most = static_cast<int>(EditHistory<int>::kMostSteps);
+  const int most = static_cast<int>(EditHistory<int>::kMaxSteps);
   for (int i = 1; i <= most + 10; ++i) {
     history.Push(i, "step");
   }
@@ -73,7 +73,7 @@ class EditedDocumentTest : public testing::Test {
   std::filesystem::path recording_ = folder_.Path() / "map.sqmap";
 };
 
-TEST_F(EditedDocumentTest, EditsAndAnnotationShareOneHistoryAndKnowWhatIsUnsaved) {
+TEST_F(EditedDocumentTest, SharesHistoryAndTracksUnsavedChanges) {
   EditedDocument document;
   document.OpenRecording(recording_);
   EXPECT_FALSE(document.Modified());
@@ -94,7 +94,7 @@ TEST_F(EditedDocumentTest, EditsAndAnnotationShareOneHistoryAndKnowWhatIsUnsaved
   EXPECT_FALSE(document.EditsModified());
 }
 
-TEST_F(EditedDocumentTest, OpensTheEditsBesideTheRecordingAndRemovesThemWithTheLastEdit) {
+TEST_F(EditedDocumentTest, RemovesEditsFileWithLastEdit) {
   EditedDocument document;
   document.OpenRecording(recording_);
   document.Do("Hide", [](EditedState& state) { state.edits.Hide(2); });
@@ -110,7 +110,7 @@ TEST_F(EditedDocumentTest, OpensTheEditsBesideTheRecordingAndRemovesThemWithTheL
   EXPECT_FALSE(std::filesystem::exists(folder_.Path() / "map.sqmap.edits.json"));
 }
 
-TEST_F(EditedDocumentTest, BrokenEditsAreNeverLostEvenIfTheyCannotBeKeptAtFirst) {
+TEST_F(EditedDocumentTest, KeepsBrokenEditsAsBackup) {
   const auto file = folder_.Write("map.sqmap.edits.json", "{half");
   const std::filesystem::path kept = file.string() + ".bak";
   EditedDocument document;
@@ -125,7 +125,7 @@ TEST_F(EditedDocumentTest, BrokenEditsAreNeverLostEvenIfTheyCannotBeKeptAtFirst)
   EXPECT_TRUE(std::filesystem::is_regular_file(kept));
 }
 
-TEST_F(EditedDocumentTest, AStepThatFailsChangesNothing) {
+TEST_F(EditedDocumentTest, ChangesNothingWhenStepFails) {
   EditedDocument document;
   const auto merge_with_itself = [](EditedState& state) {
     state.edits.Rename(1, "x");
@@ -136,7 +136,7 @@ TEST_F(EditedDocumentTest, AStepThatFailsChangesNothing) {
   EXPECT_FALSE(document.History().CanUndo());
 }
 
-TEST_F(EditedDocumentTest, AnAnnotationIsSavedWhereItWasOpened) {
+TEST_F(EditedDocumentTest, SavesAnnotationWhereItWasOpened) {
   const auto file = folder_.Path() / "objects_gt.json";
   EditedDocument document;
   document.Do("Add", [](EditedState& state) {

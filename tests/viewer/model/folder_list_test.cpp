@@ -10,7 +10,7 @@ namespace {
 
 using ::testing::ElementsAre;
 
-TEST(FolderList, ResultsComeBeforeFoldersAndFilesAndTheRestIsLeftOut) {
+TEST(FolderList, ListsResultsThenFoldersThenFiles) {
   const TemporaryFolder folder;
   for (const char* file : {"b/map.sqmap", "a/notes.txt", "z/map.sqmap", "room.ply", "old.sqmap", "film.mp4",
                            ".hidden/map.sqmap"}) {

@@ -23,7 +23,7 @@ MapSnapshot DeskWithBallPoints() {
   return map;
 }
 
-TEST(ObjectPoints, AreThoseOfTheObjectAndThoseItRejected) {
+TEST(ObjectPoints, IncludeRejectedPoints) {
   const MapSnapshot map = DeskWithBallPoints();
   const std::vector<ObjectPoint> points = ObjectPoints(map, map.objects[2]);
   ASSERT_EQ(points.size(), 61u);
@@ -36,7 +36,7 @@ TEST(ObjectPoints, AreThoseOfTheObjectAndThoseItRejected) {
   EXPECT_GT(points[60].residual, 0.19);
 }
 
-TEST(Representations, TakeUpTheSameSpace) {
+TEST(Representations, KeepPlaceAndSize) {
   const auto map = std::make_shared<const MapSnapshot>(HandMadeMap());
   EXPECT_EQ(Represented(map, SolidKind::kSuperquadric), map);
   const Superquadric& book = map->objects[0].superquadric.shape;

@@ -44,7 +44,7 @@ std::vector<int> Sorted(ObjectColumn column, bool ascending) {
   return ids;
 }
 
-TEST(ObjectTable, SortsByAnyColumnAndPutsTheUnknownLast) {
+TEST(ObjectTable, SortsByAnyColumnWithUnknownValuesLast) {
   EXPECT_THAT(Sorted(ObjectColumn::kLabel, true), ElementsAre(0, 1, 2));
   EXPECT_THAT(Sorted(ObjectColumn::kLabel, false), ElementsAre(2, 1, 0));
   EXPECT_THAT(Sorted(ObjectColumn::kObservations, true), ElementsAre(1, 2, 0)) << "equals keep their order";
@@ -54,7 +54,7 @@ TEST(ObjectTable, SortsByAnyColumnAndPutsTheUnknownLast) {
   EXPECT_THAT(Sorted(ObjectColumn::kSizeZ, false), ElementsAre(1, 2, 0));
 }
 
-TEST(ObjectTable, CellsShowWhatIsKnown) {
+TEST(ObjectTable, ShowsDashForUnknownValues) {
   const std::vector<ObjectRow> rows = ObjectRows(Desk());
   EXPECT_EQ(CellText(rows[0], ObjectColumn::kId), "0");
   EXPECT_EQ(CellText(rows[0], ObjectColumn::kName), "book");
@@ -67,7 +67,7 @@ TEST(ObjectTable, CellsShowWhatIsKnown) {
   EXPECT_EQ(CellText(rows[1], ObjectColumn::kSizeX), "0.12");
 }
 
-TEST(ObjectTable, EveryColumnHasAKeyOfItsOwn) {
+TEST(ObjectTable, HasUniqueColumnKeys) {
   std::set<std::string> keys;
   for (const ColumnInfo& info : ObjectColumns()) {
     EXPECT_TRUE(keys.insert(info.key).second) << info.key;
@@ -98,7 +98,7 @@ TEST(ObjectTable, FiltersByComparisons) {
   EXPECT_THAT(Shown("residual<1"), ElementsAre(1, 2)) << "what is not known is not small";
 }
 
-TEST(ObjectTable, SaysWhatItDoesNotUnderstand) {
+TEST(ObjectTable, ReportsInvalidFilters) {
   EXPECT_THAT(RowFilter("observation>3").Problem(), HasSubstr("did you mean 'observations'?"));
   EXPECT_THAT(RowFilter("e1>x").Problem(), HasSubstr("expected a number"));
   EXPECT_THAT(RowFilter("e1=<3").Problem(), HasSubstr("'=<'"));
@@ -107,7 +107,7 @@ TEST(ObjectTable, SaysWhatItDoesNotUnderstand) {
   EXPECT_THAT(Shown("e1>x"), ElementsAre());
 }
 
-TEST(ObjectTable, TellsHiddenObjectsAndTheirParts) {
+TEST(ObjectTable, MarksHiddenAndMergedObjects) {
   ObjectEdits edits;
   edits.Hide(1);
   edits.Merge(2, 0);

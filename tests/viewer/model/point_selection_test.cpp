@@ -12,7 +12,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using ::testing::ElementsAre;
 
-TEST(PointSelection, ABoxMayBeTurned) {
+TEST(PointSelection, SelectsInRotatedBox) {
   SelectionBox box;
   box.T_map_box = {Eigen::Quaterniond(Eigen::AngleAxisd(0.785398, Vector3d::UnitZ())), {1.0, 0.0, 0.0}};
   box.half_size = {1.0, 0.1, 0.1};
@@ -20,7 +20,7 @@ TEST(PointSelection, ABoxMayBeTurned) {
   EXPECT_THAT(SelectInBox(points, box), ElementsAre(0, 2));
 }
 
-TEST(PointSelection, ALassoTakesWhatTheCameraSeesInside) {
+TEST(PointSelection, SelectsInsideLasso) {
   Camera camera{.width = 200, .height = 100, .fx = 100, .fy = 100, .cx = 100, .cy = 50};
   const Rigid3d T_map_camera{Eigen::Quaterniond::Identity(), {0.0, 0.0, -1.0}};
   // An L: its notch is outside.
@@ -40,7 +40,7 @@ TEST(PointSelection, ALassoTakesWhatTheCameraSeesInside) {
               ElementsAre(0));
 }
 
-TEST(PointSelection, SelectionsCombine) {
+TEST(PointSelection, CombinesSelections) {
   const std::vector<int> old = {1, 3, 5};
   const std::vector<int> chosen = {3, 4};
   EXPECT_THAT(Combine(old, chosen, SelectMode::kReplace), ElementsAre(3, 4));
@@ -48,7 +48,7 @@ TEST(PointSelection, SelectionsCombine) {
   EXPECT_THAT(Combine(old, chosen, SelectMode::kRemove), ElementsAre(1, 5));
 }
 
-TEST(PointSelection, TheGroundIsTheMapsOrTheLargestLevelPlane) {
+TEST(PointSelection, FindsGroundOfMapOrLargestPlane) {
   std::vector<Vector3d> points;
   for (int i = 0; i < 400; ++i) {
     points.push_back({0.1 * (i % 20), 0.1 * (i / 20), 0.3});  // a table
@@ -67,7 +67,7 @@ TEST(PointSelection, TheGroundIsTheMapsOrTheLargestLevelPlane) {
   EXPECT_THAT(AboveGround(points, std::vector<int>{0, 400, 899}, 0.3, 0.01), ElementsAre(899));
 }
 
-TEST(PointSelection, CloudsComeFromFiles) {
+TEST(PointSelection, ReadsCloudFiles) {
   const TemporaryFolder folder;
   const auto file = folder.Write("cloud.xyz", "1 2 3\n4 5 6\n");
   Sim3d half;

@@ -49,7 +49,7 @@ std::vector<Vector3d> SeenPoints(const Solid& solid, const Vector3d& eye, int co
 
 double WorstSize(const Solid& a, const Solid& b) { return (a.half_size - b.half_size).cwiseAbs().maxCoeff(); }
 
-TEST(PrimitiveFit, FindsEachKindFromWhatTwoViewsShow) {
+TEST(PrimitiveFit, FindsEachKindFromTwoViews) {
   for (const SolidKind kind :
        {SolidKind::kCuboid, SolidKind::kCylinder, SolidKind::kEllipsoid, SolidKind::kSuperquadric}) {
     for (const double yaw : {-0.7, 0.0, 0.35, 0.75}) {
@@ -68,7 +68,7 @@ TEST(PrimitiveFit, FindsEachKindFromWhatTwoViewsShow) {
   }
 }
 
-TEST(PrimitiveFit, TheYawOfACuboidIsThatOfItsSides) {
+TEST(PrimitiveFit, AlignsCuboidYawWithItsSides) {
   for (const double degrees : {-40.0, -20.0, 0.0, 10.0, 44.0}) {
     const double yaw = degrees * 0.0174532925;
     const Solid truth = Truth(SolidKind::kCuboid, yaw);
@@ -79,7 +79,7 @@ TEST(PrimitiveFit, TheYawOfACuboidIsThatOfItsSides) {
   }
 }
 
-TEST(PrimitiveFit, AxesAreNamedSuchThatTheYawIsSmall) {
+TEST(PrimitiveFit, KeepsYawWithin45Degrees) {
   const Solid truth = Truth(SolidKind::kCuboid, 1.4);  // the same as -0.17 with x and y swapped
   const PrimitiveFit fit = FitPrimitive(SeenPoints(truth, {3.0, -3.0, 2.0}, 300, 0.001), SolidKind::kCuboid);
   EXPECT_NEAR(YawOf(fit.solid), 1.4 - 1.5708, 0.02);
@@ -87,7 +87,7 @@ TEST(PrimitiveFit, AxesAreNamedSuchThatTheYawIsSmall) {
   EXPECT_NEAR(fit.solid.half_size.y(), 0.3, 0.02);
 }
 
-TEST(PrimitiveFit, CylindersAreRoundUnlessToldOtherwise) {
+TEST(PrimitiveFit, FitsRoundCylindersByDefault) {
   Solid truth = Truth(SolidKind::kCylinder, 0.3);
   const auto half_seen = SeenPoints(truth, {2.0, -4.0, 1.2}, 200, 0.001);
   const PrimitiveFit round = FitPrimitive(half_seen, SolidKind::kCylinder);
@@ -102,7 +102,7 @@ TEST(PrimitiveFit, CylindersAreRoundUnlessToldOtherwise) {
   EXPECT_NEAR(oval.solid.half_size.y(), 0.15, 0.02);
 }
 
-TEST(PrimitiveFit, PointsInOnePlaneGiveAThinSolid) {
+TEST(PrimitiveFit, FitsThinSolidToCoplanarPoints) {
   std::vector<Vector3d> points;
   for (int i = 0; i < 100; ++i) {
     points.push_back({0.01 * (i % 10), 0.02 * (i / 10), 1.0});
@@ -112,7 +112,7 @@ TEST(PrimitiveFit, PointsInOnePlaneGiveAThinSolid) {
   EXPECT_LT(fit.solid.half_size.z(), 0.01);
 }
 
-TEST(PrimitiveFit, TooFewPointsAreRefused) {
+TEST(PrimitiveFit, RejectsTooFewPoints) {
   const std::vector<Vector3d> five(5, Vector3d(1.0, 2.0, 3.0));
   EXPECT_EQ(InputErrorOf([&] { FitPrimitive(five, SolidKind::kCuboid); }),
             "5 points, expected 6 or more for a cuboid");

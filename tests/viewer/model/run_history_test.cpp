@@ -66,7 +66,7 @@ RunSeries SeriesOf(const RecordingReader& recording) {
   return series;
 }
 
-TEST_F(RecordingPass, HistoriesBeginWhereObjectsDo) {
+TEST_F(RecordingPass, StartsHistoryWithFirstObservation) {
   const RecordingReader reader(path_);
   const ObjectHistories histories = Histories(reader);
   ASSERT_EQ(histories.size(), 3u);
@@ -80,7 +80,7 @@ TEST_F(RecordingPass, HistoriesBeginWhereObjectsDo) {
   EXPECT_EQ(cup[3].half_size, Eigen::Vector3d(0.12, 0.12, 0.2));
 }
 
-TEST(ObjectHistoriesOfBoxes, AQuarterTurnWithSwappedAxesIsNoJump) {
+TEST(BoxHistories, UnwrapsQuarterTurnsWithSwappedAxes) {
   MapSnapshot map = HandMadeMap();
   ObjectHistories histories;
   map.objects[0].yaw = 0.7;  // 0.3 by 0.2
@@ -95,7 +95,7 @@ TEST(ObjectHistoriesOfBoxes, AQuarterTurnWithSwappedAxesIsNoJump) {
   EXPECT_EQ(samples[0].half_size, Eigen::Vector3d(0.2, 0.3, 0.1));
 }
 
-TEST(ObjectHistoriesOfBoxes, OnlyATurnChangesEarlierSamples) {
+TEST(BoxHistories, KeepsEarlierSamplesWithoutQuarterTurn) {
   MapSnapshot map = HandMadeMap();
   ObjectHistories histories;
   for (const double yaw : {0.1, 0.4, 0.4 + std::numbers::pi, 0.6 + std::numbers::pi}) {
@@ -109,7 +109,7 @@ TEST(ObjectHistoriesOfBoxes, OnlyATurnChangesEarlierSamples) {
   }
 }
 
-TEST_F(RecordingPass, YawHasNoJumpsOfHalfTurns) {
+TEST_F(RecordingPass, UnwrapsHalfTurns) {
   const RecordingReader reader(path_);
   const ObjectHistories histories = Histories(reader);
   const std::vector<ObjectSample>& book = histories.at(0);
@@ -119,7 +119,7 @@ TEST_F(RecordingPass, YawHasNoJumpsOfHalfTurns) {
   EXPECT_NEAR(histories.at(2).back().yaw, 1.75, 1e-12) << "also beyond a quarter turn";
 }
 
-TEST_F(RecordingPass, HistoriesOfAnEditedRecordingAreThoseOfTheEditedObjects) {
+TEST_F(RecordingPass, AppliesEditsToHistories) {
   ObjectEdits edits;
   edits.Merge(1, 2);
   const RecordingReader reader(path_, [&](const MapSnapshotPtr& map) { return Apply(edits, *map); });
@@ -129,7 +129,7 @@ TEST_F(RecordingPass, HistoriesOfAnEditedRecordingAreThoseOfTheEditedObjects) {
   EXPECT_EQ(histories.at(1)[5].observations, 84);
 }
 
-TEST_F(RecordingPass, SeriesSayHowTheRunWent) {
+TEST_F(RecordingPass, CollectsSeriesOfRun) {
   const RunSeries series = SeriesOf(RecordingReader(path_));
   const Series& tracked = series.Named("tracked points");
   EXPECT_THAT(tracked.frame, ElementsAre(5, 15, 25, 35, 45, 55));
@@ -146,7 +146,7 @@ TEST_F(RecordingPass, SeriesSayHowTheRunWent) {
   EXPECT_THROW(series.Named("nothing"), std::out_of_range);
 }
 
-TEST_F(RecordingPass, ASeriesKeepsItsValueUntilTheNextSnapshot) {
+TEST_F(RecordingPass, HoldsValueUntilNextSnapshot) {
   const RunSeries series = SeriesOf(RecordingReader(path_));
   const Series& tracked = series.Named("tracked points");
   EXPECT_FALSE(tracked.At(4.0).has_value());
@@ -155,7 +155,7 @@ TEST_F(RecordingPass, ASeriesKeepsItsValueUntilTheNextSnapshot) {
   EXPECT_THAT(tracked.At(999.0), Optional(105.0));
 }
 
-TEST_F(RecordingPass, MarksAreKeyframesAndWhatHappened) {
+TEST_F(RecordingPass, MarksKeyframesAndEvents) {
   const RunSeries series = SeriesOf(RecordingReader(path_));
   std::vector<std::pair<RunMark::Kind, std::int64_t>> events;
   int keyframes = 0;
@@ -175,20 +175,7 @@ TEST_F(RecordingPass, MarksAreKeyframesAndWhatHappened) {
   EXPECT_STREQ(NameOf(RunMark::Kind::kLoop), "loop closed");
 }
 
-TEST(RunSeriesOfLongRuns, IsThinnedBetweenItsEnds) {
-  RunSeries series;
-  MapSnapshot map = HandMadeMap();
-  for (int i = 0; i < 10; ++i) {
-    map.frame_index = i;
-    series.Add(map);
-    series.Thin(6);
-  }
-  EXPECT_THAT(series.Named("objects").frame, ElementsAre(0, 4, 7, 9));
-  EXPECT_EQ(series.Named("objects").time.size(), 4U);
-  EXPECT_EQ(series.Named("objects").value.size(), 4U);
-}
-
-TEST(RunSeriesOfOldRecordings, WhatIsNotRecordedIsAGap) {
+TEST(RunSeriesOfOldRecordings, LeavesGapsForMissingValues) {
   RunSeries series;
   series.Add(HandMadeMap());
   EXPECT_FALSE(series.Named("tracked points").HasValues());

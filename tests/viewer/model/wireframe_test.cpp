@@ -40,7 +40,7 @@ double DistanceToAnEnd(const std::vector<WireLine>& lines, const Vector3d& p_map
   return nearest;
 }
 
-TEST(Wireframe, ACuboidHasTwelveEdgesAndThreeAreBehind) {
+TEST(Wireframe, HidesThreeOfTwelveCuboidEdges) {
   const Solid box = UprightSolid(SolidKind::kCuboid, {0, 0, 0}, 0.4, {0.5, 0.3, 0.2});
   const Rigid3d pose = LookingFrom({3.0, -2.0, 2.0});
   const std::vector<WireLine> lines = ProjectWireframe(box, kCamera, pose);
@@ -55,7 +55,7 @@ TEST(Wireframe, ACuboidHasTwelveEdgesAndThreeAreBehind) {
       << "from above only the lid is seen";
 }
 
-TEST(Wireframe, TheLensBendsEdges) {
+TEST(Wireframe, DistortsEdgesWithLens) {
   Camera lens = kCamera;
   lens.distortion = {-0.3, 0.1, 0.001, 0.0, 0.0};
   const Solid box = UprightSolid(SolidKind::kCuboid, {0.0, 0.0, 0.6}, 0.0, {1.0, 0.05, 0.05});
@@ -73,7 +73,7 @@ TEST(Wireframe, TheLensBendsEdges) {
   EXPECT_LT(DistanceToAnEnd(lines, {1.0, -0.05, 0.65}, lens, pose), 1e-6);
 }
 
-TEST(Wireframe, ACylindersSidesTouchItsRims) {
+TEST(Wireframe, JoinsCylinderSidesAndRims) {
   const Solid can = UprightSolid(SolidKind::kCylinder, {0, 0, 0}, 0.3, {0.3, 0.2, 0.4});
   const Rigid3d pose = LookingFrom({3.0, 1.0, 1.0});
   const std::vector<WireLine> lines = ProjectWireframe(can, kCamera, pose);
@@ -103,7 +103,7 @@ TEST(Wireframe, ACylindersSidesTouchItsRims) {
   EXPECT_LT((high - line_high).norm(), 0.3);
 }
 
-TEST(Wireframe, AnEllipsoidHasItsOutlineAndItsMiddle) {
+TEST(Wireframe, DrawsOutlineAndSectionOfEllipsoid) {
   const Solid ball = UprightSolid(SolidKind::kEllipsoid, {0, 0, 0}, 0.0, {0.3, 0.3, 0.3});
   const std::vector<WireLine> lines = ProjectWireframe(ball, kCamera, LookingFrom({0.0, -3.0, 1.0}));
   ASSERT_GE(lines.size(), 3u);
@@ -115,7 +115,7 @@ TEST(Wireframe, AnEllipsoidHasItsOutlineAndItsMiddle) {
   EXPECT_EQ(lines[0].pixels.front(), lines[0].pixels.back()) << "the outline is closed";
 }
 
-TEST(Wireframe, WhatLiesBehindTheCameraIsCutOff) {
+TEST(Wireframe, ClipsBehindCamera) {
   const Solid long_box = UprightSolid(SolidKind::kCuboid, {0, 0, 0}, 0.0, {0.3, 8.0, 0.2});
   const Rigid3d beside = {LookingFrom({0.0, -3.0, 0.0001}).rotation, {1.0, -3.0, 0.0}};
   const std::vector<WireLine> lines = ProjectWireframe(long_box, kCamera, beside);
