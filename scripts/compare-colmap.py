@@ -3,9 +3,7 @@
 
 COLMAP (Debian's 3.8, on the CPU) extracts SIFT features of the keyframes, matches each keyframe with the next ten and
 those 2^k after it (its sequential matcher), and triangulates with `point_triangulator`, which keeps the poses fixed.
-Each cloud is then written as depth maps of the keyframes, and `sqslam eval --dense` evaluates all three. COLMAP's
-points count in the keyframes of their tracks; points of the sparse map count in every keyframe that they project
-into, unless a nearer point lies within ten pixels. Prints a Markdown table.
+`sqslam eval --dense` compares each cloud with the true one. Prints a Markdown table.
 
     scripts/compare-colmap.py out/kitchen=../data/redkitchen out/desk=../data/blender_desk_a --work out/colmap
 """
@@ -18,12 +16,9 @@ import sqlite3
 import struct
 import subprocess
 import sys
-import zlib
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PROGRAM = ROOT / "build/release/bin/sqslam"
-HIDING = 10  # pixels about a nearer point in which a sparse point counts as hidden
-NEARER = 0.95  # depth over that of the other below which a point counts as nearer
 
 
 def rotation(q):
@@ -63,7 +58,7 @@ def colmap_camera(path):
 
 
 def triangulate(result, sequence, work):
-    """Points that COLMAP triangulates: positions by number, and the numbers seen by each keyframe's timestamp."""
+    """Positions of the points that COLMAP triangulates."""
     model, params, width, height = colmap_camera(result / "camera.yaml")
     images = {f"{float(line[0]):.6f}": line[1] for line in lines(sequence / "rgb.txt")}
     poses = {}
@@ -93,77 +88,35 @@ def triangulate(result, sequence, work):
     colmap("point_triangulator", "--database_path", database, "--image_path", pictures, "--input_path", posed,
            "--output_path", out)
     colmap("model_converter", "--input_path", out, "--output_path", out, "--output_type", "TXT")
-    points, seen = {}, {}
-    stamps = {str(ids[name]): pose[0] for name, pose in poses.items()}
-    for line in lines(out / "points3D.txt"):
-        points[int(line[0])] = [float(v) for v in line[1:4]]
-        for image in line[8::2]:
-            seen.setdefault(round(stamps[image], 4), set()).add(int(line[0]))
-    return points, seen
+    return [[float(v) for v in line[1:4]] for line in lines(out / "points3D.txt")]
 
 
 def sparse(result):
-    """Points of points.ply by number."""
+    """Positions of the points of points.ply."""
     data = (result / "points.ply").read_bytes()
     header, body = data.split(b"end_header\n", 1)
     sizes = {"float": "f", "double": "d", "uchar": "B", "int": "i"}
     fields = re.findall(r"property (\w+) (\w+)", header.decode())
     row = struct.Struct("<" + "".join(sizes[kind] for kind, _ in fields))
-    return dict(enumerate(values[:3] for values in row.iter_unpack(body)))
+    return [values[:3] for values in row.iter_unpack(body)]
 
 
-def without_hidden(pixels):
-    cells = {}
-    for (u, v), z in pixels.items():
-        cell = (u // HIDING, v // HIDING)
-        cells[cell] = min(z, cells.get(cell, z))
-    near = lambda u, v: min(cells.get((u // HIDING + i, v // HIDING + k), 1e9) for i in (-1, 0, 1) for k in (-1, 0, 1))
-    return {at: z for at, z in pixels.items() if near(*at) >= NEARER * z}
-
-
-def write_depth(result, target, points, seen):
-    """A result whose kept depth maps show these points alone, in the keyframes that see them (None: all)."""
+def write_cloud(result, target, points):
+    """A result that holds these points as its dense cloud."""
     target.mkdir(parents=True)
-    for name in ("trajectory.txt", "keyframes.txt", "camera.yaml", "map.sqmap", "objects.json"):
-        shutil.copy(result / name, target / name)
-    stamps = [float(line[0]) for line in lines(result / "keyframes.txt")]
-    database = sqlite3.connect(target / "map.sqmap")
-    rows = list(database.execute("SELECT keyframe, frame_index, camera FROM depth_maps ORDER BY frame_index"))
-    if len(rows) != len(stamps):
-        sys.exit(f"{result}: {len(rows)} depth maps of {len(stamps)} keyframes, expected one of each")
-    for (keyframe, _, header), stamp in zip(rows, stamps):
-        width, height, fx, fy, cx, cy, *pose = struct.unpack("<13d", header[:104])
-        pixels = {}
-        for number in points if seen is None else seen.get(round(stamp, 4), ()):
-            x, y, z = into_camera(pose[:4], pose[4:], points[number])
-            u, v = (round(fx * x / z + cx), round(fy * y / z + cy)) if z > 0 else (-1, -1)
-            if 0 <= u < width and 0 <= v < height:
-                pixels[u, v] = min(z, pixels.get((u, v), z))
-        if seen is None:
-            pixels = without_hidden(pixels)
-        inverse = [1 / z for z in pixels.values()] or [1.0]
-        least, most = min(inverse), max(inverse)
-        flat = [0] * int(width * height)
-        for (u, v), z in pixels.items():
-            flat[v * int(width) + u] = 1 + round((1 / z - least) / ((most - least) or 1.0) * 65534)
-        steps = [(value - left) & 65535 for value, left in zip(flat, [0] + flat)]
-        kept = struct.pack("<2d", least, most) + zlib.compress(
-            bytes(s & 255 for s in steps) + bytes(s >> 8 for s in steps))
-        database.execute("UPDATE depth_maps SET kept = ?, views = ? WHERE keyframe = ?",
-                         (kept, zlib.compress(bytes(1 if value else 0 for value in flat)), keyframe))
-    database.commit()
-    database.close()
+    shutil.copy(result / "trajectory.txt", target / "trajectory.txt")
+    header = f"ply\nformat ascii 1.0\nelement vertex {len(points)}\n"
+    header += "".join(f"property float {axis}\n" for axis in "xyz") + "end_header\n"
+    (target / "dense.ply").write_text(header + "".join(f"{x} {y} {z}\n" for x, y, z in points))
+    return target
 
 
-def measured(result, sequence):
+def row(name, cloud, result, sequence):
     subprocess.run([PROGRAM, "eval", result, "--ground-truth", sequence, "--dense"], check=True, capture_output=True)
-    return json.loads((result / "dense_eval.json").read_text())
-
-
-def row(name, cloud, count, e):
-    share = e["complete"] + e["filled"]
-    print(f"| {name} | {cloud} | {count:,} | {100 * share:.{1 if share > 0.05 else 2}f} % "
-          f"| {1e3 * e['measured']['median']:.1f}, {1e3 * e['measured']['p90']:.1f} mm |", flush=True)
+    e = json.loads((result / "dense_eval.json").read_text())
+    accuracy, completeness = e["accuracy"], e["completeness"]
+    print(f"| {name} | {cloud} | {accuracy['points']:,} | {1e3 * accuracy['median']:.1f}, {1e3 * accuracy['p90']:.1f} mm "
+          f"| {100 * completeness['within_20_mm']:.1f} % |", flush=True)
 
 
 def main():
@@ -173,19 +126,14 @@ def main():
     arguments = parser.parse_args()
     if not shutil.which("colmap"):
         sys.exit("colmap is not there: apt-get install colmap")
-    print("| on | cloud | points | share of pixels | median, p90 |\n| --- | --- | --- | --- | --- |")
+    print("| on | cloud | points | accuracy: median, p90 | complete within 20 mm |\n| --- | --- | --- | --- | --- |")
     for pair in arguments.pairs:
         result, sequence = map(pathlib.Path, pair.split("="))
         work = arguments.work / sequence.name
-        points = sparse(result)
-        write_depth(result, work / "sparse", points, None)
-        row(sequence.name, "sqslam, sparse", len(points), measured(work / "sparse", sequence))
-        points, seen = triangulate(result, sequence, work / "colmap")
-        write_depth(result, work / "triangulated", points, seen)
-        row(sequence.name, "COLMAP, sparse", len(points), measured(work / "triangulated", sequence))
-        header = (result / "dense.ply").open("rb").read(500)
-        count = int(re.search(rb"element vertex (\d+)", header)[1])
-        row(sequence.name, "sqslam, dense", count, measured(result, sequence))
+        row(sequence.name, "sqslam, sparse", write_cloud(result, work / "sparse", sparse(result)), sequence)
+        points = triangulate(result, sequence, work / "colmap")
+        row(sequence.name, "COLMAP, sparse", write_cloud(result, work / "triangulated", points), sequence)
+        row(sequence.name, "sqslam, dense", result, sequence)
 
 
 if __name__ == "__main__":

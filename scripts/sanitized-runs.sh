@@ -107,7 +107,6 @@ q densify second
 q densify second --set dense.scale=1 --set objects.dense_evidence=auto --threads 1
 q eval map ellipsoid quadric cuboid --ground-truth desk -o table.tex
 q eval map --dense --ground-truth desk
-q eval map --budget --ground-truth desk -o budget.csv
 for name in tables.md tables.json; do q eval map --ground-truth desk --set alignment=poses -o "$name"; done
 printf '{"format": "sqslam-edits", "version": 1, "objects": [{"id": 1, "name": "first", "label": "cup"},
   {"id": 2, "hidden": true}, {"id": 3, "merged_into": 4}, {"id": 5, "deleted": true}]}' >edits.json

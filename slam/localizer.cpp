@@ -46,16 +46,16 @@ struct Localizer::Impl {
     tracker.BeginIn(atlas, main);
   }
 
-  void Take(std::int64_t index, Localization::Pose pose, const AnchoredPose& anchor) {
+  void Add(std::int64_t index, Localization::Pose pose, const AnchoredPose& anchor) {
     pose.T_map_camera = Resolve(anchor, view->PoseOf(anchor.reference)).T_camera_map.Inverse();
     result.poses.emplace(index, std::move(pose));
   }
 
   // Tracks the frames of a loss backward, from where tracking resumed.
-  void TakeBacklog(const Backlog& backlog) {
+  void AddBacklog(const Backlog& backlog) {
     for (const TrackedFrame& frame :
          TrackBackward(pose_tracker, *view, backlog, tracking.min_recovery_inliers)) {
-      Take(frame.index, {{frame.timestamp, {}}, images[frame.index]}, frame.anchor);
+      Add(frame.index, {{frame.timestamp, {}}, images[frame.index]}, frame.anchor);
     }
   }
 
@@ -79,24 +79,24 @@ Localizer::Localizer(const KeptMap& map, const std::string& name, const SystemOp
 Localizer::~Localizer() = default;
 
 TrackingState Localizer::Process(const Frame& frame) {
-  constexpr int kBusy = std::numeric_limits<int>::max();  // waiting keyframes: prevents new ones
+  constexpr int kNoKeyframes = std::numeric_limits<int>::max();  // waiting keyframes: prevents new ones
   Impl& s = *impl_;
   if (!s.start) {
     s.start = Impl::Clock::now();
   }
   ++s.result.frames;
-  const TrackingReport report = s.tracker.Track(frame, s.atlas, kBusy);
+  const TrackingReport report = s.tracker.Track(frame, s.atlas, kNoKeyframes);
   if (!report.pose) {
     s.images[frame.index] = frame.image_path;
     return TrackingState::kLost;
   }
-  s.Take(frame.index, {{frame.timestamp, {}}, frame.image_path}, *report.pose);
+  s.Add(frame.index, {{frame.timestamp, {}}, frame.image_path}, *report.pose);
   if (s.result.poses.size() == 1) {
     s.times.Add("localization.first_pose",
                 std::chrono::duration<double, std::milli>(Impl::Clock::now() - *s.start).count());
   }
   if (report.backlog) {
-    s.TakeBacklog(*report.backlog);
+    s.AddBacklog(*report.backlog);
   }
   s.images.clear();
   return TrackingState::kTracking;

@@ -11,18 +11,18 @@
 
 #include "app/terminal/terminal.h"
 #include "slam/util/atomic_file.h"
-#include "slam/util/error.h"
 #include "slam/util/host.h"
 #include "slam/util/json_file.h"
+#include "slam/util/stopwatch.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
 using Words = std::vector<std::string>;
-using Clock = std::chrono::steady_clock;
 namespace {
 
-constexpr std::size_t kMostTasks = 1000;  // per array: the limit of Slurm's default MaxArraySize
+constexpr std::size_t kMaxTasks = 1000;  // per array: the limit of Slurm's default MaxArraySize
 
 // Number of submissions of each task.
 using Attempts = std::map<std::string, int>;
@@ -40,30 +40,22 @@ void WriteAttempts(const fs::path& path, const Attempts& attempts) {
                 nlohmann::ordered_json{{"format", "sqslam-tasks"}, {"version", 1}, {"attempts", attempts}});
 }
 
-// Sleeps, but returns as soon as `stop` is true.
-void Sleep(Clock::duration time, const std::function<bool()>& stop) {
-  const auto end = Clock::now() + time;
-  while (!stop() && Clock::now() < end) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
-  }
-}
-
 // Waits until the queue is to be asked again, or until every task has its result. Looking for results is
-// cheaper than asking the cluster's one controller, and is done more often, so that the end of short runs
-// does not wait for the queue; but for at most a twentieth of the time, because a thousand names on NFS are
-// not cheap either.
+// cheaper than asking the cluster's one controller and happens more often, but for at most a twentieth of the
+// time: a thousand names on NFS take a while.
 void WaitForResults(const ArrayWork& work, double seconds, const std::function<bool()>& stop) {
-  constexpr auto kLeastPause = std::chrono::milliseconds(100);
-  const auto end =
-      Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
-  Clock::duration pause = kLeastPause;
-  while (!stop() && Clock::now() < end) {
-    Sleep(std::min(pause, end - Clock::now()), stop);
-    const auto begin = Clock::now();
-    if (begin < end && work.unfinished().empty()) {
+  const Stopwatch waited;
+  double next_look = 0.1;
+  while (!stop() && waited.Seconds() < seconds) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    if (waited.Seconds() < next_look) {
+      continue;
+    }
+    const Stopwatch look;
+    if (work.unfinished().empty()) {
       return;
     }
-    pause = std::max<Clock::duration>(kLeastPause, 20 * (Clock::now() - begin));
+    next_look = waited.Seconds() + std::max(0.1, 20.0 * look.Seconds());
   }
 }
 
@@ -82,10 +74,10 @@ class ArrayJobs {
     if (!jobs && !answered_) {
       throw InputError("{}, expected a Slurm cluster here", problem);
     }
-    if (!jobs && !complained_) {
+    if (!jobs && !warned_) {
       spdlog::warn("{}; retrying every {:g} s", problem, options_.poll);
     }
-    complained_ = !jobs;
+    warned_ = !jobs;
     answered_ = true;
     return jobs;
   }
@@ -118,7 +110,7 @@ class ArrayJobs {
   const SlurmOptions& options_;
   std::string name_;
   bool answered_ = false;
-  bool complained_ = false;
+  bool warned_ = false;
 };
 
 // Returns the tasks with attempts left, at most as many as fit in one array.
@@ -126,18 +118,18 @@ Words NextTasks(const Words& unfinished, const Attempts& attempts, int retries) 
   Words next;
   for (const std::string& word : unfinished) {
     const auto made = attempts.find(word);
-    if ((made == attempts.end() || made->second <= retries) && next.size() < kMostTasks) {
+    if ((made == attempts.end() || made->second <= retries) && next.size() < kMaxTasks) {
       next.push_back(word);
     }
   }
   return next;
 }
 
-// Prints the recorded failures that are not in `told`, and adds them to it.
-void TellFailures(const ArrayWork& work, const Words& unfinished, std::set<std::string>& told,
-                  const std::function<void(const std::string&)>& print) {
+// Prints the recorded failures that are not in `reported`, and adds them to it.
+void PrintFailures(const ArrayWork& work, const Words& unfinished, std::set<std::string>& reported,
+                   const std::function<void(const std::string&)>& print) {
   for (const std::string& word : unfinished) {
-    if (fs::exists(work.failure(word)) && told.insert(word).second) {
+    if (fs::exists(work.failure(word)) && reported.insert(word).second) {
       print(fmt::format("{}: FAILED: {}", word, ReadTaskFailure(work.failure(word)).message));
     }
   }
@@ -145,14 +137,7 @@ void TellFailures(const ArrayWork& work, const Words& unfinished, std::set<std::
 
 }  // namespace
 
-void WriteTaskFailure(const fs::path& path, const TaskFailure& failure) {
-  WriteJsonFile(path, nlohmann::ordered_json{{"exit_code", failure.exit_code},
-                                             {"message", failure.message},
-                                             {"host", HostName()},
-                                             {"job", SlurmJob()}});
-}
-
-TaskFailure ReadTaskFailure(const fs::path& path) {
+TaskEnd ReadTaskFailure(const fs::path& path) {
   try {
     const auto record = ReadJsonFile(path, "a failed task");
     return {record.at("exit_code").get<int>(), record.at("message").get<std::string>()};
@@ -161,9 +146,25 @@ TaskFailure ReadTaskFailure(const fs::path& path) {
   }
 }
 
-bool RequeuedTooOften(const SlurmOptions& options) {
-  const char* count = std::getenv("SLURM_RESTART_COUNT");
-  return count != nullptr && ParseNumber<int>(count).value_or(0) > options.retries;
+int RunArrayTask(const std::string& name, const fs::path& failure, const SlurmOptions& options,
+                 const std::function<TaskEnd()>& work) {
+  TaskEnd end;
+  const auto guarded = [&] {
+    const char* restarts = std::getenv("SLURM_RESTART_COUNT");
+    ThrowIf<InputError>(restarts != nullptr && ParseNumber<int>(restarts).value_or(0) > options.retries,
+                        "taken off its node more than {} times", options.retries);
+    end = work();
+    return end.exit_code;
+  };
+  end.exit_code = ExitCodeOf(guarded, [&](const std::string& error) { end.message = error; });
+  if (!end.message.empty()) {
+    WriteJsonFile(failure, nlohmann::ordered_json{{"exit_code", end.exit_code},
+                                                  {"message", end.message},
+                                                  {"host", HostName()},
+                                                  {"job", SlurmJob()}});
+    PrintNotice(fmt::format("sqslam: {} failed: {}", name, end.message));
+  }
+  return end.exit_code;
 }
 
 ArrayEnd FollowArray(const ArrayWork& work, const SlurmOptions& options, const ArrayCall& call,
@@ -173,7 +174,7 @@ ArrayEnd FollowArray(const ArrayWork& work, const SlurmOptions& options, const A
   const fs::path counts = work.folder / "tasks.json";
   ArrayJobs jobs(work, options);
   Attempts attempts = ReadAttempts(counts);
-  std::set<std::string> told;  // words whose failure is printed
+  std::set<std::string> reported;  // words whose failure is printed
   if (work.unfinished().empty()) {
     return ArrayEnd::kEnded;  // before Slurm is needed
   }
@@ -183,7 +184,7 @@ ArrayEnd FollowArray(const ArrayWork& work, const SlurmOptions& options, const A
     if (unfinished.empty()) {
       return ArrayEnd::kEnded;
     }
-    TellFailures(work, unfinished, told, print);
+    PrintFailures(work, unfinished, reported, print);
     if (queued && queued->empty()) {
       if (first && !call.last_job) {
         attempts.clear();
@@ -194,7 +195,7 @@ ArrayEnd FollowArray(const ArrayWork& work, const SlurmOptions& options, const A
       }
       for (const std::string& word : next) {
         ++attempts[word];
-        told.erase(word);
+        reported.erase(word);
         fs::remove(work.failure(word));
       }
       std::ranges::for_each(work.results, RemoveDrafts);

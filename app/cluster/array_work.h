@@ -12,17 +12,18 @@ namespace sqslam::app {
 
 inline constexpr const char* kLastTask = "end";  // task of the last job, which runs after an array
 
-// The reason why a task ended without a result; stored next to the place of the result.
-struct TaskFailure {
+// How a task ended; a failure is stored next to the place of the result.
+struct TaskEnd {
   int exit_code = 3;
-  std::string message;
+  std::string message;  // empty unless it failed
 };
-void WriteTaskFailure(const std::filesystem::path& path, const TaskFailure& failure);
 // Returns a generic failure if there is no record: the task was killed, or never started.
-TaskFailure ReadTaskFailure(const std::filesystem::path& path);
+TaskEnd ReadTaskFailure(const std::filesystem::path& path);
 
-// Returns true if Slurm has requeued this task more than `retries` times.
-bool RequeuedTooOften(const SlurmOptions& options);
+// Does the work of a task and returns its exit code; gives up if Slurm has requeued the task more often than
+// `retries`. Prints a failure and records it in the file `failure`.
+int RunArrayTask(const std::string& name, const std::filesystem::path& failure, const SlurmOptions& options,
+                 const std::function<TaskEnd()>& work);
 
 // Work for a Slurm job array: one task per word without a result. Results are read from the folder each time,
 // running tasks from the queue by job name; nothing else is kept but the counts of attempts.
@@ -32,7 +33,7 @@ struct ArrayWork {
   std::vector<std::string> command;  // arguments of the program; --task WORD is appended
   int at_once = 1;
   std::function<std::vector<std::string>()> unfinished;                   // words without a result
-  std::function<std::filesystem::path(const std::string& word)> failure;  // file of the task's TaskFailure
+  std::function<std::filesystem::path(const std::string& word)> failure;  // file of the task's failure
   std::vector<std::filesystem::path> results;  // folders of the results; drafts are removed before submission
 };
 

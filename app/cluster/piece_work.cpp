@@ -84,12 +84,9 @@ int MakePiece(const PieceWork& work, const Pieces& pieces, const std::string& ta
     return 0;
   }
   fs::create_directories(pieces.Folder());
-  std::string message;
-  const auto make = [&] {
+  const auto make = [&]() -> TaskEnd {
     const auto lock = FileLock::Try(pieces.Beside(shard.index, ".lock"));
-    if (!lock || RequeuedTooOften(options)) {
-      throw InputError(lock ? "taken off its node too often" : "another program is making this piece");
-    }
+    ThrowIf<InputError>(!lock, "another program is making this piece");
     if (!fs::exists(pieces.Settings())) {  // a task that nobody has submitted
       WriteFileAtomically(pieces.Settings(), work.settings());
     }
@@ -103,20 +100,15 @@ int MakePiece(const PieceWork& work, const Pieces& pieces, const std::string& ta
       fs::rename(made, pieces.Piece(shard.index));
       WriteFileAtomically(pieces.Beside(shard.index, ".size"), std::to_string(size));
     }
-    return code;
+    return {code, ""};
   };
-  const int code = ExitCodeOf(make, [&](const std::string& error) { message = error; });
-  if (!message.empty()) {
-    WriteTaskFailure(pieces.Failure(task), {code, message});
-    PrintNotice(fmt::format("sqslam: piece {}: {}", task, message));
-  }
-  return code;
+  return RunArrayTask(fmt::format("piece {}", task), pieces.Failure(task), options, make);
 }
 
 int FailureOf(const Pieces& pieces, const Words& missing) {
   int code = 0;
   for (const std::string& name : missing) {
-    const TaskFailure failure = ReadTaskFailure(pieces.Failure(name));
+    const TaskEnd failure = ReadTaskFailure(pieces.Failure(name));
     PrintNotice(fmt::format("sqslam: piece {} failed: {}", name, failure.message));
     code = code == 0 ? failure.exit_code : code;
   }

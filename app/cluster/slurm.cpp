@@ -60,7 +60,7 @@ Words JobNumbers(const ProgramOutput& output) {
 }
 
 // Returns the error message of a Slurm program in one line.
-std::string Complaint(const ProgramOutput& output) {
+std::string ErrorText(const ProgramOutput& output) {
   const Words lines = Lines(output.text);
   return lines.empty() ? fmt::format("exit code {}", output.exit_code) : lines.back();
 }
@@ -76,9 +76,9 @@ std::string InScript(const fs::path& path) {
 
 // Returns the path of this program, even if a new build has replaced the file it was started from.
 std::string OwnPath() {
-  constexpr std::string_view kReplaced = " (deleted)";
+  constexpr std::string_view kDeletedSuffix = " (deleted)";
   std::string path = fs::read_symlink("/proc/self/exe").string();
-  return path.ends_with(kReplaced) ? path.substr(0, path.size() - kReplaced.size()) : path;
+  return path.ends_with(kDeletedSuffix) ? path.substr(0, path.size() - kDeletedSuffix.size()) : path;
 }
 
 }  // namespace
@@ -135,7 +135,7 @@ std::string SubmitJob(const fs::path& script, const Words& after) {
   const ProgramOutput output = OutputOf(words);
   const Words numbers = JobNumbers(output);
   ThrowIf<InputError>(output.exit_code != 0 || numbers.empty(), "{}: sbatch rejected it: {}", script.string(),
-                      Complaint(output));
+                      ErrorText(output));
   return numbers.back();
 }
 
@@ -143,7 +143,7 @@ std::optional<Words> QueuedJobs(const std::string& name, std::string& problem) {
   const ProgramOutput output =
       OutputOf({"squeue", "-h", "-r", "-u", std::to_string(::getuid()), "-n", name, "-o", "%F"});
   if (output.exit_code != 0) {
-    problem = "squeue: " + Complaint(output);
+    problem = "squeue: " + ErrorText(output);
     return std::nullopt;
   }
   return JobNumbers(output);

@@ -8,10 +8,8 @@
 #include "app/report/report.h"
 #include "slam/evaluation/comparison.h"
 #include "slam/evaluation/dense_evaluation.h"
-#include "slam/evaluation/error_budget.h"
 #include "slam/evaluation/evaluation.h"
-#include "slam/run/known_map.h"
-#include "slam/system_options.h"
+#include "slam/util/options.h"
 
 namespace sqslam::app {
 namespace {
@@ -19,23 +17,24 @@ namespace {
 constexpr const char* kEvalNotes = R"(
 Examples:
   sqslam eval out/kitchen --ground-truth data/kitchen
-  sqslam eval out/desk --ground-truth data/desk --set matching.min_iou=0.25
+  sqslam eval out/desk --ground-truth data/desk --set min_iou=0.25
   sqslam eval out/fire --ground-truth fire/seq-01
   sqslam eval out/desk out/desk-2 out/desk-3 --ground-truth data/desk    several runs side by side
   sqslam eval out/desk --dense --ground-truth data/desk    after sqslam densify out/desk
-  sqslam eval out/desk --budget --ground-truth data/desk   why 3D IoU is lost
   sqslam eval out/sq out/quadric --ground-truth data/desk -o compared.tex
 
 The trajectory is aligned with the ground truth by a similarity (scale, rotation, translation), which is also
 applied to the objects; --set alignment=poses aligns the camera orientations as well. A mapped object matches a
-ground-truth object if they overlap (3D IoU of at least matching.min_iou), or if their centres are near and their
-sizes similar; labels need not agree. Thin objects (a half size below 15 mm or 5 % of the largest) also get a
+ground-truth object if they overlap (3D IoU of at least min_iou, 0.1), or if their centres are near and their
+sizes similar; labels need not agree. Recall is the share of the ground-truth objects whose match reaches a 3D IoU
+of 0.25 or 0.5. The column "ellips." is the 3D IoU of the ellipsoid that comes nearest to the mapped object, as of
+sqslam run --representation ellipsoid. Thin objects (a half size below 15 mm or 5 % of the largest) also get a
 footprint IoU, of their outlines seen from above. Landmarks that match no ground-truth object are listed with their
 positions.
 
---budget refits each matched object offline with one part of its input replaced by the truth at a time: camera
-poses, boxes, hidden and cut-off box edges, association, yaw, height of the support, kind of shape. The gains in 3D
-IoU show what limits it.
+--dense compares the dense.ply of a densified result with that of the sequence (true surface points in the frame of
+objects_gt.json): accuracy is the distance of the estimated points to the true ones, completeness that of the true
+points to the estimated ones.
 )";
 
 struct EvalArguments {
@@ -44,7 +43,6 @@ struct EvalArguments {
   std::string output;
   std::vector<std::string> set;
   bool dense = false;
-  bool budget = false;
   bool quiet = false;
 };
 
@@ -70,18 +68,9 @@ void PrintEvaluations(const std::vector<NamedEvaluation>& results) {
   }
 }
 
-// Returns the options of an evaluation with those set by the user.
-template <typename Options>
-Options OptionsSetBy(const EvalArguments& arguments) {
-  Options options;
-  SetOptions(arguments.set, options);
-  CheckOptions(options);
-  return options;
-}
-
-// Evaluates the depth maps of densified results.
-void EvaluateDepth(const EvalArguments& arguments, const std::vector<std::string>& names) {
-  const auto options = OptionsSetBy<DenseEvaluationOptions>(arguments);
+// Evaluates the dense clouds of densified results.
+void EvaluateClouds(const EvalArguments& arguments, const std::vector<std::string>& names,
+                    const EvaluationOptions& options) {
   for (std::size_t i = 0; i < names.size(); ++i) {
     const std::filesystem::path result = arguments.results[i];
     const DenseEvaluation evaluation = EvaluateDense(result, arguments.ground_truth, options);
@@ -92,32 +81,15 @@ void EvaluateDepth(const EvalArguments& arguments, const std::vector<std::string
   }
 }
 
-// Evaluates the error budgets of results, each with the options of its run.
-void EvaluateBudgets(const EvalArguments& arguments, const std::vector<std::string>& names) {
-  const auto options = OptionsSetBy<EvaluationOptions>(arguments);
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    const std::filesystem::path result = arguments.results[i];
-    const ErrorBudget budget =
-        ComputeErrorBudget(result, arguments.ground_truth, OptionsOfRun(result).objects, options);
-    WriteBudget(result / "budget.json", budget);
-    if (!arguments.quiet) {
-      fmt::print("{}{}written: {}\n", names.size() > 1 ? names[i] + "\n" : "", FormatBudget(budget),
-                 (result / "budget.json").string());
-    }
-  }
-}
-
 void Evaluate(const EvalArguments& arguments) {
   const std::vector<std::string> names = ShortNames({arguments.results.begin(), arguments.results.end()});
-  if (arguments.budget) {
-    EvaluateBudgets(arguments, names);
-    return;
-  }
+  EvaluationOptions options;
+  SetOptions(arguments.set, options);
+  CheckOptions(options);
   if (arguments.dense) {
-    EvaluateDepth(arguments, names);
+    EvaluateClouds(arguments, names, options);
     return;
   }
-  const auto options = OptionsSetBy<EvaluationOptions>(arguments);
   if (!arguments.output.empty()) {
     CheckComparisonPath(arguments.output);
   }
@@ -156,9 +128,9 @@ void AddEvalCommand(Command& program) {
               "Sequence folder with true poses: groundtruth.txt, or the files of 7-Scenes, RGB-D Scenes v2, "
               "ICL-NUIM, EuRoC or KITTI; objects_gt.json is optional")
       .Required();
-  command.Flag("--dense", a.dense, "Instead, evaluate the depth maps of sqslam densify (dense_eval.json)");
-  command.Flag("--budget", a.budget,
-               "Instead, refit the objects with one part of the truth at a time (budget.json)");
+  command.Flag(
+      "--dense", a.dense,
+      "Instead, compare the cloud of sqslam densify with the sequence's dense.ply (dense_eval.json)");
   command.Option("--set KEY=VALUE", a.set, "Override one option of the evaluation; may be repeated");
   command.Group("Output");
   command.Option("--output,-o FILE", a.output,

@@ -107,7 +107,7 @@ int Finish(const ExperimentConfig& config, const ExperimentOutcome& outcome, con
   PrintOutcome(outcome, WriteTables(config, outcome, folder), quiet);
   if (outcome.interrupted) {  // tasks of a cluster keep running
     PrintNotice(
-        fmt::format("sqslam: interrupted; the same command goes on with the other {} runs",
+        fmt::format("sqslam: interrupted; the same command makes the other {} runs",
                     outcome.cells - static_cast<int>(outcome.results.size() + outcome.failures.size())));
     return 130;
   }
@@ -144,7 +144,7 @@ int RunIn(const fs::path& folder, const ExperimentConfig& config, const Experime
     }
   }
   if (here) {
-    return Finish(config, RunExperiment(std::move(plan), stop, print), folder, arguments.quiet);
+    return Finish(config, RunExperiment(plan, stop, print), folder, arguments.quiet);
   }
   const ClusterOutcome made = RunOnSlurm(plan, {arguments.submit_only || last, last}, stop, print);
   if (made.end == ArrayEnd::kSubmitted) {

@@ -75,9 +75,15 @@ void AddCells(const ExperimentGrid& grid, int repetition, std::set<std::string>&
       for (const std::string& association : grid.associations) {
         for (const std::string& method : grid.methods) {
           for (const std::string& variant : grid.variants) {
-            for (const int limit : grid.max_objects) {
-              ExperimentCell cell{"",     sequence, representation, association,
-                                  method, variant,  limit,          repetition};
+            for (const std::string& limit : grid.max_objects) {
+              ExperimentCell cell{.name = "",
+                                  .sequence = sequence,
+                                  .representation = representation,
+                                  .association = association,
+                                  .method = method,
+                                  .variant = variant == "default" ? "" : variant,
+                                  .max_objects = *ObjectLimit(limit),
+                                  .repetition = repetition};
               cell.name = NameOfCell(cell);
               if (seen.insert(cell.name).second) {
                 cells.push_back(std::move(cell));
@@ -126,7 +132,7 @@ void ReadScores(const json& eval, CellResult& result) {
   result.has_objects = true;
   result.has_scored = summary.contains("scored");
   result.mapped = summary.at("mapped").get<int>();
-  result.duplicates = summary.at("doubles").get<int>();
+  result.duplicates = summary.at("duplicates").get<int>();
   result.extra = summary.at("extra").get<int>();
   for (const json& count : summary.at("coverage")) {
     if (count.at("min_detections").get<int>() == 60) {
@@ -280,6 +286,9 @@ std::optional<CellResult> ReadCellResult(const fs::path& run, const ExperimentCe
   return std::nullopt;
 }
 
-std::string ProgramFingerprint() { return Fingerprint(Contents("/proc/self/exe")); }
+std::string ProgramFingerprint() {
+  static const std::string fingerprint = Fingerprint(Contents("/proc/self/exe"));
+  return fingerprint;
+}
 
 }  // namespace sqslam::app

@@ -19,8 +19,6 @@ namespace fs = std::filesystem;
 using Words = std::vector<std::string>;
 namespace {
 
-constexpr int kMost = 1000000;  // upper limit of repetitions and parallel runs
-
 // A YAML map whose keys are the fields of a struct.
 class Group {
  public:
@@ -89,56 +87,18 @@ class Group {
   std::string name_;  // in messages: "the experiment", "an entry of grids"
 };
 
-// The axes that a grid and the whole experiment may have.
-struct AxesFields {
-  ExperimentGrid& grid;
-  Words limits = {};  // max_objects: numbers, or `all`
-
-  void VisitFields(auto&& visit) {
-    visit("representations", grid.representations);
-    visit("associations", grid.associations);
-    visit("methods", grid.methods);
-    visit("max_objects", limits);
-    visit("repetitions", grid.repetitions, 1, kMost);
-  }
-};
-
-struct GridFields : AxesFields {
-  void VisitFields(auto&& visit) {
-    AxesFields::VisitFields(visit);
-    visit("sequences", grid.sequences);
-    visit("variants", grid.variants);
-  }
-};
-
-struct ConfigFields : AxesFields {
-  ExperimentConfig& config;
-
-  void VisitFields(auto&& visit) {
-    AxesFields::VisitFields(visit);
-    visit("output", config.output);
-    visit("config", config.options);
-    visit("deterministic", config.deterministic);
-    visit("seed", config.seed, std::int64_t{0}, std::numeric_limits<std::int64_t>::max());
-    visit("jobs", config.jobs, 1, kMost);
-    visit("objects", config.objects);
-    visit("slurm", config.slurm);
-  }
-};
-
-void CheckAxes(const Group& group, const AxesFields& read) {
-  ExperimentGrid& grid = read.grid;
+void CheckAxes(const Group& group, ExperimentGrid& grid) {
   group.CheckWords("representations", AllNames<Representation>(), grid.representations);
   group.CheckWords("associations", AllNames<AssociationMethod>(), grid.associations);
   group.CheckWords("methods", AllNames<ObjectMethod>(), grid.methods);
-  grid.max_objects = read.limits.empty() ? grid.max_objects : std::vector<int>();
-  for (const std::string& word : read.limits) {
-    const int limit = word == "all" ? kAllObjects : ParseNumber<int>(word).value_or(kAllObjects);
-    if (limit < 0 && word != "all") {
+  if (grid.max_objects.empty()) {
+    group.Fail("max_objects", "max_objects is an empty list, expected numbers or all");
+  }
+  for (const std::string& word : grid.max_objects) {
+    if (!ObjectLimit(word)) {
       group.Fail("max_objects",
                  fmt::format("max_objects holds '{}', expected whole numbers of at least 0, or all", word));
     }
-    grid.max_objects.push_back(limit);
   }
 }
 
@@ -191,24 +151,27 @@ ExperimentSequence ReadSequence(const Group& group, const Words& taken) {
   return sequence;
 }
 
-void ReadGrids(const Group& root, const ExperimentGrid& common, ExperimentConfig& config) {
+void ReadGrids(const Group& root, ExperimentConfig& config) {
   for (const Group& group : root.Groups("grids")) {
-    ExperimentGrid grid = common;
+    ExperimentGrid grid = config.common;
     grid.variants = {"default"};
-    GridFields fields{{grid}};
-    group.Read(fields);
-    CheckAxes(group, fields);
+    group.Read(grid);
+    CheckAxes(group, grid);
     group.CheckWords("sequences", NamesOf(config.sequences), grid.sequences);
     group.CheckWords("variants", VariantWords(config), grid.variants);
-    std::ranges::replace(grid.variants, std::string("default"), std::string());
     config.grids.push_back(std::move(grid));
   }
   if (config.grids.empty()) {
-    config.grids = {common};
+    config.grids = {config.common};
   }
 }
 
 }  // namespace
+
+std::optional<int> ObjectLimit(const std::string& word) {
+  const std::optional<int> limit = word == "all" ? kAllObjects : ParseNumber<int>(word);
+  return limit && (*limit >= 0 || word == "all") ? limit : std::nullopt;
+}
 
 FrameRange FramesOf(const ExperimentSequence& sequence) {
   return ParseFrameRange(sequence.frames, sequence.start > 0 ? std::optional(sequence.start) : std::nullopt,
@@ -228,15 +191,11 @@ ExperimentConfig ParseExperiment(const std::string& yaml, const std::string& sou
   config.folder = fs::path(source).parent_path();
   config.output = (fs::path("out") / fs::path(source).stem()).string();
   config.variants = {{}};
-  ExperimentGrid common{{},
-                        {NameOf(defaults.objects.representation)},
-                        {NameOf(defaults.objects.association.method)},
-                        {NameOf(defaults.objects.method)},
-                        {},
-                        {kAllObjects}};
-  ConfigFields fields{{common}, config};
-  root.Read(fields, {"sequences", "variants", "grids"});
-  CheckAxes(root, fields);
+  config.common.representations = {NameOf(defaults.objects.representation)};
+  config.common.associations = {NameOf(defaults.objects.association.method)};
+  config.common.methods = {NameOf(defaults.objects.method)};
+  root.Read(config, {"sequences", "variants", "grids"});
+  CheckAxes(root, config.common);
   for (const Group& group : root.Groups("sequences")) {
     config.sequences.push_back(ReadSequence(group, NamesOf(config.sequences)));
   }
@@ -250,9 +209,9 @@ ExperimentConfig ParseExperiment(const std::string& yaml, const std::string& sou
     CheckSet(group, variant.set);
     config.variants.push_back(std::move(variant));
   }
-  common.sequences = NamesOf(config.sequences);
-  common.variants = NamesOf(config.variants);
-  ReadGrids(root, common, config);
+  config.common.sequences = NamesOf(config.sequences);
+  config.common.variants = VariantWords(config);
+  ReadGrids(root, config);
   return config;
 }
 

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -59,13 +60,29 @@ inline constexpr int kAllObjects = -1;
 // Every combination of these is one cell of the experiment.
 struct ExperimentGrid {
   std::vector<std::string> sequences;  // names
+  std::vector<std::string> variants;   // names; "default" is the unnamed one
   std::vector<std::string> representations;
   std::vector<std::string> associations;
   std::vector<std::string> methods;
-  std::vector<std::string> variants;  // names
-  std::vector<int> max_objects;       // use the boxes of only so many objects; kAllObjects: no limit
+  std::vector<std::string> max_objects = {"all"};  // use the boxes of only so many objects
   int repetitions = 1;
+
+  void VisitFields(auto&& visit) {
+    visit("sequences", sequences);
+    visit("variants", variants);
+    VisitAxes(visit);
+  }
+  void VisitAxes(auto&& visit) {  // those that the whole experiment may set too
+    visit("representations", representations);
+    visit("associations", associations);
+    visit("methods", methods);
+    visit("max_objects", max_objects);
+    visit("repetitions", repetitions, 1, 1000000);
+  }
 };
+
+// Returns the number in a word of max_objects; nothing for other words. "all" is kAllObjects.
+std::optional<int> ObjectLimit(const std::string& word);
 
 struct ExperimentConfig {
   std::filesystem::path folder;  // of the file; paths in it may be relative to it
@@ -78,7 +95,19 @@ struct ExperimentConfig {
   std::vector<std::string> objects;  // names or labels that get rows of their own in Table I
   std::vector<ExperimentSequence> sequences;
   std::vector<ExperimentVariant> variants;  // the first is unnamed: the defaults
+  ExperimentGrid common;                    // values for grids that do not say otherwise
   std::vector<ExperimentGrid> grids;
+
+  void VisitFields(auto&& visit) {  // sequences, variants and grids are read apart
+    common.VisitAxes(visit);
+    visit("output", output);
+    visit("config", options);
+    visit("deterministic", deterministic);
+    visit("seed", seed, std::int64_t{0}, std::numeric_limits<std::int64_t>::max());
+    visit("jobs", jobs, 1, 1000000);
+    visit("objects", objects);
+    visit("slurm", slurm);
+  }
 };
 
 // Reads and checks a configuration, including pipeline options in `set`. Throws UsageError with file and

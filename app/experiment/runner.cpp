@@ -4,17 +4,14 @@
 
 #include <algorithm>
 #include <atomic>
-#include <mutex>
-#include <set>
 #include <thread>
 
 #include "slam/io/detections.h"
 #include "slam/util/atomic_file.h"
-#include "slam/util/error.h"
 #include "slam/util/file_lock.h"
-#include "slam/util/stopwatch.h"
 #include "slam/util/text_lines.h"
 #include "slam/util/throw_if.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -33,8 +30,8 @@ std::string Renamed(std::string text, const fs::path& from, const fs::path& to) 
   return at == std::string::npos ? text : text.replace(at, from.string().size(), to.string());
 }
 
-}  // namespace
-
+// Renders the scene of the cell's sequence unless it is there; waits if another thread or program is
+// rendering it. Throws InputError.
 void RenderSequence(const ExperimentPlan& plan, const ExperimentCell& cell, const StopRequest& stop,
                     const LinePrinter& print) {
   const PreparedSequence& sequence = plan.sequences.at(cell.sequence);
@@ -63,14 +60,16 @@ void RenderSequence(const ExperimentPlan& plan, const ExperimentCell& cell, cons
   }
 }
 
+// Writes the boxes of a cell with limited max_objects. Throws InputError.
 void WriteLimitedBoxes(const ExperimentPlan& plan, const ExperimentCell& cell) {
   const fs::path path = plan.folder.Boxes(NameOfBoxes(cell));
   fs::create_directories(path.parent_path());
   WriteFileAtomically(path, LimitBoxes(BoxesOf(plan.sequences.at(cell.sequence)), cell.max_objects));
 }
 
-ChildResult RunCell(const ExperimentPlan& plan, const PlannedCell& planned, const std::string& program,
-                    const StopRequest& stop) {
+// Runs and scores a cell whose inputs are there, and marks it as finished. Throws InputError if the folder
+// cannot be written or another program is running the cell.
+ChildResult RunCell(const ExperimentPlan& plan, const PlannedCell& planned, const StopRequest& stop) {
   const auto& [cell, commands, settings, finished] = planned;
   const fs::path run = plan.folder.Run(cell);
   const fs::path log = plan.folder.Log(cell);
@@ -89,13 +88,37 @@ ChildResult RunCell(const ExperimentPlan& plan, const PlannedCell& planned, cons
   if (child.exit_code == 0 && !child.stopped) {
     const fs::path stats = made.Path() / "stats.json";  // holds the command line of the run
     WriteFileAtomically(stats, Renamed(ReadFile(stats, "what a run says of itself"), made.Path(), run));
-    WriteCellRecord(made.Path(), settings, plan.config.jobs, program);
+    WriteCellRecord(made.Path(), settings, plan.config.jobs, ProgramFingerprint());
     fs::remove_all(run);
     made.Commit();
   }
   return child;
 }
 
+}  // namespace
+
+ChildResult MakeCell(const ExperimentPlan& plan, const PlannedCell& planned, const StopRequest& stop,
+                     const LinePrinter& print) {
+  try {
+    RenderSequence(plan, planned.cell, stop, print);
+    if (planned.cell.max_objects != kAllObjects) {
+      WriteLimitedBoxes(plan, planned.cell);
+    }
+    if (stop()) {
+      return {130, true, ""};
+    }
+    ChildResult child = RunCell(plan, planned, stop);
+    const bool readable = child.exit_code != 0 || child.stopped ||
+                          ReadCellResult(plan.folder.Run(planned.cell), planned.cell, planned.settings);
+    return readable ? child : ChildResult{3, false, "its result files cannot be read"};
+  } catch (const std::exception& error) {  // a broken scene, a full disk, a folder that cannot be removed
+    return {stop() ? 130 : 3, stop(), error.what()};
+  }
+}
+
+namespace {
+
+// "12 of 13 objects found, their mean IoU 0.712"
 std::string Headline(const CellResult& result) {
   if (!result.has_objects) {
     return fmt::format("{} of {} frames tracked", result.stats.tracked, result.stats.frames);
@@ -110,146 +133,65 @@ std::string Headline(const CellResult& result) {
                      sum / std::max(1, found));
 }
 
-std::string ProgressLine(std::size_t done, std::size_t total, double elapsed, const std::string& name,
-                         const std::string& what, double seconds) {
-  const double left = static_cast<double>(total - done) * elapsed / static_cast<double>(done);
-  return fmt::format("[{}/{}] {}: {} ({:.1f} s); {:.1f} runs/min, {} left", done, total, name, what, seconds,
-                     60.0 * static_cast<double>(done) / elapsed, DurationText(left));
+}  // namespace
+
+CellProgress::CellProgress(const ExperimentPlan& plan, const LinePrinter& print)
+    : plan_(plan), print_(print), results_(ToVector(plan.cells, &PlannedCell::finished)) {
+  todo_ = Unfinished().size();
 }
 
-namespace {
-
-// Runs the unfinished cells of a plan in several threads.
-class Workers {
- public:
-  Workers(const ExperimentPlan& plan, const StopRequest& stop, const LinePrinter& print)
-      : plan_(plan), stop_(stop), print_(print), program_(ProgramFingerprint()), results_(plan.cells.size()) {
-    for (std::size_t i = 0; i < plan.cells.size(); ++i) {
-      results_[i] = plan.cells[i].finished;
-      if (!results_[i]) {
-        todo_.push_back(i);
-      }
+std::vector<std::size_t> CellProgress::Unfinished() const {
+  std::vector<std::size_t> cells;
+  for (std::size_t i = 0; i < results_.size(); ++i) {
+    if (!results_[i]) {
+      cells.push_back(i);
     }
   }
+  return cells;
+}
 
-  ExperimentOutcome Run() {
-    ExperimentOutcome outcome;
-    outcome.cells = static_cast<int>(plan_.cells.size());
-    outcome.reused = outcome.cells - static_cast<int>(todo_.size());
-    PrepareInputs();
-    stopwatch_ = {};
-    {
-      std::vector<std::jthread> threads;
-      for (std::size_t i = 0; i < std::min<std::size_t>(plan_.config.jobs, todo_.size()); ++i) {
-        threads.emplace_back([this] { Work(); });
-      }
-    }
-    for (auto& result : results_) {
-      if (result) {
-        outcome.results.push_back(std::move(*result));
-      }
-    }
-    for (auto& [index, failure] : failures_) {
-      outcome.failures.push_back(std::move(failure));
-    }
-    outcome.interrupted = stop_();
-    return outcome;
+bool CellProgress::Collect(std::size_t index) {
+  const auto& [cell, commands, settings, finished] = plan_.cells[index];
+  auto result = ReadCellResult(plan_.folder.Run(cell), cell, settings);
+  if (!result) {
+    return false;
   }
+  const std::lock_guard lock(mutex_);
+  Print(cell, fmt::format("{} ({:.1f} s)", Headline(*result), result->stats.wall_seconds));
+  results_[index] = std::move(result);
+  return true;
+}
 
- private:
-  // Renders scenes and writes limited boxes, once for all cells that need them.
-  void PrepareInputs() {
-    for (const std::size_t index : todo_) {
-      const ExperimentCell& cell = plan_.cells[index].cell;
-      if (stop_()) {
-        return;
-      }
-      Attempt(cell.sequence, [&] { RenderSequence(plan_, cell, stop_, print_); });
-      if (cell.max_objects != kAllObjects && !broken_.contains(cell.sequence) && !stop_()) {
-        Attempt(NameOfBoxes(cell), [&] { WriteLimitedBoxes(plan_, cell); });
-      }
-    }
-  }
+void CellProgress::Fail(std::size_t index, const ChildResult& child) {
+  const ExperimentCell& cell = plan_.cells[index].cell;
+  const std::lock_guard lock(mutex_);
+  Print(cell, fmt::format("FAILED: {}", child.message));
+  failures_[index] = {cell.name, child.exit_code < 128 ? child.exit_code : 1, child.message};
+}
 
-  // Runs `action` once per name; an InputError is kept under the name.
-  void Attempt(const std::string& name, const std::function<void()>& action) {
-    if (!attempted_.insert(name).second) {
-      return;
-    }
-    try {
-      action();
-    } catch (const InputError& error) {
-      broken_[name] = error.what();
-    }
-  }
+void CellProgress::Print(const ExperimentCell& cell, const std::string& what) {
+  ++done_;
+  const double elapsed = stopwatch_.Seconds();
+  const double left = static_cast<double>(todo_ - done_) * elapsed / static_cast<double>(done_);
+  print_(fmt::format("[{}/{}] {}: {}; {:.1f} runs/min, {} left", done_, todo_, cell.name, what,
+                     60.0 * static_cast<double>(done_) / elapsed, DurationText(left)));
+}
 
-  void Work() {
-    while (!stop_()) {
-      const std::size_t next = next_++;
-      if (next >= todo_.size()) {
-        return;
-      }
-      const Stopwatch stopwatch;
-      ChildResult child;
-      try {
-        child = Run(todo_[next]);
-      } catch (const std::exception& error) {  // a full disk, a folder that cannot be removed
-        child = {3, false, error.what()};
-      }
-      if (!child.stopped) {
-        Report(todo_[next], child, stopwatch.Seconds());
-      }
-    }
-  }
-
-  ChildResult Run(std::size_t index) const {
-    const ExperimentCell& cell = plan_.cells[index].cell;
-    for (const std::string& needed : {cell.sequence, NameOfBoxes(cell)}) {
-      if (const auto broken = broken_.find(needed); broken != broken_.end()) {
-        return {3, false, broken->second};
-      }
-    }
-    return RunCell(plan_, plan_.cells[index], program_, stop_);
-  }
-
-  void Report(std::size_t index, const ChildResult& child, double seconds) {
-    const ExperimentCell& cell = plan_.cells[index].cell;
-    std::optional<CellResult> result;
-    std::string what;
-    if (child.exit_code == 0) {
-      result = ReadCellResult(plan_.folder.Run(cell), cell, plan_.cells[index].settings);
-      what = result ? Headline(*result) : "its result files cannot be read";
-    } else {
-      what = "FAILED: " + child.message;
-    }
-    const std::lock_guard lock(mutex_);
-    ++done_;
+ExperimentOutcome CellProgress::Outcome(bool interrupted) {
+  ExperimentOutcome outcome;
+  outcome.cells = static_cast<int>(results_.size());
+  outcome.reused = outcome.cells - static_cast<int>(todo_);
+  outcome.interrupted = interrupted;
+  for (auto& result : results_) {
     if (result) {
-      results_[index] = std::move(result);
-    } else {
-      const int code = child.exit_code > 0 && child.exit_code < 128 ? child.exit_code : 1;
-      failures_[index] = {cell.name, code, child.exit_code == 0 ? what : child.message};
+      outcome.results.push_back(std::move(*result));
     }
-    print_(ProgressLine(done_, todo_.size(), stopwatch_.Seconds(), cell.name, what, seconds));
   }
-
-  const ExperimentPlan& plan_;
-  const StopRequest& stop_;
-  const LinePrinter& print_;
-  std::string program_;
-  std::vector<std::size_t> todo_;              // indices of cells
-  std::set<std::string> attempted_;            // inputs: names of sequences and of limited boxes
-  std::map<std::string, std::string> broken_;  // inputs that cannot be used, and why
-  std::atomic<std::size_t> next_ = 0;          // in todo_
-  Stopwatch stopwatch_;
-
-  std::mutex mutex_;  // guards the members below
-  std::size_t done_ = 0;
-  std::vector<std::optional<CellResult>> results_;
-  std::map<std::size_t, CellFailure> failures_;  // by cell
-};
-
-}  // namespace
+  for (auto& [index, failure] : failures_) {
+    outcome.failures.push_back(std::move(failure));
+  }
+  return outcome;
+}
 
 ExperimentPlan PlanExperiment(const ExperimentConfig& config, const ExperimentFolder& folder,
                               const std::string& only) {
@@ -272,8 +214,33 @@ ExperimentPlan PlanExperiment(const ExperimentConfig& config, const ExperimentFo
   return plan;
 }
 
-ExperimentOutcome RunExperiment(ExperimentPlan plan, const StopRequest& stop, const LinePrinter& print) {
-  return Workers(plan, stop, print).Run();
+ExperimentOutcome RunExperiment(const ExperimentPlan& plan, const StopRequest& stop,
+                                const LinePrinter& print) {
+  std::mutex printing;
+  const LinePrinter print_alone = [&](const std::string& line) {
+    const std::lock_guard lock(printing);
+    print(line);
+  };
+  CellProgress progress(plan, print_alone);
+  const std::vector<std::size_t> todo = progress.Unfinished();
+  std::atomic<std::size_t> next = 0;
+  const auto work = [&] {
+    for (std::size_t i = next++; i < todo.size() && !stop(); i = next++) {
+      const ChildResult child = MakeCell(plan, plan.cells[todo[i]], stop, print_alone);
+      if (child.exit_code != 0 && !child.stopped) {
+        progress.Fail(todo[i], child);
+      } else if (!child.stopped) {
+        progress.Collect(todo[i]);
+      }
+    }
+  };
+  {
+    std::vector<std::jthread> threads;
+    for (std::size_t i = 0; i < std::min<std::size_t>(plan.config.jobs, todo.size()); ++i) {
+      threads.emplace_back(work);
+    }
+  }
+  return progress.Outcome(stop());
 }
 
 }  // namespace sqslam::app

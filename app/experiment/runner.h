@@ -2,12 +2,14 @@
 
 #include <functional>
 #include <map>
+#include <mutex>
 #include <string>
 #include <vector>
 
 #include "app/cluster/array_work.h"
 #include "app/experiment/cells.h"
 #include "app/terminal/terminal.h"
+#include "slam/util/stopwatch.h"
 
 namespace sqslam::app {
 
@@ -46,18 +48,47 @@ ExperimentPlan PlanExperiment(const ExperimentConfig& config, const ExperimentFo
 using StopRequest = std::function<bool()>;
 using LinePrinter = std::function<void(const std::string&)>;
 
-// Runs the unfinished cells, `config.jobs` at a time, each as a process of its own. A failed cell is
-// recorded, and the others go on. `stop` ends it early and loses only the running cells. `print` gets a line
-// for each cell that ends, from one thread at a time.
-ExperimentOutcome RunExperiment(ExperimentPlan plan, const StopRequest& stop, const LinePrinter& print);
+// Makes one cell: renders its scene if there is one, runs and scores it, and marks it as finished. Results
+// are written under a temporary name and then renamed; locks keep programs that share the folder from doing
+// the same work twice. Failures are returned.
+ChildResult MakeCell(const ExperimentPlan& plan, const PlannedCell& planned, const StopRequest& stop,
+                     const LinePrinter& print);
+
+// The results of a plan's cells so far. Collect() and Fail() may be called from several threads; each prints
+// a line for the cell, with the remaining time.
+class CellProgress {
+ public:
+  CellProgress(const ExperimentPlan& plan, const LinePrinter& print);
+
+  std::vector<std::size_t> Unfinished() const;  // cells without a result
+  bool Collect(std::size_t index);              // reads the result of a cell; returns false if there is none
+  void Fail(std::size_t index, const ChildResult& child);
+  ExperimentOutcome Outcome(bool interrupted);  // ends the object's use
+
+ private:
+  void Print(const ExperimentCell& cell, const std::string& what);
+
+  const ExperimentPlan& plan_;
+  const LinePrinter& print_;
+  std::size_t todo_ = 0;
+  std::size_t done_ = 0;
+  Stopwatch stopwatch_;
+  std::vector<std::optional<CellResult>> results_;
+  std::map<std::size_t, CellFailure> failures_;  // by cell
+  std::mutex mutex_;
+};
+
+// Runs the unfinished cells, `config.jobs` at a time, each as a process of its own. After a failure the
+// others are run all the same. `stop` ends it early and loses only the running cells.
+ExperimentOutcome RunExperiment(const ExperimentPlan& plan, const StopRequest& stop,
+                                const LinePrinter& print);
 
 struct ClusterOutcome {
   ExperimentOutcome outcome;
   ArrayEnd end = ArrayEnd::kEnded;
 };
 
-// Runs the unfinished cells of a plan on a Slurm cluster, one task each. `print` gets lines as in
-// RunExperiment. Throws InputError if Slurm rejects a job.
+// Runs the unfinished cells on a Slurm cluster, one task each. Throws InputError if Slurm rejects a job.
 ClusterOutcome RunOnSlurm(const ExperimentPlan& plan, const ArrayCall& call, const StopRequest& stop,
                           const LinePrinter& print);
 
@@ -65,28 +96,5 @@ ClusterOutcome RunOnSlurm(const ExperimentPlan& plan, const ArrayCall& call, con
 // exit code. Throws UsageError if there is no cell of this name.
 int RunTask(const ExperimentConfig& config, const ExperimentFolder& folder, const std::string& name,
             const StopRequest& stop);
-
-// The steps of one cell, shared by local runs and cluster tasks. Results are written under a temporary name
-// and then renamed; locks keep programs that share the folder from doing the same work.
-
-// Renders the scene of the cell's sequence unless it is there; waits if another program is rendering it.
-// Throws InputError.
-void RenderSequence(const ExperimentPlan& plan, const ExperimentCell& cell, const StopRequest& stop,
-                    const LinePrinter& print);
-
-// Writes the boxes of a cell with limited max_objects. Throws InputError.
-void WriteLimitedBoxes(const ExperimentPlan& plan, const ExperimentCell& cell);
-
-// Runs and scores the cell, and marks it as finished. `program` is ProgramFingerprint(). Throws InputError if
-// the folder cannot be written or another program is running the cell.
-ChildResult RunCell(const ExperimentPlan& plan, const PlannedCell& planned, const std::string& program,
-                    const StopRequest& stop);
-
-// "12 of 13 objects found, their mean IoU 0.712"
-std::string Headline(const CellResult& result);
-
-// "[3/8] NAME: WHAT (2.1 s); 9.4 runs/min, 0:32 left", after `elapsed` seconds.
-std::string ProgressLine(std::size_t done, std::size_t total, double elapsed, const std::string& name,
-                         const std::string& what, double seconds);
 
 }  // namespace sqslam::app

@@ -7,6 +7,7 @@
 #include <functional>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <set>
 
 #include "slam/util/atomic_file.h"
@@ -77,41 +78,43 @@ bool Counts(const CellResult& result, const ObjectScore& object) {
   return !result.has_scored || object.scored;
 }
 
-// Found objects and their IoU, summed over the cells of one repetition.
-struct Tally {
-  int total = 0;
-  int found = 0;
-  double sum = 0.0;
-};
+double CountAbove(const std::vector<ObjectScore>& objects, double iou) {
+  return static_cast<double>(
+      std::ranges::count_if(objects, [&](const ObjectScore& object) { return object.iou >= iou; }));
+}
 
 // IoU of the objects that the filter accepts, one value per repetition.
 struct IouFigures {
   std::vector<double> mean;      // over the objects found
   std::vector<double> mean_all;  // over all, a missed one as 0
   std::vector<double> found;
+  std::vector<double> found_25;  // with a 3D IoU of at least 0.25
+  std::vector<double> found_50;  // with one of at least 0.5
   int total = 0;
 };
 
 IouFigures FiguresOf(const Pointers& results, const ObjectFilter& filter) {
-  std::map<int, Tally> tallies;  // by repetition
+  std::map<int, std::vector<ObjectScore>> repetitions;
   for (const CellResult* result : results) {
     for (const ObjectScore& object : result->objects) {
       if (Counts(*result, object) && filter(*result, object)) {
-        Tally& tally = tallies[result->cell.repetition];
-        ++tally.total;
-        tally.found += object.found ? 1 : 0;
-        tally.sum += object.iou;
+        repetitions[result->cell.repetition].push_back(object);
       }
     }
   }
   IouFigures figures;
-  for (const auto& [repetition, tally] : tallies) {
-    if (tally.found > 0) {
-      figures.mean.push_back(tally.sum / tally.found);
+  for (const auto& [repetition, objects] : repetitions) {
+    const double sum = std::accumulate(objects.begin(), objects.end(), 0.0,
+                                       [](double s, const ObjectScore& object) { return s + object.iou; });
+    const auto found = static_cast<double>(std::ranges::count(objects, true, &ObjectScore::found));
+    if (found > 0) {
+      figures.mean.push_back(sum / found);
     }
-    figures.mean_all.push_back(tally.sum / tally.total);
-    figures.found.push_back(tally.found);
-    figures.total = std::max(figures.total, tally.total);
+    figures.mean_all.push_back(sum / static_cast<double>(objects.size()));
+    figures.found.push_back(found);
+    figures.found_25.push_back(CountAbove(objects, 0.25));
+    figures.found_50.push_back(CountAbove(objects, 0.5));
+    figures.total = std::max(figures.total, static_cast<int>(objects.size()));
   }
   return figures;
 }
@@ -137,25 +140,21 @@ struct IouTable {
   }
 
   void AddRows(const std::string& name, const ObjectFilter& filter) {
-    std::vector<Cell> mean = {Cell::Words(name), Cell::Words("3D IoU of those found")};
-    std::vector<Cell> mean_all = {Cell::Words(name), Cell::Words("3D IoU, missed as 0")};
-    std::vector<Cell> found = {Cell::Words(name), {}};
-    int total = 0;
-    bool all_found = true;
-    for (const auto& [configuration, runs] : columns) {
-      const IouFigures figures = FiguresOf(runs, filter);
-      total = std::max(total, figures.total);
-      all_found = all_found && figures.mean == figures.mean_all;
-      mean.push_back(Cell::Of(SpreadOf(figures.mean), 3));
-      mean_all.push_back(Cell::Of(SpreadOf(figures.mean_all), 3));
-      found.push_back(CountCell(figures.found));
+    const std::vector<IouFigures> figures =
+        ToVector(columns, [&](const auto& column) { return FiguresOf(column.second, filter); });
+    const auto add = [&](const std::string& figure, const auto& cell) {
+      std::vector<Cell> row = {Cell::Words(name), Cell::Words(figure)};
+      std::ranges::transform(figures, std::back_inserter(row), cell);
+      table.rows.push_back(std::move(row));
+    };
+    add("3D IoU of those found", [](const IouFigures& f) { return Cell::Of(SpreadOf(f.mean), 3); });
+    if (std::ranges::any_of(figures, [](const IouFigures& f) { return f.mean != f.mean_all; })) {
+      add("3D IoU, missed as 0", [](const IouFigures& f) { return Cell::Of(SpreadOf(f.mean_all), 3); });
     }
-    found[1] = Cell::Words(fmt::format("found of {}", total));
-    table.rows.push_back(std::move(mean));
-    if (!all_found) {
-      table.rows.push_back(std::move(mean_all));
-    }
-    table.rows.push_back(std::move(found));
+    add(fmt::format("found of {}", Largest(figures, 0, &IouFigures::total)),
+        [](const IouFigures& f) { return CountCell(f.found); });
+    add("with 3D IoU 0.25 or more", [](const IouFigures& f) { return CountCell(f.found_25); });
+    add("with 3D IoU 0.5 or more", [](const IouFigures& f) { return CountCell(f.found_50); });
   }
 
   Groups columns;
@@ -312,7 +311,8 @@ Table AssociationTable(const Results& all) {
   const Pointers results = AtUsual(WithObjects(All(all)), &ExperimentCell::representation, "superquadric");
   Table table{"Table III",
               "Landmarks by association against ground truth",
-              {"sequence", "association", "runs", "mapped", "found", "duplicates", "extra", "ground truth",
+              {"sequence", "association", "runs", "mapped", "found", "with 3D IoU 0.25 or more",
+               "with 3D IoU 0.5 or more", "duplicates", "extra", "ground truth",
                "found of those with 60 or more boxes", "of"},
               {},
               {"found: ground-truth objects matched by a landmark; duplicates: further landmarks on them; "
@@ -320,15 +320,18 @@ Table AssociationTable(const Results& all) {
   const auto found = [](const CellResult& r) {
     return std::ranges::count(r.objects, true, &ObjectScore::found);
   };
+  const auto above = [](const Pointers& runs, double iou) {
+    return CountCell(runs, [iou](const CellResult& r) { return CountAbove(r.objects, iou); });
+  };
   const Key configuration = ConfigurationOf(results, &ExperimentCell::association);
   for (const auto& [sequence, of_sequence] : GroupsOf(results, &ExperimentCell::sequence)) {
     for (const auto& [mode, runs] : GroupsOf(of_sequence, configuration)) {
-      table.rows.push_back({Cell::Words(sequence), Cell::Words(mode),
-                            Cell::Number(static_cast<double>(runs.size()), 0),
-                            CountCell(runs, &CellResult::mapped), CountCell(runs, found),
-                            CountCell(runs, &CellResult::duplicates), CountCell(runs, &CellResult::extra),
-                            CountCell(runs, [](const CellResult& r) { return r.objects.size(); }),
-                            CountCell(runs, &CellResult::found_60), CountCell(runs, &CellResult::total_60)});
+      table.rows.push_back(
+          {Cell::Words(sequence), Cell::Words(mode), Cell::Number(static_cast<double>(runs.size()), 0),
+           CountCell(runs, &CellResult::mapped), CountCell(runs, found), above(runs, 0.25), above(runs, 0.5),
+           CountCell(runs, &CellResult::duplicates), CountCell(runs, &CellResult::extra),
+           CountCell(runs, [](const CellResult& r) { return r.objects.size(); }),
+           CountCell(runs, &CellResult::found_60), CountCell(runs, &CellResult::total_60)});
     }
   }
   return table;

@@ -13,7 +13,8 @@ namespace sqslam::app {
 //   I    3D IoU of each object class (label), and of the objects that the configuration names, by
 //        representation
 //   II   mean 3D IoU of each sequence by representation: over the objects found, their number, and,
-//        if any is missed, the mean with 0 for each missed object
+//        if any is missed, the mean with 0 for each missed object; I and II also have the number of objects
+//        with a 3D IoU of at least 0.25 and 0.5
 //   III  landmarks by association, against ground truth
 //   IV   time of tracking and mapping against the number of objects
 // I, II and IV hold the runs with the association "full" (else the first one), III and IV those with

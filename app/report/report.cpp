@@ -36,7 +36,7 @@ std::string VideoUri(const fs::path& file) {
   return "data:video/mp4;base64," + Base64(ReadFile(file, "a video"));
 }
 
-constexpr std::uintmax_t kLargestVideo = 3u << 20;  // bytes: the interactive map shows the growth too
+constexpr std::uintmax_t kMaxVideoBytes = 3u << 20;  // bytes: the interactive map shows the growth too
 
 void AppendFigureOfRun(Output out, std::string_view name, const std::string& value, std::string_view unit,
                        const std::string& note) {
@@ -72,7 +72,9 @@ void AppendFiguresOfRun(Output out, const ReportData& data) {
       AppendFigureOfRun(out, "Mean 3D IoU", fmt::format("{:.3f}", data.evaluation->iou.mean), "",
                         fmt::format("{:.3f} as ellipsoids", data.evaluation->iou.mean_ellipsoid));
       AppendFigureOfRun(out, "Objects matched", std::to_string(data.evaluation->objects.matches.size()), "",
-                        fmt::format("of {} in the ground truth", data.evaluation->truth.size()));
+                        fmt::format("of {} in the ground truth; {} with IoU 0.25 or more, {} with 0.5",
+                                    data.evaluation->truth.size(), data.evaluation->iou.matched_25,
+                                    data.evaluation->iou.matched_50));
     }
   }
   if (data.stats) {
@@ -88,7 +90,7 @@ void AppendFiguresOfRun(Output out, const ReportData& data) {
 std::optional<fs::path> VideoOf(const ReportInputs& inputs) {
   for (const fs::path& file : {inputs.video, inputs.result / "growth.mp4", inputs.result / "map.mp4"}) {
     std::error_code error;
-    if (!file.empty() && fs::is_regular_file(file, error) && fs::file_size(file, error) <= kLargestVideo) {
+    if (!file.empty() && fs::is_regular_file(file, error) && fs::file_size(file, error) <= kMaxVideoBytes) {
       return file;
     }
   }

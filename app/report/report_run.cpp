@@ -32,9 +32,9 @@ std::string GapsText(const Trajectory& trajectory) {
     gaps.push_back(fmt::format("{} to {}", ClockText(pieces[i - 1].back().timestamp - start),
                                ClockText(pieces[i].front().timestamp - start)));
   }
-  constexpr std::size_t kMost = 8;
-  if (gaps.size() > kMost) {
-    gaps.resize(kMost);
+  constexpr std::size_t kMaxGaps = 8;
+  if (gaps.size() > kMaxGaps) {
+    gaps.resize(kMaxGaps);
     gaps.emplace_back("…");
   }
   return fmt::format("{}", fmt::join(gaps, ", "));
@@ -70,7 +70,7 @@ Facts FactsOf(const ReportData& data) {
         fmt::format("{}{}", counters.losses == 0 ? "never" : fmt::format("{} times", counters.losses),
                     gaps.empty() ? "" : "; not in the map: " + gaps));
     if (counters.losses > 0) {
-      facts.emplace_back("Found again", fmt::format("{} times", counters.relocalizations));
+      facts.emplace_back("Relocalised", fmt::format("{} times", counters.relocalizations));
     }
     facts.emplace_back("Loops closed",
                        fmt::format("{}, and {} returns to known places", counters.loops, counters.returns));

@@ -45,9 +45,9 @@ std::string TopViewSvg(const ReportData& data, const LabelColors& colors) {
     figure.paths.push_back({"camera", PiecesOf(data.trajectory, {.scale = scale})});
   }
   if (data.evaluation != nullptr && !data.evaluation->truth_positions_map.empty()) {
-    constexpr std::size_t kEnough = 500;  // for a plot
+    constexpr std::size_t kMaxPositions = 500;  // for a plot
     figure.truth = TrajectoryFigure::Path{"ground truth", TrajectoryFigure::Pieces(1)};
-    for (const Eigen::Vector3d& p : Thinned(data.evaluation->truth_positions_map, kEnough)) {
+    for (const Eigen::Vector3d& p : Thinned(data.evaluation->truth_positions_map, kMaxPositions)) {
       figure.truth->pieces[0].push_back({0.0, scale * p});
     }
   }
@@ -72,8 +72,8 @@ namespace {
 // Returns the cross-section and the side view of one object as two small outlines.
 std::string ShapeGlyphSvg(const SnapshotObject& object, const Eigen::Vector3d& color) {
   const Superquadric& shape = object.superquadric.shape;
-  constexpr double kHalf = 9.0;  // points
-  const double scale = kHalf / shape.half_size.maxCoeff();
+  constexpr double kGlyphHalfSize = 9.0;  // points
+  const double scale = kGlyphHalfSize / shape.half_size.maxCoeff();
   FigurePage page;
   page.width = 45.0;
   page.height = 21.0;
@@ -97,7 +97,7 @@ std::string ShapeGlyphSvg(const SnapshotObject& object, const Eigen::Vector3d& c
 using TableOutput = std::back_insert_iterator<std::string>;
 
 // Returns the readable name, escaped for HTML.
-std::string NameIn(const auto& object) { return EscapeMarkup(ReadableLabel(ShownName(object))); }
+std::string HtmlName(const auto& object) { return EscapeMarkup(ReadableLabel(ShownName(object))); }
 
 // Returns a dot in the colour that the class has in pictures of the map.
 std::string Dot(const LabelColors& colors, const std::string& label) {
@@ -105,7 +105,7 @@ std::string Dot(const LabelColors& colors, const std::string& label) {
 }
 
 // Formats the id that distinguishes objects of one class.
-std::string Number(int id) { return fmt::format(" <span class=\"id\">{}</span>", id); }
+std::string HtmlId(int id) { return fmt::format(" <span class=\"id\">{}</span>", id); }
 
 void AppendObjectRow(TableOutput out, const ReportData& data, const SnapshotObject& object,
                      const LabelColors& colors) {
@@ -113,7 +113,7 @@ void AppendObjectRow(TableOutput out, const ReportData& data, const SnapshotObje
   const double factor = 2.0 * data.Scale() * (data.IsMetric() ? 100.0 : 1.0);  // centimetres if metric
   const int digits = data.IsMetric() ? 1 : 3;
   fmt::format_to(out, "<tr{}><td class=\"l\">{}{}{}</td>", IsReliable(object) ? "" : " class=\"unsure\"",
-                 Dot(colors, object.label), NameIn(object), Number(object.id));
+                 Dot(colors, object.label), HtmlName(object), HtmlId(object.id));
   fmt::format_to(out, "<td>{}</td><td class=\"wide\">{:.2f}</td><td class=\"wide\">{:.2f}</td>",
                  ShapeGlyphSvg(object, colors(object.label)), shape.e1, shape.e2);
   fmt::format_to(out, "<td>{:.{}f} × {:.{}f} × {:.{}f}</td>", factor * shape.half_size.x(), digits,
@@ -125,7 +125,7 @@ void AppendObjectRow(TableOutput out, const ReportData& data, const SnapshotObje
 
 // Returns the cells of a ground-truth object: name, id and detections.
 std::string TruthCell(const GroundTruthObject& truth) {
-  return fmt::format("<td class=\"l\">{}{}</td><td class=\"wide\">{}</td>", NameIn(truth), Number(truth.id),
+  return fmt::format("<td class=\"l\">{}{}</td><td class=\"wide\">{}</td>", HtmlName(truth), HtmlId(truth.id),
                      truth.detections);
 }
 
@@ -134,7 +134,7 @@ void AppendMatchRow(TableOutput out, const Evaluation& evaluation, const ObjectM
   const SnapshotObject& object = evaluation.mapped.at(static_cast<std::size_t>(match.mapped));
   fmt::format_to(out, "<tr>{}<td class=\"l\">{}{}{}</td>",
                  TruthCell(evaluation.truth.at(static_cast<std::size_t>(match.truth))),
-                 Dot(colors, object.label), NameIn(object), Number(object.id));
+                 Dot(colors, object.label), HtmlName(object), HtmlId(object.id));
   fmt::format_to(out,
                  "<td class=\"bars wide\"><span class=\"bar\"><i "
                  "style=\"width:{:.0f}%\"></i></span></td><td>{:.3f}</td>",
@@ -147,10 +147,10 @@ void AppendMatchRow(TableOutput out, const Evaluation& evaluation, const ObjectM
 }
 
 // "chair, cup (2)", or "none".
-std::string MappedOf(const Evaluation& evaluation, const auto& items) {
+std::string MappedNames(const Evaluation& evaluation, const auto& items) {
   std::map<std::string, int> counts;
   for (const auto& item : items) {
-    ++counts[NameIn(evaluation.mapped.at(static_cast<std::size_t>(item.mapped)))];
+    ++counts[HtmlName(evaluation.mapped.at(static_cast<std::size_t>(item.mapped)))];
   }
   const std::vector<std::string> names = ToVector(counts, [](const auto& entry) {
     return entry.second > 1 ? fmt::format("{} ({})", entry.first, entry.second) : entry.first;
@@ -203,9 +203,9 @@ void AppendComparison(std::string& page, const ReportData& data, const LabelColo
     fmt::format_to(out, "<p class=\"note\">Objects with {} or more detections in the map: {} of {}.</p>\n",
                    count.min_detections, count.mapped, count.total);
   }
-  fmt::format_to(out,
-                 "<p class=\"note\">In the map without ground truth: {}. Mapped twice: {}.</p></section>\n",
-                 MappedOf(evaluation, evaluation.extra), MappedOf(evaluation, evaluation.objects.duplicates));
+  fmt::format_to(
+      out, "<p class=\"note\">Landmarks without ground truth: {}. Duplicates: {}.</p></section>\n",
+      MappedNames(evaluation, evaluation.extra), MappedNames(evaluation, evaluation.objects.duplicates));
 }
 
 void AppendTiming(std::string& page, const ReportData& data) {

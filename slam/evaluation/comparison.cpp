@@ -54,11 +54,15 @@ void AddCounts(const Results& results, Table& table) {
     return Cell::Words(
         SharesText(static_cast<int>(e.objects.matches.size()), static_cast<int>(e.truth.size())));
   });
+  add("  with 3D IoU 0.25 or more",
+      [](const auto& e) { return Cell::Words(SharesText(e.iou.matched_25, e.iou.objects)); });
+  add("  with 3D IoU 0.5 or more",
+      [](const auto& e) { return Cell::Words(SharesText(e.iou.matched_50, e.iou.objects)); });
   for (std::size_t i = 0; i < First(results).coverage.size(); ++i) {
     add(fmt::format("  of those with {} or more boxes", First(results).coverage[i].min_detections),
         [i](const auto& e) { return Cell::Words(SharesText(e.coverage[i].mapped, e.coverage[i].total)); });
   }
-  add("doubles",
+  add("duplicates",
       [](const auto& e) { return Cell::Number(static_cast<double>(e.objects.duplicates.size()), 0); });
   add("extra", [](const auto& e) { return Cell::Number(static_cast<double>(e.objects.extra.size()), 0); });
 }
@@ -78,6 +82,10 @@ Table SummaryTable(const Results& results) {
   if (First(results).has_scored) {
     add("scored objects found",
         [](const auto& e) { return Cell::Words(SharesText(e.scored_iou.matched, e.scored_iou.objects)); });
+    add("  with 3D IoU 0.25 or more",
+        [](const auto& e) { return Cell::Words(SharesText(e.scored_iou.matched_25, e.scored_iou.objects)); });
+    add("  with 3D IoU 0.5 or more",
+        [](const auto& e) { return Cell::Words(SharesText(e.scored_iou.matched_50, e.scored_iou.objects)); });
     add("  mean 3D IoU of those found", [](const auto& e) { return Cell::Number(e.scored_iou.mean, 3); });
     add("  mean 3D IoU, missed as 0", [](const auto& e) { return Cell::Number(e.scored_iou.mean_all, 3); });
   }
@@ -257,8 +265,8 @@ Table ListObjects(const std::vector<NamedEvaluation>& results) {
     for (const int index : e.objects.missed) {
       add("missed", &e.Truth(index), nullptr, nullptr, nullptr);
     }
-    for (const ObjectDuplicate& twice : e.objects.duplicates) {
-      add("double", &e.Truth(twice.truth), &e.Mapped(twice.mapped), nullptr, nullptr);
+    for (const ObjectDuplicate& duplicate : e.objects.duplicates) {
+      add("duplicate", &e.Truth(duplicate.truth), &e.Mapped(duplicate.mapped), nullptr, nullptr);
     }
     for (const ExtraLandmark& extra : e.extra) {
       add("extra", nullptr, &e.Mapped(extra.mapped), nullptr, &extra);

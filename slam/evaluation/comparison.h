@@ -24,7 +24,7 @@ std::vector<std::string> ShortNames(const std::vector<std::filesystem::path>& pa
 // evaluated against different ground truth.
 std::vector<Table> CompareEvaluations(const std::vector<NamedEvaluation>& results);
 
-// Lists each object of each result in a row, matched, missed, double or extra, for use in a spreadsheet.
+// Lists each object of each result in a row, matched, missed, duplicate or extra, for use in a spreadsheet.
 // Metres and degrees.
 Table ListObjects(const std::vector<NamedEvaluation>& results);
 

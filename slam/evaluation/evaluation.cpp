@@ -20,6 +20,8 @@ IouSummary Summarize(const Evaluation& evaluation, bool only_scored) {
   for (const ObjectMatch& match : evaluation.objects.matches) {
     if (counts(evaluation.Truth(match.truth))) {
       ++summary.matched;
+      summary.matched_25 += match.iou >= 0.25 ? 1 : 0;
+      summary.matched_50 += match.iou >= 0.5 ? 1 : 0;
       sum += match.iou;
       sum_ellipsoid += match.iou_ellipsoid;
     }
@@ -100,8 +102,8 @@ std::string TimeSpan(const Trajectory& trajectory) {
 
 }  // namespace
 
-Evaluation Evaluate(const Trajectory& estimated, const std::vector<SnapshotObject>& mapped,
-                    const GroundTruth& truth, const EvaluationOptions& options, const std::string& where) {
+TrajectoryError AlignWithTruth(const Trajectory& estimated, const GroundTruth& truth,
+                               const EvaluationOptions& options, const std::string& where) {
   const auto error =
       ComputeTrajectoryError(estimated, truth.trajectory, options.max_time_difference, options.alignment);
   if (!error) {
@@ -110,6 +112,12 @@ Evaluation Evaluate(const Trajectory& estimated, const std::vector<SnapshotObjec
         "do not lie on one line",
         where, TimeSpan(estimated), TimeSpan(truth.trajectory));
   }
+  return *error;
+}
+
+Evaluation Evaluate(const Trajectory& estimated, const std::vector<SnapshotObject>& mapped,
+                    const GroundTruth& truth, const EvaluationOptions& options, const std::string& where) {
+  const TrajectoryError error = AlignWithTruth(estimated, truth, options, where);
   ThrowIf<InputError>(static_cast<int>(estimated.size()) > truth.frames,
                       "{}: {} poses, but the sequence of the ground truth has {} frames; expected the "
                       "sequence that was mapped",
@@ -118,9 +126,9 @@ Evaluation Evaluate(const Trajectory& estimated, const std::vector<SnapshotObjec
   evaluation.frames = truth.frames;
   evaluation.tracked = static_cast<int>(estimated.size());
   evaluation.tracked_share = static_cast<double>(evaluation.tracked) / truth.frames;
-  evaluation.trajectory = *error;
+  evaluation.trajectory = error;
   evaluation.mapped = mapped;
-  const Sim3d S_map_world = error->S_world_map.Inverse();
+  const Sim3d S_map_world = error.S_world_map.Inverse();
   for (const TimedPose& pose : truth.trajectory) {
     evaluation.truth_positions_map.push_back(S_map_world * pose.T_map_camera.translation);
   }
@@ -129,7 +137,7 @@ Evaluation Evaluate(const Trajectory& estimated, const std::vector<SnapshotObjec
     evaluation.has_detection_counts = truth.has_detection_counts;
     evaluation.has_scored = truth.has_scored;
     evaluation.truth = truth.objects;
-    evaluation.objects = MatchObjects(mapped, truth.objects, error->S_world_map, options.matching);
+    evaluation.objects = MatchObjects(mapped, truth.objects, error.S_world_map, options.min_iou);
     evaluation.iou = Summarize(evaluation, false);
     evaluation.scored_iou = Summarize(evaluation, true);
     evaluation.extra = DescribeExtra(evaluation);

@@ -16,12 +16,12 @@ namespace sqslam {
 struct EvaluationOptions {
   double max_time_difference = 0.02;            // seconds between an estimated pose and its ground truth
   Alignment alignment = Alignment::kPositions;  // of the map with the true poses, for its objects
-  MatchingOptions matching;
+  double min_iou = kMinMatchIou;                // 3D IoU that alone makes a match
 
   void VisitFields(auto&& visit) {
     visit("max_time_difference", max_time_difference, 0.0, 10.0);
     visit("alignment", alignment);
-    visit("matching", matching);
+    visit("min_iou", min_iou, 0.0, 1.0);
   }
 };
 
@@ -48,8 +48,10 @@ struct ExtraLandmark {
 struct IouSummary {
   int objects = 0;
   int matched = 0;
+  int matched_25 = 0;           // with a 3D IoU of at least 0.25
+  int matched_50 = 0;           // with one of at least 0.5
   double mean = 0.0;            // over the matched ones
-  double mean_ellipsoid = 0.0;  // the same with e1 = e2 = 1
+  double mean_ellipsoid = 0.0;  // the same as ellipsoids (ObjectMatch::iou_ellipsoid)
   double mean_all = 0.0;        // over all, with 0 for missed ones
 };
 
@@ -93,7 +95,11 @@ struct Evaluation {
 std::string NumberedName(const GroundTruthObject& object);
 std::string NumberedName(const SnapshotObject& object);
 
-// Throws InputError if the trajectory cannot be aligned; `where` begins that message.
+// Aligns a trajectory with the true one. Throws InputError if that is impossible; `where` begins the message.
+TrajectoryError AlignWithTruth(const Trajectory& estimated, const GroundTruth& truth,
+                               const EvaluationOptions& options, const std::string& where);
+
+// Throws InputError like AlignWithTruth, or if there are more poses than frames.
 Evaluation Evaluate(const Trajectory& estimated, const std::vector<SnapshotObject>& mapped,
                     const GroundTruth& truth, const EvaluationOptions& options,
                     const std::string& where = "trajectory");
@@ -116,8 +122,8 @@ struct ObjectScore {
   std::string label;
   bool scored = true;  // counts for 3D IoU
   bool found = false;
-  double iou = 0.0;  // 0 if not found
-  double iou_ellipsoid = 0.0;
+  double iou = 0.0;            // 0 if not found
+  double iou_ellipsoid = 0.0;  // as an ellipsoid (ObjectMatch::iou_ellipsoid)
 };
 
 // Returns the objects of an eval.json by id. Throws nlohmann::json::exception if it holds none.

@@ -77,14 +77,16 @@ ordered_json ObjectsJson(const Evaluation& evaluation) {
     }
     extra.push_back(std::move(entry));
   }
-  const auto doubles = ToVector(evaluation.objects.duplicates, [&](const ObjectDuplicate& twice) {
-    return ordered_json{{"object", evaluation.Mapped(twice.mapped).id},
-                        {"ground_truth", evaluation.Truth(twice.truth).id}};
+  const auto duplicates = ToVector(evaluation.objects.duplicates, [&](const ObjectDuplicate& duplicate) {
+    return ordered_json{{"object", evaluation.Mapped(duplicate.mapped).id},
+                        {"ground_truth", evaluation.Truth(duplicate.truth).id}};
   });
   const auto missed =
       ToVector(evaluation.objects.missed, [&](int index) { return TruthJson(evaluation.Truth(index)); });
-  return {{"matched", matched}, {"missed", missed}, {"extra", extra}, {"doubles", doubles}};
+  return {{"matched", matched}, {"missed", missed}, {"extra", extra}, {"duplicates", duplicates}};
 }
+
+double Share(int part, int whole) { return whole > 0 ? static_cast<double>(part) / whole : 0.0; }
 
 ordered_json SummaryJson(const Evaluation& evaluation) {
   const ObjectMatching& objects = evaluation.objects;
@@ -95,19 +97,24 @@ ordered_json SummaryJson(const Evaluation& evaluation) {
                           {"matched", objects.matches.size()},
                           {"missed", objects.missed.size()},
                           {"extra", objects.extra.size()},
-                          {"doubles", objects.duplicates.size()},
+                          {"duplicates", objects.duplicates.size()},
                           {"uncertain", evaluation.uncertain},
                           {"extra_reliable", evaluation.extra_reliable},
                           {"labels_agree", agreeing},
+                          {"recall_25", Share(evaluation.iou.matched_25, evaluation.iou.objects)},
+                          {"recall_50", Share(evaluation.iou.matched_50, evaluation.iou.objects)},
                           {"mean_iou", evaluation.iou.mean},
                           {"mean_iou_ellipsoid", evaluation.iou.mean_ellipsoid},
                           {"mean_iou_all", evaluation.iou.mean_all}};
   if (evaluation.has_scored) {
-    summary["scored"] = evaluation.scored_iou.objects;
-    summary["scored_matched"] = evaluation.scored_iou.matched;
-    summary["mean_iou_scored"] = evaluation.scored_iou.mean;
-    summary["mean_iou_scored_ellipsoid"] = evaluation.scored_iou.mean_ellipsoid;
-    summary["mean_iou_scored_all"] = evaluation.scored_iou.mean_all;
+    const IouSummary& scored = evaluation.scored_iou;
+    summary["scored"] = scored.objects;
+    summary["scored_matched"] = scored.matched;
+    summary["recall_25_scored"] = Share(scored.matched_25, scored.objects);
+    summary["recall_50_scored"] = Share(scored.matched_50, scored.objects);
+    summary["mean_iou_scored"] = scored.mean;
+    summary["mean_iou_scored_ellipsoid"] = scored.mean_ellipsoid;
+    summary["mean_iou_scored_all"] = scored.mean_all;
   }
   summary["reliability"] = ToVector(evaluation.reliability, [](const ReliabilityBin& bin) {
     return ordered_json{{"least", bin.least}, {"objects", bin.objects}, {"mean_iou", bin.mean_iou}};
@@ -116,6 +123,15 @@ ordered_json SummaryJson(const Evaluation& evaluation) {
     return ordered_json{{"min_detections", c.min_detections}, {"mapped", c.mapped}, {"total", c.total}};
   });
   return summary;
+}
+
+void FormatIou(std::string_view name, const IouSummary& iou, std::back_insert_iterator<std::string> out) {
+  fmt::format_to(out,
+                 "{:<18} {:.3f} over {} of {} matched (as ellipsoids {:.3f}; missed ones as 0: {:.3f})\n",
+                 name, iou.mean, iou.matched, iou.objects, iou.mean_ellipsoid, iou.mean_all);
+  fmt::format_to(out, "  recall           {:.2f} at IoU 0.25 ({} of {}), {:.2f} at IoU 0.5 ({} of {})\n",
+                 Share(iou.matched_25, iou.objects), iou.matched_25, iou.objects,
+                 Share(iou.matched_50, iou.objects), iou.matched_50, iou.objects);
 }
 
 void FormatObjectTable(const Evaluation& evaluation, std::back_insert_iterator<std::string> out) {
@@ -136,9 +152,9 @@ void FormatObjectTable(const Evaluation& evaluation, std::back_insert_iterator<s
     fmt::format_to(out, "  {:<22} {:<16} {:>6}{}\n", NumberedName(truth), "missed", truth.detections,
                    evaluation.has_scored && truth.scored ? "  scored" : "");
   }
-  for (const ObjectDuplicate& twice : evaluation.objects.duplicates) {
-    fmt::format_to(out, "  {:<22} {}\n", fmt::format("{} again", evaluation.Truth(twice.truth).id),
-                   NumberedName(evaluation.Mapped(twice.mapped)));
+  for (const ObjectDuplicate& duplicate : evaluation.objects.duplicates) {
+    fmt::format_to(out, "  {:<22} {}\n", fmt::format("{} duplicate", evaluation.Truth(duplicate.truth).id),
+                   NumberedName(evaluation.Mapped(duplicate.mapped)));
   }
 }
 
@@ -207,16 +223,9 @@ std::string FormatEvaluation(const Evaluation& evaluation) {
     fmt::format_to(out, "  with {} or more detections mapped: {} of {}\n", count.min_detections, count.mapped,
                    count.total);
   }
-  fmt::format_to(
-      out,
-      "mean 3D IoU        {:.3f} over {} matched (as ellipsoids {:.3f}; missed ones as 0: {:.3f} of {})\n",
-      evaluation.iou.mean, objects.matches.size(), evaluation.iou.mean_ellipsoid, evaluation.iou.mean_all,
-      evaluation.truth.size());
+  FormatIou("mean 3D IoU", evaluation.iou, out);
   if (evaluation.has_scored) {
-    fmt::format_to(
-        out, "  scored objects   {:.3f} over {} of {} (as ellipsoids {:.3f}; missed ones as 0: {:.3f})\n",
-        evaluation.scored_iou.mean, evaluation.scored_iou.matched, evaluation.scored_iou.objects,
-        evaluation.scored_iou.mean_ellipsoid, evaluation.scored_iou.mean_all);
+    FormatIou("  scored objects", evaluation.scored_iou, out);
   }
   FormatObjectTable(evaluation, out);
   FormatExtra(evaluation, out);
@@ -235,8 +244,8 @@ std::string EvaluationJson(const Evaluation& evaluation) {
     document["summary"] = SummaryJson(evaluation);
     document["objects"] = ObjectsJson(evaluation);
   }
-  constexpr std::size_t kEnough = 500;  // for a plot
-  document["ground_truth_positions_map"] = Thinned(evaluation.truth_positions_map, kEnough);
+  constexpr std::size_t kMaxPositions = 500;  // for a plot
+  document["ground_truth_positions_map"] = Thinned(evaluation.truth_positions_map, kMaxPositions);
   return JsonText(document) + "\n";
 }
 

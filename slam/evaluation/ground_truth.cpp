@@ -80,7 +80,6 @@ void ParseObjects(const fs::path& path, GroundTruth& truth) {
       object.name = ValidLabel(entry.value("name", std::string()));
       object.solid = ParseSolid(entry);
       object.detections = entry.value("detector_boxes", 0);
-      object.hull_fill = entry.value("hull_fill", 1.0);
       object.scored = entry.value("scored", false);
       truth.has_scored = truth.has_scored || entry.contains("scored");
       truth.has_detection_counts = truth.has_detection_counts || entry.contains("detector_boxes");
@@ -139,7 +138,7 @@ Rigid3d ReadMatrix(const fs::path& path) {
   const Eigen::Matrix3d rotation = matrix.topLeftCorner<3, 3>();
   ThrowIf<InputError>(!(rotation.transpose() * rotation - Eigen::Matrix3d::Identity()).isZero(kTolerance) ||
                           rotation.determinant() < 0.0,
-                      "{}: its upper left 3x3 is no rotation, expected {}", path.string(), kExpected);
+                      "{}: its upper left 3x3 part is not a rotation, expected {}", path.string(), kExpected);
   if (!(matrix.row(3) - Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0)).isZero(1e-6)) {
     ThrowBadLine(path, lines[3], "the row 0 0 0 1");
   }

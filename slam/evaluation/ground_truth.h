@@ -14,10 +14,9 @@ struct GroundTruthObject {
   int id = 0;
   std::string name;  // empty if the file has none
   std::string label;
-  Solid solid;             // in the world frame of the ground truth, metres
-  int detections = 0;      // number of detections of it; 0 if unknown
-  bool scored = true;      // known accurately enough for its 3D IoU to be meaningful
-  double hull_fill = 1.0;  // volume of the real object's convex hull over that of the solid
+  Solid solid;         // in the world frame of the ground truth, metres
+  int detections = 0;  // number of detections of it; 0 if unknown
+  bool scored = true;  // known accurately enough for its 3D IoU to be meaningful
 };
 
 // Returns the object's name, or its label if it has none.

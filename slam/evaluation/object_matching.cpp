@@ -7,6 +7,7 @@
 #include <numbers>
 #include <vector>
 
+#include "slam/geometry/nearest_solid.h"
 #include "slam/io/coco.h"
 #include "slam/objects/assignment.h"
 #include "slam/util/to_vector.h"
@@ -42,9 +43,8 @@ bool HasRoundSection(const Solid& solid) {
 ObjectMatch MatchBetween(const Solid& mapped, const Solid& truth) {
   ObjectMatch match;
   match.iou = IoU(mapped, truth);
-  Solid ellipsoid = mapped;
-  ellipsoid.kind = SolidKind::kEllipsoid;
-  match.iou_ellipsoid = IoU(ellipsoid, truth);
+  match.iou_ellipsoid =
+      IoU(Solid::FromSuperquadric(NearestOfKind(SolidKind::kEllipsoid, mapped.ToSuperquadric())), truth);
   match.center_error = (mapped.T_map_object.translation - truth.T_map_object.translation).norm();
   match.size_error = 2.0 * (PairedHalfSize(mapped, truth) - truth.half_size).cwiseAbs().mean();
   const Eigen::Matrix3d relative =
@@ -62,19 +62,22 @@ bool HaveSameLabel(const SnapshotObject& mapped, const GroundTruthObject& truth)
   return NormalizedLabel(mapped.label) == NormalizedLabel(truth.label);
 }
 
-// Score of a mapped object as a true one: above 0 if it may match.
-double Affinity(const Solid& mapped, const Solid& truth, bool same_label, const MatchingOptions& options) {
+// Returns the score of a mapped object as a true one: above 0 if it may match.
+double Affinity(const Solid& mapped, const Solid& truth, bool same_label, double min_iou) {
   constexpr double kSameLabel = 0.5;
+  constexpr double kMaxCenterDistance = 0.5;  // over half the space diagonal of the truth
+  constexpr double kMaxSizeRatio = 3.0;       // of the space diagonals, either way
+  constexpr double kMinPartInside = 0.75;     // share of a part's volume in the truth
   const double half_diagonal = truth.half_size.norm();
   const double distance = (mapped.T_map_object.translation - truth.T_map_object.translation).norm();
   const double size_ratio = mapped.half_size.norm() / half_diagonal;
-  const double nearness = 1.0 - distance / (options.max_center_distance * half_diagonal);
-  const bool size_fits = size_ratio <= options.max_size_ratio && size_ratio >= 1.0 / options.max_size_ratio;
+  const double nearness = 1.0 - distance / (kMaxCenterDistance * half_diagonal);
+  const bool size_fits = size_ratio <= kMaxSizeRatio && size_ratio >= 1.0 / kMaxSizeRatio;
   const double iou = IoU(mapped, truth);
   const bool is_near = size_fits && nearness > 0.0;
-  const bool is_part = size_fits && same_label && ShareInside(mapped, truth, iou) >= options.min_part_inside;
+  const bool is_part = size_fits && same_label && ShareInside(mapped, truth, iou) >= kMinPartInside;
   const double label = same_label ? kSameLabel : 0.0;
-  return is_near || is_part || iou >= options.min_iou ? iou + std::max(0.0, nearness) + label : 0.0;
+  return is_near || is_part || iou >= min_iou ? iou + std::max(0.0, nearness) + label : 0.0;
 }
 
 using Eigen::Vector2d;
@@ -85,12 +88,12 @@ constexpr int kOutlinePoints = 360;
 
 // Most support points of a sharp-edged solid are the same corner up to rounding, and an edge between two of
 // them has no meaningful direction.
-constexpr double kShortestEdge = 1e-6;  // share of the solid's largest half size
+constexpr double kMinEdgeShare = 1e-6;  // share of the solid's largest half size
 
 Polygon Outline(const Solid& solid, const Vector3d& u, const Vector3d& v) {
   Polygon polygon;
   polygon.reserve(kOutlinePoints);
-  const double shortest = kShortestEdge * solid.half_size.maxCoeff();
+  const double shortest = kMinEdgeShare * solid.half_size.maxCoeff();
   const PosedSuperquadric superquadric = solid.ToSuperquadric();
   for (int i = 0; i < kOutlinePoints; ++i) {
     const double angle = 2.0 * std::numbers::pi * i / kOutlinePoints;
@@ -154,7 +157,7 @@ bool IsThin(const Solid& solid) {
 
 ObjectMatching MatchObjects(const std::vector<SnapshotObject>& mapped,
                             const std::vector<GroundTruthObject>& truth, const Sim3d& S_world_map,
-                            const MatchingOptions& options) {
+                            double min_iou) {
   const int rows = static_cast<int>(truth.size());
   const int columns = static_cast<int>(mapped.size());
   const std::vector<Solid> solids = ToVector(mapped, [&](const SnapshotObject& object) {
@@ -165,7 +168,7 @@ ObjectMatching MatchObjects(const std::vector<SnapshotObject>& mapped,
     for (int j = 0; j < columns; ++j) {
       affinity(i, j) = Affinity(
           solids[static_cast<std::size_t>(j)], truth[static_cast<std::size_t>(i)].solid,
-          HaveSameLabel(mapped[static_cast<std::size_t>(j)], truth[static_cast<std::size_t>(i)]), options);
+          HaveSameLabel(mapped[static_cast<std::size_t>(j)], truth[static_cast<std::size_t>(i)]), min_iou);
     }
   }
   const std::vector<int> assigned = AssignOptimally(affinity);

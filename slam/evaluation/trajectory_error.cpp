@@ -43,11 +43,6 @@ std::vector<std::pair<std::size_t, std::size_t>> AssociateByTime(const Trajector
   return pairs;
 }
 
-std::optional<Rigid3d> TruePoseAt(const Trajectory& truth, double timestamp, double max_time_difference) {
-  const auto pairs = AssociateByTime({{timestamp, {}}}, truth, max_time_difference);
-  return pairs.empty() ? std::nullopt : std::optional(truth[pairs.front().second].T_map_camera);
-}
-
 std::optional<TrajectoryError> ComputeTrajectoryError(const Trajectory& estimated, const Trajectory& truth,
                                                       double max_time_difference, Alignment alignment) {
   const auto pairs = AssociateByTime(estimated, truth, max_time_difference);

@@ -34,9 +34,6 @@ std::vector<std::pair<std::size_t, std::size_t>> AssociateByTime(const Trajector
                                                                  const Trajectory& truth,
                                                                  double max_time_difference);
 
-// Returns the true pose (T_world_camera) nearest to a time, at most max_time_difference seconds away.
-std::optional<Rigid3d> TruePoseAt(const Trajectory& truth, double timestamp, double max_time_difference);
-
 // Empty if fewer than three poses pair up or if they lie on one line or point.
 std::optional<TrajectoryError> ComputeTrajectoryError(const Trajectory& estimated, const Trajectory& truth,
                                                       double max_time_difference,

@@ -154,7 +154,6 @@ void AddPrior(const Superquadric& start, const YawMode* yaw, const RefinementInp
   }
   prior.yaw = yaw != nullptr ? yaw->yaw : 0.0;
   prior.yaw_factor = yaw != nullptr ? 1.0 / yaw->sigma : 0.0;
-  prior.yaw_misled = input.yaw_is_given ? 0.0 : prior.yaw_misled;
   prior.bias_factor = 1.0 / options.edge_bias_sigma;
 }
 

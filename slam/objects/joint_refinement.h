@@ -33,7 +33,6 @@ struct RefinementInput {
   std::vector<Eigen::Vector3d> points;      // inliers, map frame
   std::vector<PointCameras> point_cameras;  // of each point; may be empty
   std::vector<YawMode> yaws;                // from lines; the one nearest to the start is used
-  bool yaw_is_given = false;                // known, not estimated from lines
   std::optional<double> support_height;     // z of the surface that it stands on; empty: none
   std::optional<double> lowest;             // lower bound on z: a surface below the object
   std::optional<double> top_height;         // z of its top, if other objects stand on it

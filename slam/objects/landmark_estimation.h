@@ -16,13 +16,6 @@ namespace sqslam {
 
 struct StandingFit;  // landmark_refinement.h
 
-// Known parts of an object that replace their estimates, for error budgets.
-struct GivenParts {
-  std::optional<double> yaw;      // radians about the map's z axis
-  std::optional<double> support;  // height of its support surface, map frame
-  std::optional<ShapeKind> kind;
-};
-
 struct EstimationContext {
   const ObjectOptions* options = nullptr;
   const PointLookup* points = nullptr;
@@ -34,7 +27,6 @@ struct EstimationContext {
   std::optional<MetricScale> scale;  // of the map, from the other objects
   bool thorough = false;             // refine from all starts, not only from the last result
   std::uint64_t seed = 0;
-  GivenParts given = {};
 };
 
 // Runs all steps from observations to a superquadric: current point positions, outlier removal, yaw, size,

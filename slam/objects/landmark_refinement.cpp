@@ -22,10 +22,6 @@ namespace {
 constexpr double kUnlikely = 0.1;  // kinds of shape with a smaller share are not tried
 
 std::vector<YawMode> YawsOfAllLines(const Landmark& landmark, const EstimationContext& context) {
-  constexpr double kGiven = 0.25 * kRadiansPerDegree;
-  if (context.given.yaw) {
-    return {{WrapQuarter(*context.given.yaw), kGiven, 1.0}};
-  }
   const std::vector<LineView> views = ToVector(landmark.lines | std::views::values);
   return YawModesFromLines(views, context.camera, context.options->yaw);
 }
@@ -111,11 +107,6 @@ RefinementInput InputOf(const Landmark& landmark, const std::vector<BoxView>& vi
   input.camera = context.camera;
   input.prior = context.classes->Of(landmark.labels.Best());
   input.yaws = YawsOfAllLines(landmark, context);
-  input.yaw_is_given = context.given.yaw.has_value();
-  if (context.given.kind) {
-    input.prior.shapes.fill(1e-6);
-    input.prior.shapes[static_cast<std::size_t>(*context.given.kind)] = 1.0;
-  }
   input.scale = context.scale;
   input.support_sigma = 0.5 * context.supports->Tolerance();
   input.top_height = context.surroundings.stood_on;
@@ -277,9 +268,7 @@ std::optional<StandingFit> RefineLandmark(const Landmark& landmark, const std::v
     return std::nullopt;
   }
   RefinementInput input = InputOf(landmark, views, context);
-  const SupportHeights supports = context.given.support
-                                      ? SupportHeights{{*context.given.support}, {}, context.given.support}
-                                      : PossibleSupports(cloud, context);
+  const SupportHeights supports = PossibleSupports(cloud, context);
   if (thorough || !landmark.refined) {
     const auto starts = RefinementStarts(landmark, Positions(cloud), input, options);
     return RefineStanding(starts, std::move(input), supports, options.refinement,

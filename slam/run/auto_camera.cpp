@@ -11,9 +11,9 @@
 namespace sqslam {
 namespace {
 
-constexpr std::int64_t kFirstFrames = 400;  // of the first passes: over ten seconds of video
-constexpr int kPasses = 6;
-constexpr double kSettled = 0.003;  // relative change of the focal length
+constexpr std::int64_t kFirstPassFrames = 400;  // of the first passes: over ten seconds of video
+constexpr int kMaxPasses = 6;
+constexpr double kMaxFocalChange = 0.003;  // relative change of the focal length
 
 std::string InWords(const Camera& camera) {
   return fmt::format("{:.1f} px ({:.1f} degrees across)", camera.fx,
@@ -50,7 +50,7 @@ LearningPass MapOnce(const Sequence& sequence, const FrameRange& range, const Ca
 
 }  // namespace
 
-void AutoCamera::Take(const LearntCamera& learnt_camera) {
+void AutoCamera::Adopt(const LearntCamera& learnt_camera) {
   if (learnt_camera.trusted) {
     camera = learnt_camera.camera;
     focal_deviation = learnt_camera.focal_deviation;
@@ -85,10 +85,10 @@ AutoCamera LearnCamera(const Sequence& sequence, const FrameRange& range, const 
                InWords(sequence.camera), sequence.guessed_by);
   const SystemOptions learning = LearningOptions(options);
   FrameRange part = range;
-  part.count = std::min(kFirstFrames, available);
+  part.count = std::min(kFirstPassFrames, available);
   std::int64_t frames = 0;
   double focal = sequence.camera.fx;
-  for (int i = 0; i < kPasses && !host.Stopped(); ++i) {
+  for (int i = 0; i < kMaxPasses && !host.Stopped(); ++i) {
     const LearningPass pass = MapOnce(sequence, part, result.camera, learning, frames, host);
     if (host.Stopped()) {
       break;
@@ -98,8 +98,8 @@ AutoCamera LearnCamera(const Sequence& sequence, const FrameRange& range, const 
       available = part.count = pass.played;  // the file ends early: warn only once
     }
     if (pass.learnt && pass.learnt->trusted) {
-      result.Take(*pass.learnt);
-      if (std::abs(pass.learnt->focal - focal) < kSettled * focal) {
+      result.Adopt(*pass.learnt);
+      if (std::abs(pass.learnt->focal - focal) < kMaxFocalChange * focal) {
         break;
       }
       focal = pass.learnt->focal;

@@ -20,7 +20,7 @@ struct AutoCamera {
 
   bool IsGuessed() const { return !guessed_by.empty(); }  // rather than calibrated
 
-  void Take(const LearntCamera& learnt_camera);  // if it is trusted
+  void Adopt(const LearntCamera& learnt_camera);  // if it is trusted
 
   // Returns one line for people: guess, result and uncertainty. Empty for a calibrated camera.
   std::string Text() const;

@@ -56,11 +56,11 @@ KnownMap ReadKnownMap(const fs::path& result) {
 }
 
 void CheckSameCamera(const fs::path& source, const Camera& camera, const KnownMap& map) {
-  constexpr double kMostShift = 0.02;  // of the image's width
+  constexpr double kMaxShift = 0.02;  // of the image's width
   const Camera& known = map.map.camera;
   const bool same_size = camera.width == known.width && camera.height == known.height;
   ThrowIf<InputError>(
-      !same_size || LargestShift(camera, known) > kMostShift * known.width,
+      !same_size || LargestShift(camera, known) > kMaxShift * known.width,
       "{}: its camera ({}) is not that of {}, expected {}{}", source.string(), CameraText(camera),
       map.recording.string(), CameraText(known),
       same_size ? "" : fmt::format(" (--resize {},{} changes the size)", known.width, known.height));

@@ -19,15 +19,16 @@ namespace fs = std::filesystem;
 namespace {
 
 // Returns the last state of the old map with the poses as its keyframes.
-MapSnapshot PictureOf(const MapSnapshot& map, const std::map<std::int64_t, Localization::Pose>& poses) {
-  constexpr std::size_t kMostCameras = 100;  // more would hide the map
+MapSnapshot SnapshotWithPoses(const MapSnapshot& map,
+                              const std::map<std::int64_t, Localization::Pose>& poses) {
+  constexpr std::size_t kMaxCameras = 100;  // more would hide the map
   MapSnapshot picture = map;
   picture.sequence_number = 0;
   picture.keyframes.clear();
   picture.covisibility.clear();
   picture.detections.clear();
   picture.progress.reset();
-  const std::size_t step = poses.size() / kMostCameras + 1;
+  const std::size_t step = poses.size() / kMaxCameras + 1;
   std::size_t count = 0;
   for (const auto& [index, pose] : poses) {
     if (count++ % step == 0 || count == poses.size()) {
@@ -43,7 +44,7 @@ MapSnapshot PictureOf(const MapSnapshot& map, const std::map<std::int64_t, Local
 }
 
 // Returns true if the host stopped it.
-bool PlayInto(Localizer& localizer, FrameSource& frames, std::int64_t total, RunHost& host) {
+bool LocalizeFrames(Localizer& localizer, FrameSource& frames, std::int64_t total, RunHost& host) {
   std::int64_t done = 0;
   int found = 0;
   while (host.AdmitFrame()) {
@@ -76,7 +77,7 @@ LocalizedRun LocalizeSequence(const LocalizeRequest& request, RunHost& host) {
   const Stopwatch stopwatch;
   FrameSource frames(sequence, request.range);
   LocalizedRun run;
-  run.interrupted = PlayInto(localizer, frames, request.range.SizeIn(sequence), host);
+  run.interrupted = LocalizeFrames(localizer, frames, request.range.SizeIn(sequence), host);
   run.result = localizer.Finish();
   run.stats.frames = run.result.frames;
   run.stats.skipped = frames.Skipped();
@@ -106,7 +107,7 @@ LocalizedRun LocalizeSequence(const LocalizeRequest& request, RunHost& host) {
   WriteCamera(request.output / "camera.yaml", sequence.camera);
   RecordingInfo info = recording.Info();
   info.sequence_path = sequence.path.string();
-  RecordingWriter(request.output / "map.sqmap", info).Add(PictureOf(*last, run.result.poses));
+  RecordingWriter(request.output / "map.sqmap", info).Add(SnapshotWithPoses(*last, run.result.poses));
   return run;
 }
 

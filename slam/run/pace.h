@@ -38,7 +38,7 @@ class Pace {
     const double now = clock_.now();
     if (next_timestamp && now >= *next_timestamp + *offset_) {
       dropping_since_ = dropping_since_.value_or(now);
-      if (now - *dropping_since_ < kLongestDropping) {
+      if (now - *dropping_since_ < kMaxDropping) {
         ++dropped_;
         return false;
       }
@@ -53,7 +53,7 @@ class Pace {
   int Dropped() const { return dropped_; }
 
  private:
-  static constexpr double kLongestDropping = 0.5;  // seconds
+  static constexpr double kMaxDropping = 0.5;  // seconds
 
   PaceClock clock_;
   std::optional<double> offset_;          // clock minus timestamps

@@ -19,7 +19,7 @@ namespace sqslam {
 class Recorder {
  public:
   Recorder(const std::filesystem::path& path, const RecordingInfo& info)
-      : writer_(path, info), writing_(kMaxWaiting, [this, path](const Item& item) {
+      : writer_(path, info), writing_(kMaxQueued, [this, path](const Item& item) {
           if (const auto* snapshot = std::get_if<MapSnapshotPtr>(&item)) {
             writer_.Add(**snapshot);
           } else {
@@ -56,7 +56,7 @@ class Recorder {
   }
 
  private:
-  static constexpr std::size_t kMaxWaiting = 16;  // one snapshot of a large map takes tens of megabytes
+  static constexpr std::size_t kMaxQueued = 16;  // one snapshot of a large map takes tens of megabytes
 
   using KeptMapPtr = std::shared_ptr<const KeptMap>;
   using Item = std::variant<MapSnapshotPtr, KeptMapPtr>;

@@ -97,9 +97,9 @@ int Play(const RunRequest& request, const RunInput& input, const Recorder& recor
 }
 
 // The whole run determines the camera better than its beginning.
-void TakeLearntCamera(const RunResult& result, AutoCamera& camera) {
+void AdoptLearntCamera(const RunResult& result, AutoCamera& camera) {
   if (result.map.learnt_camera) {
-    camera.Take(*result.map.learnt_camera);
+    camera.Adopt(*result.map.learnt_camera);
   }
   camera.camera.readout_ms = std::round(1e4 * result.readout) / 10.0;
   if (camera.IsGuessed()) {
@@ -107,7 +107,7 @@ void TakeLearntCamera(const RunResult& result, AutoCamera& camera) {
   }
 }
 
-void WarnOfLeftOut(const RunResult& result) {
+void WarnAboutOmittedObjects(const RunResult& result) {
   int left_out = result.map.left_out;
   for (const FinishedMap& map : result.others) {
     left_out += map.left_out;
@@ -118,7 +118,7 @@ void WarnOfLeftOut(const RunResult& result) {
   }
 }
 
-void WarnOfFewTracked(const RunStats& stats) {
+void WarnIfFewAreTracked(const RunStats& stats) {
   if (2 * stats.tracked < stats.frames) {
     spdlog::warn(
         "only {} of {} frames are in the map: the camera may turn on the spot, move too fast, or see too "
@@ -237,7 +237,7 @@ void SaveWithoutMap(const FinishedRun& run, Recorder& recorder) {
               [&] { WriteStats(run.output / "stats.json", run.stats); }});
 }
 
-[[noreturn]] void RefuseMap(const RunRequest& request, const RunInput& input, const RunResult& result) {
+[[noreturn]] void ThrowNoMap(const RunRequest& request, const RunInput& input, const RunResult& result) {
   const Sequence& sequence = input.sequence;
   ThrowIf<InputError>(
       result.frames == 0, "{}: none of the {} images could be used, expected readable images of {}x{}",
@@ -293,8 +293,8 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
                   system->Finish([&] { return !ended && host.Stopped(); }),
                   {}};
   const int live_depth = FinishLive(std::move(live), host);
-  TakeLearntCamera(run.result, camera);
-  WarnOfLeftOut(run.result);
+  AdoptLearntCamera(run.result, camera);
+  WarnAboutOmittedObjects(run.result);
 
   run.stats = MakeStats(run.result, input, feed);
   run.stats.dropped = dropped;
@@ -310,11 +310,11 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
     SaveWithoutMap(run, recorder);
     feed.ThrowFailure();
     if (!run.interrupted) {
-      RefuseMap(request, input, run.result);
+      ThrowNoMap(request, input, run.result);
     }
     return run;
   }
-  WarnOfFewTracked(run.stats);
+  WarnIfFewAreTracked(run.stats);
   if (run.stats.counters.placed_at_end + run.stats.counters.tied_at_end > 0) {
     host.Say(CompletionText(run.stats.counters));
   }

@@ -26,9 +26,9 @@ class WarningLog::Sink : public spdlog::sinks::base_sink<std::mutex> {
 
  protected:
   void sink_it_(const spdlog::details::log_msg& message) override {
-    constexpr std::size_t kMost = 100;
+    constexpr std::size_t kMaxLines = 100;
     std::string line(message.payload.data(), message.payload.size());
-    if (message.level >= spdlog::level::warn && lines_.size() < kMost &&
+    if (message.level >= spdlog::level::warn && lines_.size() < kMaxLines &&
         std::ranges::find(lines_, line) == lines_.end()) {
       lines_.push_back(std::move(line));
     }

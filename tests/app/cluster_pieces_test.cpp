@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-TEST_F(StandIn, DrawsAVideoInPiecesAndThoseAgainThatAreCut) {
+TEST_F(StandIn, RendersVideoInPiecesAndRepeatsTruncatedOnes) {
   const fs::path map = folder_.Path() / "map.sqmap";
   {
     RecordingWriter writer(map, {});
@@ -47,7 +47,7 @@ TEST_F(StandIn, DrawsAVideoInPiecesAndThoseAgainThatAreCut) {
   EXPECT_EQ(render("film.png", on_slurm).exit_code, 2);
 }
 
-TEST_F(StandIn, PiecesOfAVideoCountUntilAFileThatTheyAreDrawnFromChanges) {
+TEST_F(StandIn, DiscardsVideoPiecesWhenInputsChange) {
   const fs::path map = folder_.Path() / "map.sqmap";
   RecordingWriter writer(map, {});
   writer.Add(HandMadeMap());
@@ -112,7 +112,7 @@ struct DensifiedResults {
   TrueResult whole{Pan(13, 0.06)}, shared{Pan(13, 0.06)};
 };
 
-TEST_F(StandIn, DensifiesInPiecesAndMakesThoseAgainThatAreCut) {
+TEST_F(StandIn, DensifiesInPiecesAndRepeatsTruncatedOnes) {
   const DensifiedResults results;
   folder_.Write("slurm.yaml", "poll: 0.2\n");
   folder_.Write("lost", "1,1\n");
@@ -125,7 +125,7 @@ TEST_F(StandIn, DensifiesInPiecesAndMakesThoseAgainThatAreCut) {
   results.ExpectSame();
 }
 
-TEST(DensifyInPieces, ByHandNeedsNoSlurmAndWritesThePieceAlone) {
+TEST(DensifyInPieces, WritesOnlyThePieceWithoutSlurm) {
   const DensifiedResults results;
   const fs::path map = results.shared.Path() / "map.sqmap";
   const std::string before = Slurp(map);

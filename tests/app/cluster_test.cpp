@@ -14,7 +14,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-TEST(JobScript, HasATaskForEachWordAndTheOptionsOfTheCluster) {
+TEST(JobScript, ContainsTasksAndClusterOptions) {
   app::SlurmOptions options;
   options.partition = "batch";
   options.time = "1:30:00";
@@ -35,7 +35,7 @@ TEST(JobScript, HasATaskForEachWordAndTheOptionsOfTheCluster) {
               AllOf(Not(HasSubstr("--array")), HasSubstr("\"/l/n.log\""), Not(HasSubstr("partition"))));
 }
 
-TEST_F(StandIn, MakesTheTablesOfHomeAndALostTaskAgain) {
+TEST_F(StandIn, WritesLocalTablesAndRepeatsLostTask) {
   folder_.Write("lost", "1,1\n");
   const ProgramRun run = Run("--on slurm");
   EXPECT_EQ(run.exit_code, 0) << run.err;
@@ -47,14 +47,14 @@ TEST_F(StandIn, MakesTheTablesOfHomeAndALostTaskAgain) {
   EXPECT_EQ(Jobs(), 2u);
 }
 
-TEST_F(StandIn, TheEndOfTheLastRunIsSeenBeforeTheQueueIsAskedAgain) {
+TEST_F(StandIn, NoticesLastResultBeforeNextQueueQuery) {
   folder_.Write("e.yaml", std::string(kExperiment) + "slurm: {poll: 3600}\n");
   const ProgramRun run = Run("--on slurm");
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.out, HasSubstr("2 finished (0 of them before)"));
 }
 
-TEST_F(StandIn, IsTakenUpAgainWhereItWasLeft) {
+TEST_F(StandIn, ResumesAfterInterruption) {
   folder_.Write("hold", "");
   const ProgramRun left =
       RunProgram(Command("--on slurm & while ! [ -e " + (folder_.Path() / "queue").string() +
@@ -74,7 +74,7 @@ TEST_F(StandIn, IsTakenUpAgainWhereItWasLeft) {
   ExpectTheTablesOfHome();
 }
 
-TEST_F(StandIn, ALastJobMakesLostTasksAgainAndTheTables) {
+TEST_F(StandIn, RepeatsLostTasksAndWritesTablesInLastJob) {
   folder_.Write("lost", "1,0\n");
   const ProgramRun run = Run("--on slurm --submit-only");
   EXPECT_EQ(run.exit_code, 0) << run.err;
@@ -84,7 +84,7 @@ TEST_F(StandIn, ALastJobMakesLostTasksAgainAndTheTables) {
   EXPECT_THAT(Slurp(Output() / "tables.md"), HasSubstr("2 of 2 runs"));
 }
 
-TEST_F(StandIn, AFailingRunIsMadeAgainAsOftenAsItMay) {
+TEST_F(StandIn, RepeatsFailingRunUpToRetries) {
   folder_.Write("e.yaml", "sequences: [{path: /nonexistent/a}]\nslurm: {poll: 0.1, retries: 1}\n");
   const ProgramRun run = Run("--on slurm");
   EXPECT_EQ(run.exit_code, 3);
@@ -94,7 +94,7 @@ TEST_F(StandIn, AFailingRunIsMadeAgainAsOftenAsItMay) {
   EXPECT_THAT(Slurp(Output() / "tables.md"), HasSubstr("## Failed runs"));
 }
 
-TEST_F(StandIn, WhatSlurmRefusesIsSaid) {
+TEST_F(StandIn, ReportsRejectionBySlurm) {
   folder_.Write("refuse", "");
   const ProgramRun refused = Run("--on slurm");
   EXPECT_EQ(refused.exit_code, 3);
@@ -106,25 +106,25 @@ TEST_F(StandIn, WhatSlurmRefusesIsSaid) {
   EXPECT_EQ(Run("--task nothing").exit_code, 2);
 }
 
-TEST_F(StandIn, ATaskThatIsTakenOffItsNodeAgainAndAgainIsGivenUp) {
+TEST_F(StandIn, GivesUpOnRepeatedlyRequeuedTask) {
   const ProgramRun run =
       RunProgram(Command("--task tiny-quadric-full-refined-1"), "export SLURM_RESTART_COUNT=2");
   EXPECT_EQ(run.exit_code, 3);
   EXPECT_THAT(Slurp(Output() / "runs/tiny-quadric-full-refined-1.failed"), HasSubstr("taken off its node"));
 }
 
-TEST_F(StandIn, ATaskByHandLeavesAFolderThatIsGoneOnWith) {
+TEST_F(StandIn, ManualTaskLeavesResumableFolder) {
   EXPECT_EQ(Run("--task tiny-quadric-full-refined-1").exit_code, 0);
   EXPECT_FALSE(fs::exists(Output() / "tables.md"));
   EXPECT_THAT(Run("--dry-run").out, HasSubstr("2 runs, 1 finished"));
   EXPECT_THAT(Run("").out, HasSubstr("2 finished (1 of them before)"));
 }
 
-TEST(FullDisk, AnErrorThatCannotBePrintedKeepsItsExitCode) {
+TEST(FullDisk, KeepsExitCodeWhenErrorCannotBePrinted) {
   EXPECT_EQ(RunProgram("info /nonexistent 2>/dev/full").exit_code, 3);
 }
 
-TEST_F(RealSlurm, MakesTheTablesOfHomeThoughItsFollowerIsKilledAndATaskCancelled) {
+TEST_F(RealSlurm, WritesLocalTablesAfterKillAndCancel) {
   const std::string cancel = "scancel $(squeue -h -r -o %i | tail -1)";
   RunProgram(
       Command("--on slurm & while ! squeue -h | grep -q .; do sleep 0.1; done; kill -KILL $!; wait $!; " +

@@ -23,7 +23,7 @@ class ExperimentCommand : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(ExperimentCommand, RunsItsCellsOnceAndWritesTables) {
+TEST_F(ExperimentCommand, RunsCellsOnceAndWritesTables) {
   folder_.Write("tiny.yaml", kScene);
   folder_.Write("e.yaml", kExperiment);
   const ProgramRun first = Run();
@@ -44,7 +44,7 @@ TEST_F(ExperimentCommand, RunsItsCellsOnceAndWritesTables) {
   EXPECT_THAT(Slurp(Output() / "tables.md"), HasSubstr("2 runs at a time"));
 }
 
-TEST_F(ExperimentCommand, AFailingCellIsSaidAndTheOthersGoOn) {
+TEST_F(ExperimentCommand, ReportsFailingCellAndContinues) {
   folder_.Write("e.yaml", "sequences: [{path: /nonexistent/a}, {path: /nonexistent/b}]\n");
   const ProgramRun run = Run();
   EXPECT_EQ(run.exit_code, 3);
@@ -54,12 +54,12 @@ TEST_F(ExperimentCommand, AFailingCellIsSaidAndTheOthersGoOn) {
   EXPECT_THAT(Slurp(Output() / "tables.md"), HasSubstr("## Failed runs"));
 }
 
-TEST_F(ExperimentCommand, MoreJobsThanCellsAreNoMoreThreads) {
+TEST_F(ExperimentCommand, StartsNoMoreThreadsThanCells) {
   folder_.Write("e.yaml", "sequences: [{path: /nonexistent/a}]\njobs: 1000000\n");
   EXPECT_THAT(Run().err, HasSubstr("a-superquadric-full-refined-1 failed: /nonexistent/a"));
 }
 
-TEST_F(ExperimentCommand, CtrlCKeepsWhatIsFinishedAndEndsWith130) {
+TEST_F(ExperimentCommand, KeepsFinishedCellsWhenInterrupted) {
   folder_.Write("tiny.yaml", kScene);
   folder_.Write("e.yaml", kExperiment);
   const std::string begun = (Output() / "sequences").string();  // made when the scene is about to be rendered
@@ -71,14 +71,14 @@ TEST_F(ExperimentCommand, CtrlCKeepsWhatIsFinishedAndEndsWith130) {
   EXPECT_TRUE(fs::exists(Output() / "tables.md"));
 }
 
-TEST_F(ExperimentCommand, AFolderOfSomebodyElseIsLeftAlone) {
+TEST_F(ExperimentCommand, LeavesForeignFolderAlone) {
   folder_.Write("e.yaml", "sequences: [{path: a}]\n");
   folder_.Write("out/thesis.tex", "precious");
   EXPECT_EQ(Run().exit_code, 2);
   EXPECT_FALSE(fs::exists(Output() / "tables.md"));
 }
 
-TEST_F(ExperimentCommand, ABadConfigurationIsCodeTwo) {
+TEST_F(ExperimentCommand, ReturnsTwoForBadConfiguration) {
   folder_.Write("e.yaml", "sequences: [{path: a}]\nrepetitons: 2\n");
   const ProgramRun run = Run();
   EXPECT_EQ(run.exit_code, 2);

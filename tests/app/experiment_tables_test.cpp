@@ -34,14 +34,14 @@ std::vector<std::string> RowOf(const Table& table, const std::string& name, cons
   return {};
 }
 
-TEST(SequenceTable, MeansAreOverFoundObjectsAndAgainWithMissedOnesAsZero) {
+TEST(SequenceTable, AveragesFoundObjectsAndAllObjects) {
   const Table table = SequenceTable({MadeRun(1, 0.8, 0.6), MadeRun(2, 0.8, -1), MadeRun(3, 0.6, 0.4)});
   EXPECT_THAT(RowOf(table, "desk", "3D IoU of those found"), ElementsAre("0.700 (0.500 to 0.800)"));
   EXPECT_THAT(RowOf(table, "desk", "3D IoU, missed as 0"), ElementsAre("0.500 (0.400 to 0.700)"));
   EXPECT_THAT(RowOf(table, "desk", "found of 2"), ElementsAre("2 (1 to 2)"));
 }
 
-TEST(SequenceTable, RepresentationsAndMethodsStandSideBySide) {
+TEST(SequenceTable, ComparesRepresentationsAndMethods) {
   CellResult quadric = MadeRun(1, 0.5, 0.5);
   quadric.cell.representation = "quadric";
   CellResult paper = MadeRun(1, 0.3, 0.3);
@@ -53,7 +53,7 @@ TEST(SequenceTable, RepresentationsAndMethodsStandSideBySide) {
   EXPECT_THAT(RowOf(table, "desk", "3D IoU, missed as 0"), IsEmpty());  // nothing is missed
 }
 
-TEST(SequenceTable, OtherAssociationsAndLimitedBoxesDoNotCount) {
+TEST(SequenceTable, IgnoresOtherAssociationsAndLimitedBoxes) {
   CellResult iou = MadeRun(1, 0.1, 0.1);
   iou.cell.association = "iou";
   CellResult limited = MadeRun(1, 0.1, 0.1);
@@ -62,7 +62,7 @@ TEST(SequenceTable, OtherAssociationsAndLimitedBoxesDoNotCount) {
               ElementsAre("0.800"));
 }
 
-TEST(SequenceTable, OnlyScoredObjectsCountWhereTheGroundTruthSaysWhich) {
+TEST(SequenceTable, CountsOnlyScoredObjects) {
   CellResult run = MadeRun(1, 0.8, 0.2);
   run.has_scored = true;
   run.objects[1].scored = false;
@@ -79,7 +79,9 @@ TEST(RepresentationTable, HasRowsForClassesChosenObjectsAndAll) {
   EXPECT_THAT(RowOf(table, "box", "found of 2"), ElementsAre("2"));
   EXPECT_THAT(RowOf(table, "desk: 2 cup", "3D IoU of those found"), ElementsAre("0.600"));
   EXPECT_THAT(RowOf(table, "all", "3D IoU of those found"), ElementsAre("0.500"));
-  EXPECT_EQ(table.rows.size(), 8u);
+  EXPECT_THAT(RowOf(table, "all", "with 3D IoU 0.25 or more"), ElementsAre("3"));
+  EXPECT_THAT(RowOf(table, "all", "with 3D IoU 0.5 or more"), ElementsAre("2"));
+  EXPECT_EQ(table.rows.size(), 16u);
 }
 
 TEST(AssociationTable, CountsLandmarksOfEachMode) {
@@ -91,9 +93,9 @@ TEST(AssociationTable, CountsLandmarksOfEachMode) {
   iou.total_60 = 2;
   iou.found_60 = 1;
   const Table table = AssociationTable({MadeRun(1, 0.8, 0.8), MadeRun(2, 0.8, -1), iou});
-  EXPECT_THAT(RowOf(table, "desk", "full"),
-              ElementsAre("2", "2", "1.5 (1.0 to 2.0)", "0", "0", "2", "0", "0"));
-  EXPECT_THAT(RowOf(table, "desk", "iou"), ElementsAre("1", "5", "1", "3", "1", "2", "1", "2"));
+  EXPECT_THAT(RowOf(table, "desk", "full"), ElementsAre("2", "2", "1.5 (1.0 to 2.0)", "1.5 (1.0 to 2.0)",
+                                                        "1.5 (1.0 to 2.0)", "0", "0", "2", "0", "0"));
+  EXPECT_THAT(RowOf(table, "desk", "iou"), ElementsAre("1", "5", "1", "1", "1", "3", "1", "2", "1", "2"));
 }
 
 CellResult Timed(int objects, int repetition, double tracking, double mapping) {
@@ -105,7 +107,7 @@ CellResult Timed(int objects, int repetition, double tracking, double mapping) {
   return result;
 }
 
-TEST(RuntimeTable, CountsTheMoreFromTheRowWithTheFewestObjects) {
+TEST(RuntimeTable, SubtractsRowWithFewestObjects) {
   const Table table =
       RuntimeTable({Timed(12, 1, 30, 236), Timed(0, 1, 20, 210), Timed(0, 2, 22, 214), Timed(4, 1, 25, 220)});
   std::vector<std::string> lines;
@@ -117,14 +119,14 @@ TEST(RuntimeTable, CountsTheMoreFromTheRowWithTheFewestObjects) {
                                  "4: 25.0 +4.0; 220.0 +8.0; -", "12: 30.0 +9.0; 236.0 +24.0; -"));
 }
 
-TEST(RuntimeTable, SaysWhenRunsSharedTheMachine) {
+TEST(RuntimeTable, NotesParallelRuns) {
   CellResult run = Timed(0, 1, 20, 210);
   EXPECT_EQ(RuntimeTable({run}).notes.size(), 1u);
   run.jobs = 4;
   EXPECT_THAT(RuntimeTable({run}).notes.back(), HasSubstr("4 runs at a time"));
 }
 
-TEST(WriteTables, SaysWhatIsMissing) {
+TEST(WriteTables, ListsMissingAndFailedRuns) {
   const TemporaryFolder folder;
   ExperimentOutcome outcome;
   outcome.cells = 3;

@@ -37,14 +37,14 @@ std::vector<std::string> NamesOfCells(const ExperimentConfig& config) {
   return names;
 }
 
-TEST(ParseExperiment, DefaultsAreOneRunAsTheProgramDoesItByItself) {
+TEST(ParseExperiment, DefaultsToOneRunWithProgramDefaults) {
   const ExperimentConfig config = ParseExperiment(kOneSequence, "x/e.yaml");
   EXPECT_EQ(config.output, "out/e");
   EXPECT_EQ(config.jobs, 1);
   EXPECT_THAT(NamesOfCells(config), ElementsAre("kitchen-superquadric-full-refined-1"));
 }
 
-TEST(ParseExperiment, ErrorsNameTheLineAndTheNearestWord) {
+TEST(ParseExperiment, ReportsLineAndNearestWord) {
   const std::string one = kOneSequence;
   EXPECT_THAT(UsageErrorOf(one + "repetition: 3\n"),
               AllOf(HasSubstr("x/e.yaml:2:"), HasSubstr("'repetitions'?")));
@@ -70,7 +70,7 @@ TEST(ParseExperiment, ErrorsNameTheLineAndTheNearestWord) {
   EXPECT_THAT(UsageErrorOf("[]"), HasSubstr("expected lines"));
 }
 
-TEST(ParseExperiment, TheBundledExperimentsAreValid) {
+TEST(ParseExperiment, AcceptsBundledExperiments) {
   for (const char* name : {"desk", "paper"}) {
     const auto path =
         std::filesystem::path(SQSLAM_SOURCE_DIR) / "configs/experiments" / (std::string(name) + ".yaml");
@@ -78,7 +78,7 @@ TEST(ParseExperiment, TheBundledExperimentsAreValid) {
   }
 }
 
-TEST(ListCells, GridsShareTheirCellsAndRepetitionsComeInTurn) {
+TEST(ListCells, SharesCellsOfGridsAndOrdersByRepetition) {
   const ExperimentConfig config = ParseExperiment(
       "sequences: [{path: a}, {path: b}]\nrepetitions: 2\nvariants: [{name: v, set: [seed=3]}]\n"
       "grids:\n"
@@ -94,7 +94,7 @@ TEST(ListCells, GridsShareTheirCellsAndRepetitionsComeInTurn) {
                   "a-superquadric-full-refined-2", "a-quadric-full-refined-2"));
 }
 
-TEST(LimitBoxes, KeepsTheObjectsWithTheMostBoxes) {
+TEST(LimitBoxes, KeepsObjectsWithMostBoxes) {
   const TemporaryFolder folder;
   const auto boxes = folder.Write("boxes.txt",
                                   "0.0 cup 1 0 0 5 5 7\n0.0 cup 1 9 0 5 5 3\n1.0 cup 1 9 0 5 5 3\n"
@@ -106,7 +106,7 @@ TEST(LimitBoxes, KeepsTheObjectsWithTheMostBoxes) {
   EXPECT_THAT(LimitBoxes(boxes, 9), AllOf(HasSubstr(" 7\n"), HasSubstr(" 9\n"), Not(HasSubstr("cat"))));
 }
 
-TEST(LimitBoxes, GoesByLabelsWhereBoxesHaveNoIds) {
+TEST(LimitBoxes, CountsByLabelWithoutIds) {
   const TemporaryFolder folder;
   const auto boxes = folder.Write("boxes.txt", "0 tv 1 0 0 5 5\n0 cup 1 0 0 5 5\n1 cup 1 0 0 5 5\n");
   EXPECT_THAT(LimitBoxes(boxes, 1), AllOf(HasSubstr("1 cup"), Not(HasSubstr("tv"))));
@@ -146,7 +146,7 @@ TEST_F(Inputs, ChangeWithImagesVideosCamerasAndBoxes) {
   EXPECT_NE(Prepared("path: kitchen").inputs, before) << "another image of the same size";
 }
 
-TEST_F(Inputs, StayTheSameWhenASceneIsRenderedAgainOrResultsAreWrittenBesideTheImages) {
+TEST_F(Inputs, IgnoreRenderedScenesAndResultsBesideImages) {
   folder_.Write("desk.yaml", "name: desk\n");
   const PreparedSequence before = Prepared("scene: desk.yaml, detections: other.txt");
   std::filesystem::create_directories(before.path);
@@ -168,7 +168,7 @@ class FinishedCell : public ::testing::Test {
     std::filesystem::create_directories(run);
     WriteStats(run / "stats.json", {});
     folder_.Write("e/runs/" + Cell().name + "/eval.json",
-                  R"({"summary": {"mapped": 3, "doubles": 0, "extra": 1,
+                  R"({"summary": {"mapped": 3, "duplicates": 0, "extra": 1,
                        "coverage": [{"min_detections": 60, "mapped": 1, "total": 2}]},
                       "objects": {"matched": [{"ground_truth": 5, "name": "red cup", "label": "cup", "scored": true, "iou": 0.5, "iou_ellipsoid": 0.4}],
                                   "missed": [{"ground_truth": 2, "name": "tv", "label": "tv", "scored": true}]}})");
@@ -194,7 +194,7 @@ class FinishedCell : public ::testing::Test {
   std::string extra_;
 };
 
-TEST_F(FinishedCell, IsReadBackWithWhatTheTablesNeed) {
+TEST_F(FinishedCell, ReadsBackValuesForTables) {
   const auto result = Read();
   ASSERT_TRUE(result);
   EXPECT_EQ(result->mapped, 3);
@@ -205,26 +205,24 @@ TEST_F(FinishedCell, IsReadBackWithWhatTheTablesNeed) {
   EXPECT_DOUBLE_EQ(result->objects[1].iou, 0.5);
 }
 
-TEST_F(FinishedCell, CountsAsFinishedWhereverTheFolderLies) {
-  EXPECT_EQ(Settings(), Settings({"/somewhere/else"}));
-}
+TEST_F(FinishedCell, RemainsFinishedWhenFolderMoves) { EXPECT_EQ(Settings(), Settings({"/somewhere/else"})); }
 
-TEST_F(FinishedCell, IsMadeAgainWhenSettingsChange) {
+TEST_F(FinishedCell, RerunsWhenSettingsChange) {
   extra_ = "seed: 4\n";
   EXPECT_FALSE(Read());
 }
 
-TEST_F(FinishedCell, IsMadeAgainWhenItsInputsChange) {
+TEST_F(FinishedCell, RerunsWhenInputsChange) {
   folder_.Write("kitchen/boxes.txt", "0 cup 1 0 0 5 6\n");
   EXPECT_FALSE(Read());
 }
 
-TEST_F(FinishedCell, IsKeptWhenOnlyOtherCellsChange) {
+TEST_F(FinishedCell, RemainsFinishedWhenOtherCellsChange) {
   extra_ = "repetitions: 7\njobs: 3\nassociations: [full, iou]\n";
   EXPECT_TRUE(Read());
 }
 
-TEST_F(FinishedCell, IsMadeAgainWhereAFileIsMissingOrBroken) {
+TEST_F(FinishedCell, RerunsWhenFileIsMissingOrBroken) {
   for (const char* name : {"cell.json", "stats.json", "eval.json"}) {
     const auto path = Run() / name;
     const auto kept = folder_.Path() / "kept";

@@ -54,7 +54,7 @@ void WriteResult(const fs::path& folder) {
   cv::imwrite((folder / "figures" / "from_above.png").string(), cv::Mat(4, 4, CV_8UC3, cv::Scalar(9, 9, 9)));
 }
 
-TEST(Report, IsOneFileThatRefersToNothingElse) {
+TEST(Report, WritesSelfContainedFile) {
   const TemporaryFolder folder;
   WriteResult(folder.Path());
   WriteReport({folder.Path(), "A mug & more", "data/<kitchen>", {}});
@@ -75,7 +75,7 @@ TEST(Report, IsOneFileThatRefersToNothingElse) {
   EXPECT_THAT(page, Not(HasSubstr("Against the ground truth")));
 }
 
-TEST(Report, ShowsTheEvaluationInMetricUnitsWhereThereIsOne) {
+TEST(Report, ShowsEvaluationInMetricUnits) {
   const TemporaryFolder folder;
   WriteResult(folder.Path());
   GroundTruth truth;
@@ -101,7 +101,7 @@ TEST(Report, ShowsTheEvaluationInMetricUnitsWhereThereIsOne) {
                         "colspan=\"7\">missed"));
 }
 
-TEST(Report, TheTopViewIsBrokenWhereTrackingWasLost) {
+TEST(Report, SplitsTopViewAtTrackingLosses) {
   const auto paths = [](const ReportData& data) {
     const std::string svg = TopViewSvg(data, {});
     int count = 0;
@@ -145,7 +145,7 @@ void AddRecording(const fs::path& folder) {
   WriteStats(folder / "stats.json", stats);
 }
 
-TEST(Report, TellsHowTheRunWasMadeAndHowItWent) {
+TEST(Report, DescribesRun) {
   const TemporaryFolder folder;
   WriteResult(folder.Path());
   AddRecording(folder.Path());
@@ -160,7 +160,7 @@ TEST(Report, TellsHowTheRunWasMadeAndHowItWent) {
   }
 }
 
-TEST(Report, ShowsTheInputWithOutlinesBeforeTheMapToBeTurned) {
+TEST(Report, ShowsOutlinedInputBeforeMap) {
   const TemporaryFolder folder;
   WriteResult(folder.Path());
   AddRecording(folder.Path());
@@ -174,7 +174,7 @@ TEST(Report, ShowsTheInputWithOutlinesBeforeTheMapToBeTurned) {
   EXPECT_THAT(page, Not(HasSubstr("alt=\"The map\"")));  // the view stands in its place
 }
 
-TEST(Report, MissingFilesLeaveTheirSectionsOutAndBrokenOnesAreNamed) {
+TEST(Report, OmitsMissingFilesAndNamesBrokenOnes) {
   const TemporaryFolder folder;
   WriteReport({folder.Path(), "", "", {}});
   EXPECT_THAT(sqslam::testing::Slurp(folder.Path() / "report.html"), Not(HasSubstr("<h2>")));
@@ -188,7 +188,7 @@ TEST(Report, MissingFilesLeaveTheirSectionsOutAndBrokenOnesAreNamed) {
   EXPECT_THROW(WriteReport({folder.Path() / "nowhere", "", "", {}}), InputError);
 }
 
-TEST(EvalCommand, WritesEvalJsonAndSaysWhatIsWrong) {
+TEST(EvalCommand, WritesEvalJsonAndReportsErrors) {
   using sqslam::testing::RunProgram;
   const TemporaryFolder folder;
   const fs::path result = folder.Path() / "result";
@@ -215,7 +215,7 @@ TEST(EvalCommand, WritesEvalJsonAndSaysWhatIsWrong) {
   EXPECT_TRUE(fs::exists(result / "eval.json"));
 
   EXPECT_EQ(RunProgram("eval " + result.string()).exit_code, 2);
-  EXPECT_EQ(RunProgram(command + " --set matching.min_iuo=0.2").exit_code, 2);
+  EXPECT_EQ(RunProgram(command + " --set min_iuo=0.2").exit_code, 2);
   std::ofstream(sequence / "objects_gt.json") << "[{\"id\": 1}]";
   const auto broken = RunProgram(command);
   EXPECT_EQ(broken.exit_code, 3);

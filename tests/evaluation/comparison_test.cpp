@@ -82,7 +82,7 @@ std::vector<std::string> RowOf(const Table& table, const std::string& name) {
   return {"no row " + name};
 }
 
-TEST(CompareEvaluations, AMissedObjectIsNamedAndCountsZeroOnlyInTheSecondMean) {
+TEST(CompareEvaluations, ListsMissedObjectsAsZeroInSecondMean) {
   const auto results = TwoResults();
   const auto tables = CompareEvaluations(results);
   EXPECT_THAT(RowOf(Titled(tables, "3D IoU"), "3 box"), ElementsAre("missed", testing::StartsWith("0.9")));
@@ -94,7 +94,7 @@ TEST(CompareEvaluations, AMissedObjectIsNamedAndCountsZeroOnlyInTheSecondMean) {
   EXPECT_NEAR(results[1].evaluation.iou.mean_all, results[1].evaluation.iou.mean, 1e-12);
 }
 
-TEST(CompareEvaluations, ThinObjectsGetTheirFootprint) {
+TEST(CompareEvaluations, ReportsFootprintOfThinObjects) {
   const auto results = TwoResults();
   const Table table = Titled(CompareEvaluations(results), "Footprint IoU of thin objects");
   EXPECT_EQ(table.rows.size(), 3u);  // the magazine, mean, found
@@ -103,7 +103,7 @@ TEST(CompareEvaluations, ThinObjectsGetTheirFootprint) {
   EXPECT_THAT(RowOf(table, "found"), ElementsAre("1 of 1", "1 of 1"));
 }
 
-TEST(CompareEvaluations, EveryExtraLandmarkIsDescribed) {
+TEST(CompareEvaluations, DescribesEveryExtraLandmark) {
   const auto results = TwoResults();
   ASSERT_EQ(results[1].evaluation.extra.size(), 1u);
   const ExtraLandmark& extra = results[1].evaluation.extra[0];
@@ -115,13 +115,13 @@ TEST(CompareEvaluations, EveryExtraLandmarkIsDescribed) {
                                              "5.00", "0.000", "0"));
 }
 
-TEST(CompareEvaluations, ResultsOfDifferentSequencesAreRefused) {
+TEST(CompareEvaluations, RejectsResultsOfDifferentSequences) {
   auto results = TwoResults();
   results[1].evaluation.frames = 7;
   EXPECT_THROW(CompareEvaluations(results), UsageError);
 }
 
-TEST(WriteComparison, TheExtensionDecides) {
+TEST(WriteComparison, ChoosesFormatByExtension) {
   const TemporaryFolder folder;
   const auto written = [&](const std::string& name) {
     WriteComparison(folder.Path() / name, TwoResults());
@@ -137,7 +137,7 @@ TEST(WriteComparison, TheExtensionDecides) {
   EXPECT_THROW(WriteComparison(folder.Path() / "t.doc", TwoResults()), UsageError);
 }
 
-TEST(ShortNames, AreFolderNamesUnlessTwoAreEqual) {
+TEST(ShortNames, ReturnsFolderNamesUnlessEqual) {
   EXPECT_THAT(ShortNames({"out/a", "out/b/"}), ElementsAre("a", "b"));
   EXPECT_THAT(ShortNames({"x/a", "y/a"}), ElementsAre("x/a", "y/a"));
 }

@@ -67,7 +67,21 @@ TEST(Evaluate, CountsTrackingCoverageAndScores) {
   EXPECT_THAT(table, HasSubstr("2 right"));
 }
 
-TEST(Evaluate, ATrajectoryThatSharesNoTimesIsRefusedInWords) {
+TEST(Evaluate, CountsObjectsAboveIou) {
+  // The first cube is off by half its size (an IoU of a third), the second exact.
+  const Evaluation evaluation = Evaluate(Path(15), {Box(3, {0.1, 0, 0}), Box(4, {1, 0, 0})}, TwoBoxes(), {});
+  EXPECT_EQ(evaluation.iou.matched, 2);
+  EXPECT_EQ(evaluation.iou.matched_25, 2);
+  EXPECT_EQ(evaluation.iou.matched_50, 1);
+  EXPECT_EQ(evaluation.scored_iou.matched_50, 0);
+  EXPECT_THAT(FormatEvaluation(evaluation), HasSubstr("1.00 at IoU 0.25 (2 of 2), 0.50 at IoU 0.5 (1 of 2)"));
+  const auto summary = nlohmann::json::parse(EvaluationJson(evaluation)).at("summary");
+  EXPECT_EQ(summary.at("recall_25"), 1.0);
+  EXPECT_EQ(summary.at("recall_50"), 0.5);
+  EXPECT_EQ(summary.at("recall_50_scored"), 0.0);
+}
+
+TEST(Evaluate, RejectsTrajectoryWithoutCommonTimes) {
   Trajectory later = Path(15);
   for (TimedPose& pose : later) {
     pose.timestamp += 1000;
@@ -81,13 +95,13 @@ TEST(Evaluate, ATrajectoryThatSharesNoTimesIsRefusedInWords) {
   }
 }
 
-TEST(Evaluate, TheGroundTruthOfAShorterSequenceIsRefused) {
+TEST(Evaluate, RejectsGroundTruthOfShorterSequence) {
   GroundTruth truth = TwoBoxes();
   truth.frames = 12;
   EXPECT_THROW(Evaluate(Path(15), {}, truth, {}), InputError);
 }
 
-TEST(Evaluate, EvalJsonHoldsWhatTheTableShows) {
+TEST(Evaluate, WritesValuesOfTableToJson) {
   const fs::path path = fs::path(testing::TempDir()) / "eval.json";
   const Evaluation evaluation =
       Evaluate(Path(20), {Box(3, {0, 0, 0}), Box(4, {0.02, 0, 0}), Box(5, {9, 9, 9})}, TwoBoxes(), {});
@@ -95,17 +109,17 @@ TEST(Evaluate, EvalJsonHoldsWhatTheTableShows) {
   std::ifstream file(path);
   const auto json = nlohmann::json::parse(file);
   EXPECT_EQ(json["summary"]["matched"], 1);
-  EXPECT_EQ(json["summary"]["doubles"], 1);
+  EXPECT_EQ(json["summary"]["duplicates"], 1);
   EXPECT_EQ(json["summary"]["extra"], 1);
   EXPECT_EQ(json["summary"]["missed"], 1);
   EXPECT_EQ(json["objects"]["matched"][0]["object"], 3);
-  EXPECT_EQ(json["objects"]["doubles"][0]["ground_truth"], 1);
+  EXPECT_EQ(json["objects"]["duplicates"][0]["ground_truth"], 1);
   EXPECT_EQ(json["ground_truth_positions_map"].size(), 20u);
   EXPECT_NEAR(json["trajectory"]["S_world_map"]["scale"].get<double>(), 1.0, 1e-9);
 }
 
 // The truth of the desk handed in as if it were a map, in a frame and scale of its own.
-TEST(Evaluate, TheGroundTruthOfTheDeskScoresNearlyPerfectly) {
+TEST(Evaluate, ScoresGroundTruthAsNearlyPerfect) {
   const fs::path sequence = fs::path(SQSLAM_SOURCE_DIR) / "../shared/data/blender_desk_a";
   if (!fs::exists(sequence)) {
     GTEST_SKIP() << "no sequence at " << sequence;

@@ -18,28 +18,28 @@ Solid Make(SolidKind kind, const Vector3d& half_size, const Vector3d& center = V
   return {kind, half_size, 1.0, 1.0, {Eigen::Quaterniond(Eigen::AngleAxisd(yaw, Vector3d::UnitZ())), center}};
 }
 
-TEST(FootprintIoU, IgnoresHowHighAndHowThickThingsAre) {
+TEST(FootprintIoU, IgnoresHeightAndThickness) {
   const Solid magazine = Make(SolidKind::kCuboid, {0.15, 0.1, 0.002});
   const Solid above = Make(SolidKind::kCuboid, {0.15, 0.1, 0.01}, {0, 0, 0.05});
   EXPECT_NEAR(FootprintIoU(magazine, above, kUp), 1.0, 1e-9);
   EXPECT_EQ(IoU(magazine, above), 0.0);
 }
 
-TEST(FootprintIoU, OfShiftedAndOfApartRectanglesIsThatOfTheirAreas) {
+TEST(FootprintIoU, EqualsAreaRatioOfRectangles) {
   const Solid a = Make(SolidKind::kCuboid, {1, 2, 1});
   EXPECT_NEAR(FootprintIoU(a, Make(SolidKind::kCuboid, {1, 2, 1}, {1, 0, 0}), kUp), 1.0 / 3.0, 1e-9);
   EXPECT_NEAR(FootprintIoU(a, Make(SolidKind::kCuboid, {2, 1, 1}), kUp), 4.0 / 12.0, 1e-9);
   EXPECT_EQ(FootprintIoU(a, Make(SolidKind::kCuboid, {1, 2, 1}, {3, 0, 0}), kUp), 0.0);
 }
 
-TEST(FootprintIoU, OfASquareTurnedByAnEighthIsTheRegularOctagons) {
+TEST(FootprintIoU, EqualsOctagonRatioOfRotatedSquare) {
   const Solid a = Make(SolidKind::kCuboid, {1, 1, 1});
   const Solid b = Make(SolidKind::kCuboid, {1, 1, 1}, {0, 0, 0}, std::numbers::pi / 4);
   const double octagon = 8.0 * (std::sqrt(2.0) - 1.0);
   EXPECT_NEAR(FootprintIoU(a, b, kUp), octagon / (8.0 - octagon), 1e-9);
 }
 
-TEST(FootprintIoU, OfRoundThingsInTheirSquareIsPiOverFour) {
+TEST(FootprintIoU, EqualsQuarterPiOfDiscInSquare) {
   const Solid square = Make(SolidKind::kCuboid, {0.5, 0.5, 0.1});
   for (const SolidKind kind : {SolidKind::kCylinder, SolidKind::kEllipsoid, SolidKind::kSuperquadric}) {
     EXPECT_NEAR(FootprintIoU(Make(kind, {0.5, 0.5, 0.3}), square, kUp), std::numbers::pi / 4, 1e-4);
@@ -47,7 +47,7 @@ TEST(FootprintIoU, OfRoundThingsInTheirSquareIsPiOverFour) {
 }
 
 // Rounding makes corners of turned boxes differ in their last digits.
-TEST(FootprintIoU, IsTheSameHoweverTheWorldIsTurned) {
+TEST(FootprintIoU, DoesNotDependOnWorldRotation) {
   Solid a = Make(SolidKind::kCuboid, {0.15, 0.1, 0.002}, {0.3, -2.0, 1.7}, 0.3);
   Solid b = Solid::FromSuperquadric({{{0.14, 0.11, 0.02}, 0.1, 0.1}, a.T_map_object});
   b.T_map_object.translation += Vector3d(0.02, 0.01, 0.01);
@@ -63,7 +63,7 @@ TEST(FootprintIoU, IsTheSameHoweverTheWorldIsTurned) {
   }
 }
 
-TEST(FootprintIoU, LooksAlongTheGivenDirection) {
+TEST(FootprintIoU, ProjectsAlongGivenDirection) {
   const Solid standing = Make(SolidKind::kCuboid, {1, 0.1, 1});
   const Solid lower = Make(SolidKind::kCuboid, {1, 0.1, 1}, {0, 0, 1});
   EXPECT_NEAR(FootprintIoU(standing, lower, Vector3d::UnitY()), 1.0 / 3.0, 1e-9);

@@ -34,7 +34,7 @@ void ExpectTimesOfFrames(const fs::path& folder, const Trajectory& poses, std::s
   }
 }
 
-TEST(GroundTruthPoses, SevenScenesReadsOneMatrixAFrame) {
+TEST(GroundTruthPoses, ReadsSevenScenesMatrices) {
   const TemporaryFolder folder;
   folder.Write("camera.yaml", kCamera);
   for (const std::string frame : {"frame-000009", "frame-000010", "frame-000013"}) {
@@ -49,7 +49,7 @@ TEST(GroundTruthPoses, SevenScenesReadsOneMatrixAFrame) {
   EXPECT_TRUE((truth.trajectory[1].T_map_camera * kAlongX).isApprox(kQuarterTurnOfIt));
 }
 
-TEST(GroundTruthPoses, SevenScenesSaysWhatIsBroken) {
+TEST(GroundTruthPoses, ReportsBrokenSevenScenesFiles) {
   const TemporaryFolder folder;
   folder.Write("frame-000000.color.png", "");
   const auto message = [&] { return InputErrorOf([&] { ReadGroundTruth(folder.Path()); }); };
@@ -59,12 +59,12 @@ TEST(GroundTruthPoses, SevenScenesSaysWhatIsBroken) {
   folder.Write("frame-000000.pose.txt", "1 0 0 0\n0 1 0 nan\n0 0 1 0\n0 0 0 1\n");
   EXPECT_THAT(message(), HasSubstr("frame-000000.pose.txt:2: '0 1 0 nan'"));
   folder.Write("frame-000000.pose.txt", "1 0 0 0\n0 1 0 0\n0 0 -1 0\n0 0 0 1\n");
-  EXPECT_THAT(message(), HasSubstr("is no rotation"));
+  EXPECT_THAT(message(), HasSubstr("is not a rotation"));
   folder.Write("frame-000000.pose.txt", "1 0 0 0\n0 1 0 0\n0 0 1 0\n1 2 3 1\n");
   EXPECT_THAT(message(), HasSubstr("frame-000000.pose.txt:4"));
 }
 
-TEST(GroundTruthPoses, ScenesV2ReadsThePosesBesideTheImages) {
+TEST(GroundTruthPoses, ReadsScenesV2PosesBesideImages) {
   const TemporaryFolder folder;
   const fs::path scene = folder.Path() / "imgs" / "scene_07";
   for (const char* name : {"00000-color.png", "00001-color.png", "00000-depth.png"}) {
@@ -80,7 +80,7 @@ TEST(GroundTruthPoses, ScenesV2ReadsThePosesBesideTheImages) {
   }
 }
 
-TEST(GroundTruthPoses, ScenesV2SaysWhereItLooked) {
+TEST(GroundTruthPoses, NamesExpectedScenesV2File) {
   const TemporaryFolder folder;
   const fs::path scene = folder.Path() / "imgs" / "scene_07";
   folder.Write("imgs/scene_07/00000-color.png", "");
@@ -92,7 +92,7 @@ TEST(GroundTruthPoses, ScenesV2SaysWhereItLooked) {
   EXPECT_THAT(message(), HasSubstr("07.pose:2"));
 }
 
-TEST(GroundTruthPoses, IclNuimCountsFramesAsTheImagesDo) {
+TEST(GroundTruthPoses, CountsIclNuimFramesLikeImages) {
   const TemporaryFolder folder;
   folder.Write("camera.yaml", kCamera);
   for (const char* name : {"rgb/0.png", "rgb/1.png", "rgb/2.png"}) {
@@ -112,7 +112,7 @@ TEST(GroundTruthPoses, IclNuimCountsFramesAsTheImagesDo) {
   EXPECT_THAT(InputErrorOf([&] { ReadGroundTruth(folder.Path()); }), HasSubstr("2 files of ground-truth"));
 }
 
-TEST(GroundTruthPoses, AFileOfOnesOwnGoesBeforeTheDatasets) {
+TEST(GroundTruthPoses, PrefersGroundtruthFile) {
   const TemporaryFolder folder;
   folder.Write("frame-000000.color.png", "");
   folder.Write("frame-000000.pose.txt", "no matrix");
@@ -120,7 +120,7 @@ TEST(GroundTruthPoses, AFileOfOnesOwnGoesBeforeTheDatasets) {
   EXPECT_EQ(ReadGroundTruth(folder.Path()).trajectory.at(0).T_map_camera.translation.y(), 2.0);
 }
 
-TEST(GroundTruthPoses, PlainImagesHaveThoseOfTheirGroundtruthFile) {
+TEST(GroundTruthPoses, ReadsGroundtruthFileOfPlainImages) {
   const TemporaryFolder folder;
   folder.Write("a.png", "");
   EXPECT_THAT(InputErrorOf([&] { ReadGroundTruth(folder.Path()); }), HasSubstr("groundtruth.txt"));
@@ -159,7 +159,7 @@ RayMeeting Meet(const Rigid3d& a, const Eigen::Vector2d& pixel_a, const Rigid3d&
 // The images are made by the published camera, with y up, from the published poses. The poses as read must be
 // those of a camera with y down that has taken the same images: the rays of one point through its pixels meet
 // in front of both cameras. With the published poses, a camera with y down has rays that miss each other.
-TEST(GroundTruthPoses, IclNuimPosesAreThoseOfTheCameraThatTookTheImages) {
+TEST(GroundTruthPoses, ConvertsIclNuimPosesToCamera) {
   const TemporaryFolder folder;
   folder.Write("rgb/1.png", "");
   folder.Write("rgb/2.png", "");
@@ -184,7 +184,7 @@ TEST(GroundTruthPoses, IclNuimPosesAreThoseOfTheCameraThatTookTheImages) {
 }
 
 // In the image as shown, a camera that rises (published y grows) sees things move down.
-TEST(GroundTruthPoses, IclNuimCamerasRiseAgainstY) {
+TEST(GroundTruthPoses, MirrorsIclNuimY) {
   const Rigid3d low = MirrorIclNuim({Eigen::Quaterniond::Identity(), {0.0, 1.0, 0.0}});
   const Rigid3d high = MirrorIclNuim({Eigen::Quaterniond::Identity(), {0.0, 1.5, 0.0}});
   EXPECT_LT(high.translation.y(), low.translation.y());
@@ -197,7 +197,7 @@ TEST(GroundTruthPoses, IclNuimCamerasRiseAgainstY) {
   EXPECT_NEAR((up.rotation * Eigen::Vector3d::UnitZ()).y(), -published_axis.y(), 1e-12);
 }
 
-TEST(GroundTruthPoses, EurocMovesTheBodysPosesToTheCamera) {
+TEST(GroundTruthPoses, ConvertsEurocBodyPosesToCamera) {
   const TemporaryFolder folder;
   const fs::path mav = folder.Path() / "mav0";
   folder.Write("mav0/cam0/data.csv", "#timestamp [ns],filename\n1403636579763555584,a.png\n");
@@ -230,7 +230,7 @@ TEST(GroundTruthPoses, EurocMovesTheBodysPosesToTheCamera) {
   EXPECT_THAT(message(), HasSubstr("state_groundtruth_estimate0"));
 }
 
-TEST(GroundTruthPoses, KittisPosesAreThoseOfTheFirstCamera) {
+TEST(GroundTruthPoses, ConvertsKittiPosesToChosenCamera) {
   const TemporaryFolder folder;
   const fs::path sequence = folder.Path() / "sequences/07";
   folder.Write("sequences/07/times.txt", "0.0\n0.1037\n");

@@ -46,7 +46,7 @@ std::string Entry(const std::string& pose, const std::string& more = "") {
          more + R"("T_world_object": )" + pose + "}";
 }
 
-TEST_F(GroundTruthTest, LongLabelsAreCutAsThoseOfMaps) {
+TEST_F(GroundTruthTest, TruncatesLongLabels) {
   const auto objects = ReadGroundTruthObjects(
       Write("objects_gt.json", R"([{"id": 1, "label": ")" + std::string(kMaxLabelBytes + 100, 'a') +
                                    R"(", "primitive": "cuboid", "center": [0,0,0], "half_size": [1,1,1]}])"));
@@ -66,7 +66,7 @@ TEST_F(GroundTruthTest, ReadsBothFormsOfListAndPose) {
   }
 }
 
-TEST_F(GroundTruthTest, AShapeThatThePrimitiveDoesNotStandForMakesItASuperquadric) {
+TEST_F(GroundTruthTest, ReadsOtherShapesAsSuperquadrics) {
   const auto kind_of = [&](const std::string& more) {
     return ReadGroundTruthObjects(Write("objects_gt.json", "[" + Entry(kRows, more) + "]"))[0].solid.kind;
   };
@@ -74,7 +74,7 @@ TEST_F(GroundTruthTest, AShapeThatThePrimitiveDoesNotStandForMakesItASuperquadri
   EXPECT_EQ(kind_of(R"("shape": [0.3, 0.8],)"), SolidKind::kSuperquadric);
 }
 
-TEST_F(GroundTruthTest, SaysWhichObjectIsBroken) {
+TEST_F(GroundTruthTest, NamesBrokenObject) {
   EXPECT_THAT(MessageOf("[1"), HasSubstr("objects_gt.json:1: no valid JSON"));
   EXPECT_THAT(MessageOf("3"), HasSubstr("expected a list"));
   EXPECT_THAT(MessageOf("[" + Entry(kRows) + ",{\"id\": 5}]"), HasSubstr("object 2 of the list"));
@@ -98,7 +98,7 @@ TEST_F(GroundTruthTest, CountsBoxesByTheirObjectId) {
   EXPECT_EQ(truth.objects.at(0).detections, 2);
 }
 
-TEST_F(GroundTruthTest, MissingFilesAreNamed) {
+TEST_F(GroundTruthTest, NamesMissingFiles) {
   EXPECT_THROW(ReadGroundTruth(folder_ / "nowhere"), InputError);
   Write("rgb.txt", "0.0 a.png\n");
   try {
@@ -109,7 +109,7 @@ TEST_F(GroundTruthTest, MissingFilesAreNamed) {
   }
 }
 
-TEST(GroundTruthOfSequences, RedkitchenAndTheDeskAreRead) {
+TEST(GroundTruthOfSequences, ReadsRedkitchenAndDesk) {
   const fs::path data = fs::path(SQSLAM_SOURCE_DIR) / "../shared/data";
   if (!fs::exists(data / "redkitchen")) {
     GTEST_SKIP() << "no sequences at " << data;

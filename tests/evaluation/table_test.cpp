@@ -8,7 +8,7 @@ namespace {
 
 using testing::HasSubstr;
 
-TEST(SpreadOf, TheMedianOfAnOddCountIsTheMiddleValue) {
+TEST(SpreadOf, TakesMiddleValueOfOddCount) {
   const Spread spread = SpreadOf({5.0, 1.0, 3.0});
   EXPECT_EQ(spread.count, 3);
   EXPECT_DOUBLE_EQ(spread.median, 3.0);
@@ -16,23 +16,23 @@ TEST(SpreadOf, TheMedianOfAnOddCountIsTheMiddleValue) {
   EXPECT_DOUBLE_EQ(spread.highest, 5.0);
 }
 
-TEST(SpreadOf, TheMedianOfAnEvenCountIsTheMeanOfTheMiddleTwo) {
+TEST(SpreadOf, AveragesMiddleValuesOfEvenCount) {
   EXPECT_DOUBLE_EQ(SpreadOf({10.0, 1.0, 2.0, 4.0}).median, 3.0);
 }
 
-TEST(SpreadOf, OfNothingSaysSo) {
+TEST(SpreadOf, ReportsEmptyInput) {
   EXPECT_EQ(SpreadOf({}).count, 0);
   EXPECT_EQ(FormatCell(Cell::Of(SpreadOf({}), 2)), "-");
 }
 
-TEST(FormatCell, ShowsTheRangeOnlyWhereItSaysMore) {
+TEST(FormatCell, ShowsRangeOnlyWhenValuesDiffer) {
   EXPECT_EQ(FormatCell(Cell::Of(SpreadOf({0.60, 0.62, 0.65}), 2)), "0.62 (0.60 to 0.65)");
   EXPECT_EQ(FormatCell(Cell::Of(SpreadOf({0.621, 0.622, 0.623}), 2)), "0.62");
   EXPECT_EQ(FormatCell(Cell::Number(0.5, 3)), "0.500");
   EXPECT_EQ(FormatCell(Cell::Number(-0.0001, 2)), "0.00");
 }
 
-TEST(Escapes, LeaveSpecialCharactersReadable) {
+TEST(Escapes, EscapesSpecialCharacters) {
   EXPECT_EQ(EscapeMarkdown("a|b_c*d`e\\f"), "a\\|b\\_c\\*d\\`e\\\\f");
   EXPECT_EQ(EscapeLatex("50 % & $x_1^2$ {#} ~\\"),
             "50 \\% \\& \\$x\\_1\\textasciicircum{}2\\$ \\{\\#\\} \\textasciitilde{}\\textbackslash{}");
@@ -52,13 +52,13 @@ Table Example() {
           {"A note."}};
 }
 
-TEST(Tables, MarkdownAlignsNumbersToTheRight) {
+TEST(Tables, AlignsNumbersRightInMarkdown) {
   EXPECT_EQ(ToMarkdown(Example()),
             "## Table I: IoU by class\n\n| class | iou\\_a | n |\n| --- | ---: | ---: |\n"
             "| tea\\_pot | 0.50 (0.25 to 0.75) | 3 |\n| cup | - | 12 |\n\nA note.\n");
 }
 
-TEST(Tables, LatexIsABooktabsTable) {
+TEST(Tables, WritesBooktabsInLatex) {
   const std::string latex = ToLatex(Example());
   EXPECT_THAT(latex,
               HasSubstr("\\begin{tabular}{lrr}\n    \\toprule\n    class & iou\\_a & n \\\\ \\midrule\n"));
@@ -67,12 +67,12 @@ TEST(Tables, LatexIsABooktabsTable) {
   EXPECT_THAT(latex, HasSubstr("\\caption{IoU by class}"));
 }
 
-TEST(Tables, CsvGivesASpreadThreeColumns) {
+TEST(Tables, WritesSpreadAsThreeCsvColumns) {
   EXPECT_EQ(ToCsv(Example()),
             "class,iou_a,iou_a lowest,iou_a highest,n\ntea_pot,0.5,0.25,0.75,3\ncup,,,,12\n");
 }
 
-TEST(Tables, TextAlignsByCharactersNotBytes) {
+TEST(Tables, AlignsTextByCharacters) {
   Table table{"",
               "T",
               {"a", "b"},

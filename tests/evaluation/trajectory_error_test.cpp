@@ -21,14 +21,14 @@ Trajectory At(const std::vector<double>& times) {
   return trajectory;
 }
 
-TEST(AssociateByTime, TakesTheNearestWithinTheLimitAndEachOnce) {
+TEST(AssociateByTime, TakesNearestWithinLimitOnce) {
   const auto pairs = AssociateByTime(At({0.0, 0.009, 0.1, 0.25, 0.31}), At({0.01, 0.1, 0.2, 0.3}), 0.02);
   EXPECT_THAT(pairs, ElementsAre(Pair(1, 0), Pair(2, 1), Pair(4, 3)));
   EXPECT_TRUE(AssociateByTime({}, At({1.0}), 0.02).empty());
   EXPECT_TRUE(AssociateByTime(At({1.0}), {}, 0.02).empty());
 }
 
-TEST(TrajectoryError, AMapInItsOwnFrameAndScaleHasNoError) {
+TEST(TrajectoryError, IgnoresFrameAndScaleOfMap) {
   const Trajectory truth = At({0, 0.5, 1, 1.5, 2, 2.5, 3});
   const Sim3d S{2.5, Eigen::Quaterniond(Eigen::AngleAxisd(0.8, Vector3d(1, 1, 0).normalized())), {3, 2, 1}};
   Trajectory estimated = truth;
@@ -42,7 +42,7 @@ TEST(TrajectoryError, AMapInItsOwnFrameAndScaleHasNoError) {
   EXPECT_NEAR(error->S_world_map.scale, 1 / 2.5, 1e-12);
 }
 
-TEST(TrajectoryError, IsThatOfThePositionsHoweverTheMapIsAligned) {
+TEST(TrajectoryError, DoesNotDependOnAlignment) {
   const Trajectory truth = At({0, 0.1, 0.2, 0.3, 0.4});
   Trajectory estimated = truth;
   estimated[2].T_map_camera.translation.z() += 0.01;
@@ -54,7 +54,7 @@ TEST(TrajectoryError, IsThatOfThePositionsHoweverTheMapIsAligned) {
   EXPECT_LT(by_poses->S_world_map.rotation.angularDistance(Eigen::Quaterniond::Identity()), 1e-6);
 }
 
-TEST(TrajectoryError, NoiseShowsAsItsSizeAndThePathIsThatOfTheTruth) {
+TEST(TrajectoryError, MeasuresNoiseAndTruePathLength) {
   std::vector<double> times;
   for (int i = 0; i < 2000; ++i) {
     times.push_back(i * 0.005);
@@ -73,7 +73,7 @@ TEST(TrajectoryError, NoiseShowsAsItsSizeAndThePathIsThatOfTheTruth) {
   EXPECT_NEAR(error->path_length, std::sqrt(1.01) * times.back(), 1e-3);  // a helix
 }
 
-TEST(TrajectoryError, TooFewOrStraightPosesHaveNone) {
+TEST(TrajectoryError, ReturnsNothingForFewOrCollinearPoses) {
   EXPECT_FALSE(ComputeTrajectoryError(At({0, 1}), At({0, 1}), 0.02).has_value());
   Trajectory line = At({0, 1, 2, 3});
   for (TimedPose& pose : line) {

@@ -33,7 +33,7 @@ Drive MakeDrive() {
   return drive;
 }
 
-TEST(TruePathTest, LiesOnTheKeyframesOfAnExactMap) {
+TEST(TruePathTest, PassesThroughKeyframesOfExactMap) {
   const Drive drive = MakeDrive();
   const auto path = LayTruePath(drive.truth, drive.map);
   ASSERT_TRUE(path);
@@ -48,7 +48,7 @@ TEST(TruePathTest, LiesOnTheKeyframesOfAnExactMap) {
   }
 }
 
-TEST(TruePathTest, EndsWithTheMapAndBreaksWherePosesAreMissing) {
+TEST(TruePathTest, EndsWithMapAndSplitsAtMissingPoses) {
   Drive drive = MakeDrive();
   drive.map.keyframes.resize(7);  // until 6 s
   drive.map.timestamp = 6.5;
@@ -60,7 +60,7 @@ TEST(TruePathTest, EndsWithTheMapAndBreaksWherePosesAreMissing) {
   EXPECT_EQ(path->pieces[1].size(), 26u);
 }
 
-TEST(TruePathTest, OrderOfKeyframesDoesNotMatter) {
+TEST(TruePathTest, IgnoresOrderOfKeyframes) {
   Drive drive = MakeDrive();
   std::swap(drive.map.keyframes[2], drive.map.keyframes[8]);  // maps that became one
   const auto path = LayTruePath(drive.truth, drive.map);
@@ -69,7 +69,7 @@ TEST(TruePathTest, OrderOfKeyframesDoesNotMatter) {
   EXPECT_LT(path->rmse, 1e-9);
 }
 
-TEST(TruePathTest, SaysHowFarTheKeyframesAreOff) {
+TEST(TruePathTest, ReportsErrorOfKeyframes) {
   Drive drive = MakeDrive();
   for (std::size_t i = 0; i < drive.map.keyframes.size(); ++i) {
     drive.map.keyframes[i].T_map_camera.translation.z() += i % 2 == 0 ? 0.004 : -0.004;
@@ -79,7 +79,7 @@ TEST(TruePathTest, SaysHowFarTheKeyframesAreOff) {
   EXPECT_NEAR(path->rmse, 0.01, 0.001);  // metres: 2.5 a map unit
 }
 
-TEST(TruePathTest, NeedsThreePosesThatMeet) {
+TEST(TruePathTest, RequiresThreeCommonPoses) {
   Drive drive = MakeDrive();
   drive.map.keyframes.resize(2);
   EXPECT_FALSE(LayTruePath(drive.truth, drive.map).has_value());

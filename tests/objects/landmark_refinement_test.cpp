@@ -61,27 +61,6 @@ class RefineLandmarkTest : public ::testing::Test {
   EstimationContext context_;
 };
 
-// Given parts override the evidence of the boxes.
-TEST_F(RefineLandmarkTest, KeepsToPartsThatAreGiven) {
-  PosedSuperquadric turned = scene_.truth;
-  turned.T_map_object.rotation = Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ());
-  const Landmark landmark = LandmarkOf(turned);
-  const auto fit = [&] { return *RefineLandmark(landmark, landmark.views, true, context_); };
-  const auto yaw = [](const StandingFit& f) {
-    return WrapQuarter(YawOf(f.superquadric.T_map_object.rotation));
-  };
-  EXPECT_NEAR(yaw(fit()), 0.3, 0.05);
-  context_.given.yaw = 0.0;
-  EXPECT_NEAR(yaw(fit()), 0.0, 0.05);
-  context_.given = {};
-  context_.given.support = -0.05;
-  EXPECT_EQ(fit().support, std::optional(-0.05));
-  context_.given = {};
-  context_.given.kind = ShapeKind::kCylinder;
-  const Superquadric round = fit().superquadric.shape;
-  EXPECT_EQ(NearestKind(round.e1, round.e2), ShapeKind::kCylinder);
-}
-
 // A few more boxes improve a landmark on the surface it stands on; none of them shows its lower end.
 TEST_F(RefineLandmarkTest, StaysOnItsSupport) {
   Landmark landmark = LandmarkOf(scene_.truth);

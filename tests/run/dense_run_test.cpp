@@ -104,7 +104,7 @@ double Difference(const DepthMap& a, const DepthMap& b) {
   return differences.empty() ? 1.0 : differences[differences.size() / 2];
 }
 
-TEST_F(DenseRunTest, LiveDepthMapsAppearDuringTheRunAndBecomeThoseOfDensify) {
+TEST_F(DenseRunTest, WritesLiveDepthMapsThatDensifyKeeps) {
   DepthHost host(Result() / "map.sqmap", false);
   const FinishedRun run = RunPipeline(Request(), host);
   EXPECT_GE(host.SeenDuringTheRun(), 1U);
@@ -127,7 +127,7 @@ TEST_F(DenseRunTest, LiveDepthMapsAppearDuringTheRunAndBecomeThoseOfDensify) {
   EXPECT_NEAR(complete, complete_anew, 0.06);
 }
 
-TEST_F(DenseRunTest, ARunThatIsStoppedKeepsItsDepthMapsAndDensifyGoesOnFromThem) {
+TEST_F(DenseRunTest, KeepsDepthMapsForDensifyWhenStopped) {
   DepthHost host(Result() / "map.sqmap", true);
   const FinishedRun run = RunPipeline(Request(), host);
   EXPECT_TRUE(run.interrupted);

@@ -21,7 +21,7 @@ fs::path WriteList(const TemporaryFolder& folder, const std::string& name, int f
   return folder.Path() / name;
 }
 
-TEST(JoinedSequence, NumbersAndTimesTheFramesAsTheMapDoes) {
+TEST(JoinedSequence, NumbersAndTimesFramesLikeTheMap) {
   const TemporaryFolder folder;
   const fs::path a = WriteList(folder, "a", 10);
   const fs::path b = WriteList(folder, "b", 8);
@@ -39,7 +39,7 @@ TEST(JoinedSequence, NumbersAndTimesTheFramesAsTheMapDoes) {
   EXPECT_EQ(sequence.camera.fx, kJoinedCamera.fx);
 }
 
-TEST(JoinedSequence, CountsNumbersThatNeitherHas) {
+TEST(JoinedSequence, CountsFrameNumbersMissingInBoth) {
   const TemporaryFolder folder;
   const fs::path joined =
       WriteJoinedSequence(folder.Path() / "result", WriteList(folder, "a", 3), WriteList(folder, "b", 9),
@@ -50,14 +50,14 @@ TEST(JoinedSequence, CountsNumbersThatNeitherHas) {
   EXPECT_EQ(sequence.frames[6].image_path.filename(), "b6.jpg");
 }
 
-TEST(JoinedSequence, LeavesOneSequenceAsItIs) {
+TEST(JoinedSequence, KeepsSingleSequence) {
   const TemporaryFolder folder;
   const fs::path a = WriteList(folder, "a", 10);
   EXPECT_EQ(WriteJoinedSequence(folder.Path() / "result", a, a / "", {.first = 5}, kJoinedCamera), a);
   EXPECT_FALSE(fs::exists(folder.Path() / "result"));
 }
 
-TEST(JoinedSequence, GivesNoImagesRatherThanWrongOnes) {
+TEST(JoinedSequence, OmitsImagesWhenFramesDisagree) {
   const TemporaryFolder folder;
   const fs::path a = WriteList(folder, "a", 10);
   EXPECT_TRUE(

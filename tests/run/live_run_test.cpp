@@ -34,7 +34,7 @@ RunRequest LiveRequest(const TemporaryFolder& folder) {
   return request;
 }
 
-TEST(LiveRun, EveryImageIsHandedOnOrCountedAsDropped) {
+TEST(LiveRun, PassesOnOrCountsEveryImage) {
   const TemporaryFolder folder;
   const CapturedLog log;
   const RunRequest request = LiveRequest(folder);
@@ -53,7 +53,7 @@ TEST(LiveRun, EveryImageIsHandedOnOrCountedAsDropped) {
   EXPECT_THAT(log.Text(), HasSubstr("camera 0: gives no more images after 20"));
 }
 
-TEST(LiveRun, WhatMakesNoSenseWithALiveCameraIsRefused) {
+TEST(LiveRun, RejectsOptionsThatNeedARecording) {
   const TemporaryFolder folder;
   const auto refused = [&](const auto& change) {
     RunRequest request = LiveRequest(folder);

@@ -48,7 +48,7 @@ class OwnDetectorTest : public ::testing::Test {
   const TemporaryFolder folder_;
 };
 
-TEST_F(OwnDetectorTest, TakesThePlaceOfBoxesThatCameWithTheImages) {
+TEST_F(OwnDetectorTest, ReplacesBoxesOfTheSequence) {
   sequence_.Write("boxes.txt", "0 cup 0.9 1 1 50 50\n");
   RunRequest request = Request();
   request.detector = std::make_shared<ConstantDetector>();
@@ -62,7 +62,7 @@ TEST_F(OwnDetectorTest, TakesThePlaceOfBoxesThatCameWithTheImages) {
   EXPECT_THAT(boxes, Not(HasSubstr(" cup ")));
 }
 
-TEST_F(OwnDetectorTest, WhatItThrowsEndsTheRunAfterTheMapIsSaved) {
+TEST_F(OwnDetectorTest, SavesMapBeforeRethrowingDetectorError) {
   RunRequest request = Request();
   request.detector = std::make_shared<ConstantDetector>(5);
   RunHost host;

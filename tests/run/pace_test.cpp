@@ -40,7 +40,7 @@ std::vector<int> Play(TestClock& clock, Pace& pace, double work) {
   return admitted;
 }
 
-TEST(Pace, WhoIsFastWaitsForEachFrame) {
+TEST(Pace, WaitsForEachFrameWhenFast) {
   TestClock clock;
   Pace pace(clock.AsPaceClock());
   EXPECT_THAT(Play(clock, pace, 0.03), ElementsAre(0, 1, 2, 3, 4, 5, 6, 7, 8, 9));
@@ -48,7 +48,7 @@ TEST(Pace, WhoIsFastWaitsForEachFrame) {
   EXPECT_NEAR(clock.time, 1000.0 + 0.9 + 0.03, 1e-9);  // the last frame's time, and its work
 }
 
-TEST(Pace, WhoIsSlowGetsTheNewestFrame) {
+TEST(Pace, SkipsToNewestFrameWhenSlow) {
   TestClock clock;
   Pace pace(clock.AsPaceClock());
   // Done at 0.25 s (frame 2 is the newest), 0.5 (5, just there), 0.75 (7), 1.0 (9).
@@ -57,7 +57,7 @@ TEST(Pace, WhoIsSlowGetsTheNewestFrame) {
   EXPECT_THAT(clock.sleeps, ElementsAre());
 }
 
-TEST(Pace, WhoseReadingIsTooSlowGetsAFrameNowAndThen) {
+TEST(Pace, DeliversSomeFramesWhenReadingIsSlow) {
   TestClock clock;
   Pace pace(clock.AsPaceClock());
   std::vector<int> admitted;
@@ -70,7 +70,7 @@ TEST(Pace, WhoseReadingIsTooSlowGetsAFrameNowAndThen) {
   EXPECT_THAT(admitted, ElementsAre(0, 4, 8, 12, 16));
 }
 
-TEST(Pace, OneSlowFrameCostsOnlyWhatCameMeanwhile) {
+TEST(Pace, DropsOnlyFramesDuringSlowFrame) {
   TestClock clock;
   Pace pace(clock.AsPaceClock());
   EXPECT_TRUE(pace.Admit(0.0, 0.1));
@@ -83,7 +83,7 @@ TEST(Pace, OneSlowFrameCostsOnlyWhatCameMeanwhile) {
   EXPECT_NEAR(clock.time, 1000.4, 1e-9);  // on time again
 }
 
-TEST(Pace, TheLastFrameIsNeverDropped) {
+TEST(Pace, NeverDropsLastFrame) {
   TestClock clock;
   Pace pace(clock.AsPaceClock());
   EXPECT_TRUE(pace.Admit(0.0, 0.1));
@@ -91,7 +91,7 @@ TEST(Pace, TheLastFrameIsNeverDropped) {
   EXPECT_TRUE(pace.Admit(0.1, std::nullopt));
 }
 
-TEST(Pace, CtrlCEndsTheWaitForALateFrame) {
+TEST(Pace, StopsWaitingWhenInterrupted) {
   TestClock clock;
   PaceClock paced = clock.AsPaceClock();
   paced.stop = [&] { return clock.time > 1000.5; };

@@ -22,7 +22,7 @@ MapSnapshotPtr Snapshot(int frame) {
   return map;
 }
 
-TEST(Recorder, WritesTheSameBytesAsAWriterWithoutAThread) {
+TEST(Recorder, WritesSameBytesAsUnthreadedWriter) {
   const TemporaryFolder folder;
   const std::filesystem::path direct = folder.Path() / "direct.sqmap";
   const std::filesystem::path queued = folder.Path() / "queued.sqmap";
@@ -39,7 +39,7 @@ TEST(Recorder, WritesTheSameBytesAsAWriterWithoutAThread) {
 }
 
 // As a kill would leave it: the recording is read while it is still open.
-TEST(Recorder, KeepsTheNewestMapWhileTheRunGoesOn) {
+TEST(Recorder, WritesNewestMapDuringRun) {
   const TemporaryFolder folder;
   const std::filesystem::path path = folder.Path() / "map.sqmap";
   Recorder recorder(path, {});
@@ -63,7 +63,7 @@ TEST(Recorder, KeepsTheNewestMapWhileTheRunGoesOn) {
   EXPECT_EQ(ReadKeptMap(path).state, "the map of now");
 }
 
-TEST(Recorder, WhatWaitsIsWrittenWhenARunFailsElsewhere) {
+TEST(Recorder, WritesPendingMapsWhenRunFails) {
   const TemporaryFolder folder;
   const std::filesystem::path path = folder.Path() / "map.sqmap";
   {
@@ -75,7 +75,7 @@ TEST(Recorder, WhatWaitsIsWrittenWhenARunFailsElsewhere) {
   EXPECT_EQ(RecordingReader(path).Size(), 3);
 }
 
-TEST(Recorder, AFailureIsKeptForCloseAndBlocksNobody) {
+TEST(Recorder, RethrowsFailureOnCloseWithoutBlocking) {
   const TemporaryFolder folder;
   const std::filesystem::path path = folder.Path() / "map.sqmap";
   Recorder recorder(path, {});

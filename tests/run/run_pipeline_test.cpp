@@ -72,7 +72,7 @@ class RunPipelineTest : public ::testing::Test {
   const TemporaryFolder folder_;
 };
 
-TEST_F(RunPipelineTest, PicturesFollowTheMapAndDeterministicRunsAreRecordedAlike) {
+TEST_F(RunPipelineTest, DrawsPicturesAndRepeatsDeterministicRecordings) {
   WatchfulHost host;
   const FinishedRun run = RunPipeline(Request("a"), host);
   EXPECT_THAT(host.steps, ElementsAre("draw", "film", "report"));
@@ -85,14 +85,14 @@ TEST_F(RunPipelineTest, PicturesFollowTheMapAndDeterministicRunsAreRecordedAlike
   EXPECT_EQ(Recording("a"), Recording("b"));
 }
 
-TEST_F(RunPipelineTest, APictureThatFailsKeepsNothingElseFromBeingMade) {
+TEST_F(RunPipelineTest, WritesOtherFilesWhenOnePictureFails) {
   WatchfulHost host;
   host.blind = true;
   EXPECT_THROW(RunPipeline(Request("a"), host), std::runtime_error);
   EXPECT_THAT(host.steps, ElementsAre("draw", "film", "report"));
 }
 
-TEST_F(RunPipelineTest, WarningsOfItsLastStepsAreKeptToo) {
+TEST_F(RunPipelineTest, KeepsWarningsOfLastSteps) {
   const auto before = spdlog::default_logger();
   spdlog::set_default_logger(
       std::make_shared<spdlog::logger>("test", std::make_shared<spdlog::sinks::dist_sink_mt>()));
@@ -102,7 +102,7 @@ TEST_F(RunPipelineTest, WarningsOfItsLastStepsAreKeptToo) {
   EXPECT_THAT(ReadStats(run.output / "stats.json").warnings, Contains("it is dark"));
 }
 
-TEST_F(RunPipelineTest, ARunThatTheHostEndsSavesWhatItHasMapped) {
+TEST_F(RunPipelineTest, SavesMapWhenHostStopsRun) {
   WatchfulHost host;
   host.last_frame = kFrames - 10;
   const FinishedRun run = RunPipeline(Request("a"), host);
@@ -112,7 +112,7 @@ TEST_F(RunPipelineTest, ARunThatTheHostEndsSavesWhatItHasMapped) {
   EXPECT_EQ(RecordingReader(run.output / "map.sqmap").Size(), host.snapshots);
 }
 
-TEST(AttemptAll, GoesOnAfterAnyFailureAndThrowsTheFirst) {
+TEST(AttemptAll, ContinuesAfterFailuresAndThrowsTheFirst) {
   int done = 0;
   const auto count = [&] { ++done; };
   const auto full = [] { throw InputError("the disk is full"); };

@@ -73,7 +73,7 @@ void FitPoints(SyntheticMap& world) {
   }
 }
 
-TEST(ScaleEstimation, DeviationsOfDistancesAreHonest) {
+TEST(ScaleEstimation, PredictsDeviationOfDistances) {
   SyntheticMap world = MakeSyntheticMap({.pixel_noise = 0.7});
   FitPoints(world);
   MapSnapshot map;
@@ -101,7 +101,7 @@ TEST(ScaleEstimation, DeviationsOfDistancesAreHonest) {
   ExpectCoverage(errors);
 }
 
-TEST(ScaleEstimation, PlacesWithoutMapPointsAreRefused) {
+TEST(ScaleEstimation, RejectsPlacesWithoutMapPoints) {
   const SyntheticMap world = MakeSyntheticMap({});
   MapSnapshot map;
   map.camera = world.camera;
@@ -119,7 +119,7 @@ TEST(ScaleEstimation, PlacesWithoutMapPointsAreRefused) {
 }
 
 // The heights of objects that err as their covariances say.
-TEST(ScaleEstimation, DeviationsOfHeightsAreHonest) {
+TEST(ScaleEstimation, PredictsDeviationOfHeights) {
   std::mt19937_64 random(5);
   std::normal_distribution<double> normal;
   std::vector<double> errors;
@@ -137,7 +137,7 @@ TEST(ScaleEstimation, DeviationsOfHeightsAreHonest) {
   ExpectCoverage(errors);
 }
 
-TEST(ScaleEstimation, OfALabelTheSurestHeightCounts) {
+TEST(ScaleEstimation, UsesMostCertainHeightOfLabel) {
   MapSnapshot map = HandMadeMap();
   for (SnapshotObject& object : map.objects) {
     object.label = "cup";
@@ -150,7 +150,7 @@ TEST(ScaleEstimation, OfALabelTheSurestHeightCounts) {
       << "uncertain ones last; the second is the taller";
 }
 
-TEST(ScaleEstimation, RefusesHeightsThatNobodyKnows) {
+TEST(ScaleEstimation, RejectsUnknownHeights) {
   MapSnapshot map = HandMadeMap();
   EXPECT_THAT(Refusal<InputError>([&] { MeasureHeight(map, "12"); }),
               HasSubstr("the map has no object 12, expected one of 0 book, 1 cup, 2 sports_ball"));
@@ -159,7 +159,7 @@ TEST(ScaleEstimation, RefusesHeightsThatNobodyKnows) {
   EXPECT_THAT(Refusal<InputError>([&] { MeasureHeight(map, "1"); }), HasSubstr("up direction is unknown"));
 }
 
-TEST(ScaleEstimation, ReferencesAreReadFromWords) {
+TEST(ScaleEstimation, ParsesReferences) {
   EXPECT_EQ(std::get<KnownHeight>(ParseScaleReference("cup=0.096")).object, "cup");
   EXPECT_EQ(std::get<KnownHeight>(ParseScaleReference("4=0.096")).metres, 0.096);
   const auto board = std::get<CalibrationBoard>(ParseScaleReference("board=9x6,30,18,4X4_50"));
@@ -205,7 +205,7 @@ std::vector<BoardSight> Sights(int count, double metres, std::uint64_t seed) {
   return sights;
 }
 
-TEST(ScaleEstimation, DeviationsOfBoardsAreHonest) {
+TEST(ScaleEstimation, PredictsDeviationOfBoards) {
   std::vector<double> errors;
   for (std::uint64_t seed = 0; seed < 150; ++seed) {
     const auto scale = ScaleByBoard(Sights(7, 2.5, seed), kCamera, kBoard);
@@ -217,7 +217,7 @@ TEST(ScaleEstimation, DeviationsOfBoardsAreHonest) {
   ExpectCoverage(errors);
 }
 
-TEST(ScaleEstimation, ABoardIsToBeSeenFromFourPlaces) {
+TEST(ScaleEstimation, RequiresFourViewsOfBoard) {
   EXPECT_FALSE(ScaleByBoard(Sights(3, 2.5, 1), kCamera, kBoard));
   std::vector<BoardSight> still = Sights(1, 2.5, 1);
   still.resize(5, still.front());
@@ -250,7 +250,7 @@ class BoardFilm : public ::testing::Test {
   const std::filesystem::path recording_ = folder_.Path() / "map.sqmap";
 };
 
-TEST_F(BoardFilm, GivesTheScaleAlsoOfAMapThatHasOne) {
+TEST_F(BoardFilm, EstimatesScaleOfScaledMap) {
   const MapScale first = EstimateScale(recording_, kBoard);
   EXPECT_NEAR(first.metres, 0.5, 0.005);
   EXPECT_THAT(first.source, HasSubstr("in 4 keyframes"));
@@ -260,7 +260,7 @@ TEST_F(BoardFilm, GivesTheScaleAlsoOfAMapThatHasOne) {
   EXPECT_NEAR(again.deviation, first.deviation, 1e-6);
 }
 
-TEST_F(BoardFilm, AnotherBoardIsNotSeen) {
+TEST_F(BoardFilm, IgnoresOtherBoards) {
   CalibrationBoard other = kBoard;
   other.dictionary = "6X6_50";
   EXPECT_THAT(Refusal<InputError>([&] { EstimateScale(recording_, other); }),

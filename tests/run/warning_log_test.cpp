@@ -11,7 +11,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-TEST(WarningLog, TakesDownWarningsOnceAndOnlyWhileItLives) {
+TEST(WarningLog, RecordsEachWarningOnceWhileAlive) {
   const auto before = spdlog::default_logger();
   const auto sinks = std::make_shared<spdlog::sinks::dist_sink_mt>();
   spdlog::set_default_logger(std::make_shared<spdlog::logger>("test", sinks));
@@ -27,7 +27,7 @@ TEST(WarningLog, TakesDownWarningsOnceAndOnlyWhileItLives) {
   spdlog::set_default_logger(before);
 }
 
-TEST(WarningLog, HearsNothingOfALogThatDoesNotPassOn) {
+TEST(WarningLog, IgnoresDetachedLogs) {
   const WarningLog log;
   EXPECT_THAT(log.Lines(), IsEmpty());
 }

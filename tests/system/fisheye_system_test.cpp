@@ -22,7 +22,7 @@ Camera EquidistantLens() {
 }
 
 // From images to the finished map and its trajectory.
-TEST(System, MapsThroughAFisheyeLens) {
+TEST(System, MapsThroughFisheyeLens) {
   constexpr double kMaxError = 0.01;  // m, of a path through a world 1 to 4 m away
   const TexturedWorld world({1000, 760, 160.0, 160.0, 499.5, 379.5});
   const ThroughLens through_lens(EquidistantLens(), world.GetCamera());

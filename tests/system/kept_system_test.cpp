@@ -76,7 +76,7 @@ class KeptSystem : public ::testing::Test {
   static inline RunResult first_;
 };
 
-TEST_F(KeptSystem, SavedLoadedAndSavedAgainIsByteIdentical) {
+TEST_F(KeptSystem, RoundTripsByteIdentically) {
   const SystemOptions options = KeptOptions();
   StageTimes times;
   AtlasViewPtr atlas;
@@ -97,7 +97,7 @@ TEST_F(KeptSystem, SavedLoadedAndSavedAgainIsByteIdentical) {
   }
 }
 
-TEST_F(KeptSystem, DamagedStatesAreRefusedByName) {
+TEST_F(KeptSystem, RejectsDamagedStates) {
   for (std::size_t size = 0; size < first_.kept.state.size(); size += first_.kept.state.size() / 23) {
     KeptMap cut = first_.kept;
     cut.state.resize(size);
@@ -105,7 +105,7 @@ TEST_F(KeptSystem, DamagedStatesAreRefusedByName) {
   }
 }
 
-TEST_F(KeptSystem, OtherWordsAreRefused) {
+TEST_F(KeptSystem, RejectsOtherVocabulary) {
   KeptMap other = first_.kept;
   other.vocabulary = "12345678";
   EXPECT_THROW(Localizer(other, "map", KeptOptions()), InputError);
@@ -115,7 +115,7 @@ TEST_F(KeptSystem, OtherWordsAreRefused) {
 }
 
 // In the old map's own frame: no alignment.
-TEST_F(KeptSystem, FramesAreFoundInTheMap) {
+TEST_F(KeptSystem, LocalizesFrames) {
   Localizer localizer(first_.kept, "map", KeptOptions());
   Play(20, kFrames, [&](const Frame& frame) { localizer.Process(frame); });
   const Localization found = localizer.Finish();
@@ -129,7 +129,7 @@ TEST_F(KeptSystem, FramesAreFoundInTheMap) {
   }
 }
 
-TEST_F(KeptSystem, TheSecondRunGoesOnInTheOldMap) {
+TEST_F(KeptSystem, ExtendsMapInSecondRun) {
   std::vector<MapSnapshotPtr> snapshots;
   System system(first_.kept, "map", KeptOptions(),
                 [&](MapSnapshotPtr snapshot) { snapshots.push_back(std::move(snapshot)); });
@@ -157,7 +157,7 @@ TEST_F(KeptSystem, TheSecondRunGoesOnInTheOldMap) {
 }
 
 // Two runs that know nothing of each other, each with a scale and frame of its own.
-TEST_F(KeptSystem, TheMapsOfTwoRunsBecomeOne) {
+TEST_F(KeptSystem, MergesMapsOfTwoRuns) {
   System other(world_->GetCamera(), KeptOptions(), [](const MapSnapshotPtr&) {});
   Play(45, kFrames, [&](const Frame& frame) { other.Process(frame); });
   const RunResult second = other.Finish();
@@ -186,7 +186,7 @@ TEST_F(KeptSystem, TheMapsOfTwoRunsBecomeOne) {
   EXPECT_EQ(localizer.Finish().poses.size(), 10U);
 }
 
-TEST_F(KeptSystem, MapsOfOtherPlacesStayApart) {
+TEST_F(KeptSystem, KeepsMapsOfDifferentPlacesApart) {
   System other(world_->GetCamera(), KeptOptions(), [](const MapSnapshotPtr&) {});
   Play(0, kMapped, [&](Frame frame) {
     cv::flip(frame.gray, frame.gray, 0);  // a place that looks different to every descriptor

@@ -59,7 +59,7 @@ double TrajectoryError(const SystemRun& run, const std::vector<Rigid3d>& path) {
 }
 
 // Tracking and mapping meet as the machine allows. The parts of a result belong together all the same.
-TEST(System, MapsOnAThreadOfItsOwn) {
+TEST(System, MapsOnOwnThread) {
   constexpr int kFrames = 80;
   const SystemRun run = RunPath(HandHeldPath(kFrames), TestOptions(false));
   ASSERT_NE(run.result.map.snapshot, nullptr)
@@ -87,7 +87,7 @@ TEST(System, MapsOnAThreadOfItsOwn) {
 }
 
 // However slow mapping or tracking is, a recording gives the same map.
-TEST(System, InStepTheMapDoesNotDependOnTheMachine) {
+TEST(System, DoesNotDependOnMachineWhenInStep) {
   const TexturedWorld world;
   const std::vector<Rigid3d> path = HandHeldPath(70);
   SystemOptions options = TestOptions(false);
@@ -112,7 +112,7 @@ TEST(System, InStepTheMapDoesNotDependOnTheMachine) {
   EXPECT_EQ(trajectory(30ms, 0ms), poses);
 }
 
-TEST(System, MapsATexturedWorld) {
+TEST(System, MapsTexturedWorld) {
   const std::vector<Rigid3d> path = HandHeldPath(120);
   const SystemRun run = RunPath(path, TestOptions(true));
   ASSERT_NE(run.result.map.snapshot, nullptr) << run.result.no_map_reason;
@@ -125,7 +125,7 @@ TEST(System, MapsATexturedWorld) {
 
 // Somebody walks by, as large as a third of the image, with all the texture that corners like. The boxes of a
 // detector say where; a mask could say so too.
-TEST(System, WhatMovesTakesNoPart) {
+TEST(System, IgnoresMovingThings) {
   const std::vector<Rigid3d> path = HandHeldPath(120);
   cv::Mat cloth(70, 40, CV_8UC1);
   cv::randu(cloth, 0, 255);
@@ -163,7 +163,7 @@ const SystemRun& ShortRun() {
   return run;
 }
 
-TEST(System, IsBitIdenticalInDeterministicMode) {
+TEST(System, RepeatsBitIdenticallyWhenDeterministic) {
   const SystemRun& first = ShortRun();
   const SystemRun second = RunPath(HandHeldPath(80), TestOptions(true));
   ASSERT_NE(first.result.map.snapshot, nullptr) << first.result.no_map_reason;
@@ -178,7 +178,7 @@ TEST(System, IsBitIdenticalInDeterministicMode) {
   }
 }
 
-TEST(System, PublishesSnapshotsThatGrowAndStay) {
+TEST(System, PublishesGrowingImmutableSnapshots) {
   const SystemRun& run = ShortRun();
   ASSERT_GE(run.snapshots.size(), 3U);
   for (std::size_t i = 0; i < run.snapshots.size(); ++i) {
@@ -207,7 +207,7 @@ Frame Mirrored(Frame frame) {
   return frame;
 }
 
-TEST(System, BeginsASubmapInAPlaceItDoesNotKnowAndFindsBack) {
+TEST(System, BeginsSubmapInUnknownPlaceAndReturns) {
   const TexturedWorld world;
   std::vector<Rigid3d> path = HandHeldPath(130);
   for (int i = 40; i > 0; --i) {
@@ -234,7 +234,7 @@ TEST(System, BeginsASubmapInAPlaceItDoesNotKnowAndFindsBack) {
 }
 
 // The second map begins where the first has never looked, and comes to where it has.
-TEST(System, MergesSubmapsThatMeet) {
+TEST(System, MergesMeetingSubmaps) {
   const TexturedWorld world;
   std::vector<Rigid3d> path = HandHeldPath(60);
   constexpr int kBlank = 6;
@@ -259,7 +259,7 @@ TEST(System, MergesSubmapsThatMeet) {
   EXPECT_LT(TrajectoryError(run, path), 0.08);  // of 2.7: half of the way shows nothing but one wall
 }
 
-TEST(System, CountsTheReturnToAKnownPlace) {
+TEST(System, CountsReturnToKnownPlace) {
   std::vector<Rigid3d> path;
   constexpr int kOut = 130;  // far enough that the end of the way shows nothing of its beginning
   for (int i = 0; i < 2 * kOut; ++i) {
@@ -274,13 +274,13 @@ TEST(System, CountsTheReturnToAKnownPlace) {
   EXPECT_EQ(RunPath(way_out, TestOptions(true)).result.counters.returns, 0);
 }
 
-TEST(System, SaysWhyAStaticCameraGivesNoMap) {
+TEST(System, ExplainsMissingMapOfStaticCamera) {
   const SystemRun run = RunPath(std::vector<Rigid3d>(40), TestOptions(true));
   EXPECT_EQ(run.result.map.snapshot, nullptr);
   EXPECT_NE(run.result.no_map_reason.find("hardly moves"), std::string::npos) << run.result.no_map_reason;
 }
 
-TEST(System, BuildsNoMapFromAPureRotation) {
+TEST(System, BuildsNoMapFromPureRotation) {
   std::vector<Rigid3d> path;
   for (int i = 0; i < 60; ++i) {
     path.push_back(
@@ -327,7 +327,7 @@ SystemRun RunWithBoxes(const std::vector<Rigid3d>& path, const SystemOptions& op
   return run;
 }
 
-TEST(System, BoxesThatComeLateJoinTheirFrames) {
+TEST(System, AssignsLateBoxesToTheirFrames) {
   const std::vector<Rigid3d> path = HandHeldPath(100);
   // A panel that leans fits no upright solid well, and two starts of the refined estimate are about as good:
   // the paper's method has one.
@@ -352,7 +352,7 @@ TEST(System, BoxesThatComeLateJoinTheirFrames) {
 }
 
 // A snapshot shows the newest image whose boxes are known.
-TEST(System, SnapshotsShowBoxesWithTheirOwnImage) {
+TEST(System, ShowsBoxesWithTheirOwnImage) {
   const std::vector<Rigid3d> path = HandHeldPath(60);
   int with_boxes = 0;
   for (const MapSnapshotPtr& snapshot : RunWithBoxes(path, TestOptions(true), 5).snapshots) {
@@ -365,7 +365,7 @@ TEST(System, SnapshotsShowBoxesWithTheirOwnImage) {
   EXPECT_GT(with_boxes, 1);
 }
 
-TEST(System, BoxesOfFramesThatAreNotWaitingAreLeftOut) {
+TEST(System, IgnoresBoxesOfUnknownFrames) {
   const TexturedWorld world;
   const std::vector<Rigid3d> path = HandHeldPath(3);
   System system(world.GetCamera(), TestOptions(true), [](const MapSnapshotPtr&) {});
@@ -381,7 +381,7 @@ TEST(System, BoxesOfFramesThatAreNotWaitingAreLeftOut) {
   EXPECT_EQ(system.Finish().frames, 3);
 }
 
-TEST(System, TurnsTheMapUprightAsConfigured) {
+TEST(System, AlignsGravityAsConfigured) {
   SystemOptions options = TestOptions(true);
   options.gravity = "level-start";
   const SystemRun run = RunPath(HandHeldPath(60), options);
