@@ -104,7 +104,7 @@ done
 
 # Products of a finished map.
 q densify second
-q densify second --set dense.scale=1 --set objects.dense_evidence=auto --threads 1
+q densify second --set dense.scale=1 --threads 1
 q eval map ellipsoid quadric cuboid --ground-truth desk -o table.tex
 q eval map --dense --ground-truth desk
 for name in tables.md tables.json; do q eval map --ground-truth desk --set alignment=poses -o "$name"; done
