@@ -53,8 +53,7 @@ struct Localizer::Impl {
 
   // Tracks the frames of a loss backward, from where tracking resumed.
   void AddBacklog(const Backlog& backlog) {
-    for (const TrackedFrame& frame :
-         TrackBackward(pose_tracker, *view, backlog, tracking.min_recovery_inliers)) {
+    for (const TrackedFrame& frame : TrackBackward(pose_tracker, *view, backlog)) {
       Add(frame.index, {{frame.timestamp, {}}, images[frame.index]}, frame.anchor);
     }
   }

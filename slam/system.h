@@ -16,7 +16,7 @@
 #include "slam/snapshot/kept_map.h"
 #include "slam/snapshot/snapshot.h"
 #include "slam/system_options.h"
-#include "slam/tracking/frame_view.h"
+#include "slam/tracking/tracking_report.h"
 #include "slam/util/run_counters.h"
 #include "slam/util/stage_times.h"
 

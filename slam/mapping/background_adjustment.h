@@ -11,14 +11,14 @@
 
 namespace sqslam {
 
-// Runs a full bundle adjustment on a copy of the map while mapping goes on. One at a time.
+// Runs a full bundle adjustment on a copy of the map while mapping continues. One at a time.
 class BackgroundAdjustment {
  public:
   static constexpr int kCallsInStep = 5;
   using Solver = std::function<decltype(SolveBundle)>;
 
-  // With `in_step` the solution is there at this call of TakeFinished(), which waits for it, so that a run
-  // can be repeated.
+  // `in_step`: the solution is returned at call kCallsInStep of TakeFinished(), which waits for it, so that a
+  // run can be repeated.
   explicit BackgroundAdjustment(bool in_step, Solver solve = SolveBundle)
       : in_step_(in_step), solve_(std::move(solve)) {}
   ~BackgroundAdjustment() { Stop(); }
@@ -34,7 +34,7 @@ class BackgroundAdjustment {
   // Cancels a running adjustment first.
   void Start(Job job, const BundleSolverOptions& options);
 
-  // Returns the solution once it is there, and only once. Throws what the solver threw.
+  // Returns the solution once, when it is finished. Rethrows the solver's exception.
   std::optional<Job> TakeFinished();
 
   // Cancels the running adjustment and discards its result, an error too.

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "slam/estimation/reprojection_error.h"
+#include "slam/estimation/sim3_estimation.h"
 #include "slam/estimation/two_view.h"
 #include "slam/features/matching.h"
 #include "slam/mapping/local_mapping.h"
@@ -16,7 +17,7 @@
 namespace sqslam {
 namespace {
 
-// Frames between this one and the nearest keyframe of the map.
+// Returns the number of frames between a frame and the map's nearest keyframe in time.
 std::int64_t TimeDistance(const Map& map, std::int64_t frame_index) {
   std::int64_t nearest = std::numeric_limits<std::int64_t>::max();
   for (const auto& [id, keyframe] : map.Keyframes()) {
@@ -33,14 +34,14 @@ struct CommonScale {
 };
 
 std::optional<CommonScale> FindCommonScale(const std::vector<Sim3Match>& matches, int min_matches) {
-  constexpr double kSlack = 0.2;  // of the ratio
+  constexpr double kMaxDeviation = 0.2;  // of a match's ratio from the median
   if (static_cast<int>(matches.size()) < min_matches) {
     return std::nullopt;
   }
   const auto ratio = [](const Sim3Match& match) { return match.p_camera1.norm() / match.p_camera2.norm(); };
   CommonScale common{UpperMedian(ToVector(matches, ratio)), {}};
   std::ranges::copy_if(matches, std::back_inserter(common.matches), [&](const Sim3Match& match) {
-    return std::abs(ratio(match) / common.scale - 1.0) <= kSlack;
+    return std::abs(ratio(match) / common.scale - 1.0) <= kMaxDeviation;
   });
   const bool agreed =
       static_cast<int>(common.matches.size()) >= min_matches && 2 * common.matches.size() >= matches.size();
@@ -52,11 +53,11 @@ TrackedFrame Untracked(const LeftoverFrame& leftover) {
   frame.index = leftover.index;
   frame.timestamp = leftover.timestamp;
   frame.features = leftover.features;
-  frame.ForgetPoints();
+  frame.ClearPoints();
   return frame;
 }
 
-// Up to `count` keyframes before and as many after a frame.
+// Returns up to `count` keyframes before and as many after a frame.
 std::set<KeyframeId> NextInTime(const Map& map, std::int64_t frame_index, int count) {
   std::map<std::int64_t, KeyframeId> by_frame;
   for (const auto& [id, keyframe] : map.Keyframes()) {
@@ -76,7 +77,7 @@ std::set<KeyframeId> NextInTime(const Map& map, std::int64_t frame_index, int co
 
 }  // namespace
 
-std::vector<std::int64_t> Completion::InTurn(const Map& map, const LeftoverFrames& frames) const {
+std::vector<std::int64_t> Completion::ByDistanceInTime(const Map& map, const LeftoverFrames& frames) const {
   std::vector<std::int64_t> indices = frames.Indices();
   std::ranges::stable_sort(indices, {}, [&](std::int64_t index) { return TimeDistance(map, index); });
   return indices;
@@ -84,8 +85,10 @@ std::vector<std::int64_t> Completion::InTurn(const Map& map, const LeftoverFrame
 
 std::set<KeyframeId> Completion::Candidates(const Map& map, std::int64_t frame_index,
                                             const FrameFeatures& features) const {
-  std::set<KeyframeId> candidates = NextInTime(map, frame_index, options_.neighbours);
-  for (const KeyframeId id : places_.Alike(map, features, options_.candidates)) {
+  constexpr int kNeighbours = 4;  // keyframes before the frame and after it
+  constexpr int kSimilar = 6;     // keyframes of similar appearance
+  std::set<KeyframeId> candidates = NextInTime(map, frame_index, kNeighbours);
+  for (const KeyframeId id : places_.MostSimilar(map, features, kSimilar)) {
     candidates.insert(id);
   }
   return candidates;
@@ -93,9 +96,10 @@ std::set<KeyframeId> Completion::Candidates(const Map& map, std::int64_t frame_i
 
 std::optional<TrackedFrame> Completion::Locate(const Map& map, const TrackingView& view,
                                                const LeftoverFrame& leftover) const {
+  constexpr int kMinInliers = 20;  // map points that must confirm the pose
   TrackedFrame frame = Untracked(leftover);
-  const bool found = tracker_.LocateAmong(view, Candidates(map, leftover.index, *leftover.features),
-                                          options_.min_inliers, frame);
+  const bool found =
+      tracker_.LocateAmong(view, Candidates(map, leftover.index, *leftover.features), kMinInliers, frame);
   return found ? std::optional(std::move(frame)) : std::nullopt;
 }
 
@@ -118,7 +122,7 @@ std::optional<TrackedFrame> Completion::StepFrom(const Map& map, const Keyframe&
   constexpr int kMaxDistance = 64;   // bits
   constexpr int kMinCommon = 8;      // map points
   constexpr double kMaxError = 4.0;  // px at level 0, of their reprojection: the step's length is not exact
-  constexpr double kAgreed = 0.5;    // of the map points that were matched
+  constexpr double kMinInlierShare = 0.5;  // of the map points that were matched
   TwoViewOptions two_view;
   two_view.min_points = 25;  // fewer than for a new map: the common points confirm the pose too
   const auto pairs = MatchAll(*keyframe.features, *leftover.features, {}, {}, kMaxDistance, kRatio);
@@ -160,24 +164,25 @@ std::optional<TrackedFrame> Completion::StepFrom(const Map& map, const Keyframe&
       }
     }
   }
-  return frame.inliers >= kMinCommon && frame.inliers >= kAgreed * known ? std::optional(frame)
-                                                                         : std::nullopt;
+  return frame.inliers >= kMinCommon && frame.inliers >= kMinInlierShare * known ? std::optional(frame)
+                                                                                 : std::nullopt;
 }
 
-// Keyframes nearest in time to the other map come first.
-std::vector<KeyframeId> Completion::LikeliestToTie(const Map& current, const Map& known) const {
+// Returns the keyframes of `current` nearest in time to the other map, nearest first.
+std::vector<KeyframeId> Completion::NearestInTime(const Map& current, const Map& known) const {
+  constexpr int kMaxAttempts = 30;
   std::vector<std::pair<std::int64_t, KeyframeId>> ranked;
   for (const auto& [id, keyframe] : current.Keyframes()) {
     ranked.emplace_back(TimeDistance(known, keyframe.frame_index), id);
   }
   std::ranges::sort(ranked);
-  return ToVector(ranked | std::views::take(options_.max_tie_attempts) | std::views::values);
+  return ToVector(ranked | std::views::take(kMaxAttempts) | std::views::values);
 }
 
 std::optional<SubmapTie> Completion::Tie(const Map& current, const Map& known,
                                          const TrackingView& known_view) const {
   std::optional<SubmapTie> best;
-  for (const KeyframeId id : LikeliestToTie(current, known)) {
+  for (const KeyframeId id : NearestInTime(current, known)) {
     const Keyframe& keyframe = current.At(id);
     const std::optional<TrackedFrame> located =
         Locate(known, known_view, {keyframe.frame_index, keyframe.timestamp, keyframe.features});
@@ -213,7 +218,7 @@ std::optional<SubmapTie> Completion::TieFrom(const Map& current, const Keyframe&
                        located.T_camera_map * known.Point(point).p_map, keypoint.pixel, keypoint.pixel,
                        variance, variance});
   }
-  const std::optional<CommonScale> common = FindCommonScale(matches, options_.min_shared_points);
+  const std::optional<CommonScale> common = FindCommonScale(matches, kMinSharedPoints);
   if (!common) {
     return std::nullopt;
   }

@@ -10,7 +10,7 @@
 
 #include "slam/map/map.h"
 #include "slam/mapping/place_recognizer.h"
-#include "slam/mapping/thinned_frames.h"
+#include "slam/mapping/submap.h"
 #include "slam/tracking/pose_tracker.h"
 
 // Tries leftovers of a run (frames without a pose and unconnected submaps) once more at its end, as
@@ -32,23 +32,29 @@ struct SubmapTie {
   int shared_points = 0;  // seen in both submaps
 };
 
-// Attempts to locate a leftover in a submap. They depend on that frame and on the maps alone, so one that has
-// failed is not made again until a map has changed.
+// Attempts to locate a leftover in a submap. They depend on that frame and on the maps alone: a failed
+// attempt is not repeated until a map has changed.
 class CompletionAttempts {
  public:
   enum class Kind { kTie, kLocate, kTwoViews };
 
-  // Once `stop` returns true, no attempt is due; it is asked before each one. Empty: never.
+  // Once `stop`, called before each attempt, returns true, no further attempts are made. Empty: never.
   explicit CompletionAttempts(std::function<bool()> stop = {}) : stop_(std::move(stop)) {}
 
-  // `leftover`: the index of a frame, or the number of a submap to be tied.
-  bool AreDue(Kind kind, std::int64_t submap, std::int64_t leftover) const {
-    return !failed_.contains({kind, submap, leftover}) && !(stop_ && stop_());
+  // Returns the result of locate(), an optional; empty if it fails now or has failed before. `leftover`: the
+  // index of a frame, or the number of a submap to be tied.
+  auto Try(Kind kind, std::int64_t submap, std::int64_t leftover, auto&& locate) -> decltype(locate()) {
+    if (failed_.contains({kind, submap, leftover}) || (stop_ && stop_())) {
+      return std::nullopt;
+    }
+    auto located = locate();
+    if (!located) {
+      failed_.emplace(kind, submap, leftover);
+    }
+    return located;
   }
-  void Fail(Kind kind, std::int64_t submap, std::int64_t leftover) {
-    failed_.emplace(kind, submap, leftover);
-  }
-  void Change(std::int64_t submap) {  // its map has changed
+  // Call when the map of the submap has changed.
+  void ForgetFailuresIn(std::int64_t submap) {
     std::erase_if(failed_, [submap](const Attempt& attempt) {
       const auto& [kind, in, leftover] = attempt;
       return in == submap || (kind == Kind::kTie && leftover == submap);
@@ -64,9 +70,10 @@ class CompletionAttempts {
 
 class Completion {
  public:
-  Completion(const Camera& camera, const CompletionOptions& options, const PoseTracker& tracker,
-             const PlaceRecognizer& places)
-      : camera_(camera), options_(options), tracker_(tracker), places_(places) {}
+  static constexpr int kMinSharedPoints = 12;  // that determine the scale between two submaps
+
+  Completion(const Camera& camera, const PoseTracker& tracker, const PlaceRecognizer& places)
+      : camera_(camera), tracker_(tracker), places_(places) {}
 
   // Locates a frame in a map: pools its matches with keyframes close in time and similar in appearance,
   // estimates the pose by P3P, and verifies it by searching the local map.
@@ -74,11 +81,11 @@ class Completion {
                                      const LeftoverFrame& frame) const;
 
   // Locates a frame that shares too few map points with any keyframe: two-view geometry gives its pose
-  // relative to a keyframe next in time, the few shared points give the length of the baseline.
+  // relative to a keyframe next in time, and the few shared points give the length of the baseline.
   std::optional<TrackedFrame> LocateByTwoViews(const Map& map, const LeftoverFrame& frame) const;
 
-  // Returns the indices of the frames, those closest in time to a keyframe of the map first.
-  std::vector<std::int64_t> InTurn(const Map& map, const LeftoverFrames& frames) const;
+  // Returns the indices of the frames, in order of their distance in time from the map's keyframes.
+  std::vector<std::int64_t> ByDistanceInTime(const Map& map, const LeftoverFrames& frames) const;
 
   // Locates a keyframe of `current` in `known` and estimates the scale from the points that both maps have
   // there. The loop has the form that PlaceRecognizer::Recognize() returns.
@@ -91,10 +98,9 @@ class Completion {
                                   const FrameFeatures& features) const;
   std::optional<SubmapTie> TieFrom(const Map& current, const Keyframe& keyframe, const Map& known,
                                    const TrackedFrame& located) const;
-  std::vector<KeyframeId> LikeliestToTie(const Map& current, const Map& known) const;
+  std::vector<KeyframeId> NearestInTime(const Map& current, const Map& known) const;
 
   Camera camera_;
-  CompletionOptions options_;
   const PoseTracker& tracker_;
   const PlaceRecognizer& places_;
 };

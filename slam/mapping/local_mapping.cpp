@@ -15,8 +15,9 @@ namespace sqslam {
 namespace {
 
 std::set<KeyframeId> Neighbourhood(const Map& map, KeyframeId id, const FusionOptions& options) {
+  constexpr int kNeighbours = 15;  // covisible keyframes whose points are fused
   std::set<KeyframeId> neighbourhood;
-  for (const KeyframeId near : map.At(id).BestCovisible(options.neighbours)) {
+  for (const KeyframeId near : map.At(id).BestCovisible(kNeighbours)) {
     neighbourhood.insert(near);
     for (const KeyframeId further : map.At(near).BestCovisible(options.second_neighbours)) {
       neighbourhood.insert(further);
@@ -98,9 +99,9 @@ bool Reprojects(const Map& map, const Camera& camera, const Keyframe& keyframe, 
 
 bool IsGoodPoint(const Map& map, const Camera& camera, const Keyframe& keyframe1, const Keypoint& keypoint1,
                  const Keyframe& keyframe2, const Keypoint& keypoint2, const Eigen::Vector3d& p_map,
-                 const NewPointOptions& options) {
-  if (!p_map.allFinite() ||
-      CosParallax(p_map, keyframe1.Center(), keyframe2.Center()) > options.max_parallax_cos ||
+                 double max_parallax_cos) {
+  constexpr double kMaxScaleRatio = 1.5;  // slack of the scale consistency test, in pyramid factors
+  if (!p_map.allFinite() || CosParallax(p_map, keyframe1.Center(), keyframe2.Center()) > max_parallax_cos ||
       !Reprojects(map, camera, keyframe1, keypoint1, p_map) ||
       !Reprojects(map, camera, keyframe2, keypoint2, p_map)) {
     return false;
@@ -108,7 +109,7 @@ bool IsGoodPoint(const Map& map, const Camera& camera, const Keyframe& keyframe1
   // A patch twice as far away should be found two times smaller.
   const double distance_ratio = (p_map - keyframe2.Center()).norm() / (p_map - keyframe1.Center()).norm();
   const double octave_ratio = map.Levels().Scale(keypoint1.octave) / map.Levels().Scale(keypoint2.octave);
-  const double slack = options.ratio_factor * map.Levels().Factor();
+  const double slack = kMaxScaleRatio * map.Levels().Factor();
   return distance_ratio < octave_ratio * slack && distance_ratio * slack > octave_ratio;
 }
 
@@ -205,12 +206,13 @@ int FuseWithNeighbours(Map& map, const Camera& camera, KeyframeId id, const Fusi
 
 std::vector<PointId> CreateNewPoints(Map& map, const Camera& camera, KeyframeId id,
                                      const NewPointOptions& options) {
+  constexpr double kMinBaseline = 0.01;  // distance to the neighbour, in units of its median depth
   std::vector<PointId> created;
   for (const KeyframeId neighbour_id : map.At(id).BestCovisible(options.neighbours)) {
     const Keyframe& keyframe = map.At(id);
     const Keyframe& neighbour = map.At(neighbour_id);
     const double baseline = (keyframe.Center() - neighbour.Center()).norm();
-    if (baseline < options.min_baseline * MedianDepth(map, neighbour)) {
+    if (baseline < kMinBaseline * MedianDepth(map, neighbour)) {
       continue;
     }
     for (const auto& [i, j] : MatchAlongEpipolarLines(map, camera, keyframe, neighbour)) {
@@ -218,7 +220,8 @@ std::vector<PointId> CreateNewPoints(Map& map, const Camera& camera, KeyframeId 
       const Keypoint& keypoint2 = neighbour.features->keypoints[j];
       const Eigen::Vector3d p_map = Triangulate(keyframe.T_camera_map, camera.Unproject(keypoint1.pixel),
                                                 neighbour.T_camera_map, camera.Unproject(keypoint2.pixel));
-      if (!IsGoodPoint(map, camera, keyframe, keypoint1, neighbour, keypoint2, p_map, options)) {
+      if (!IsGoodPoint(map, camera, keyframe, keypoint1, neighbour, keypoint2, p_map,
+                       options.max_parallax_cos)) {
         continue;
       }
       const PointId point = map.AddPoint(p_map, id);
@@ -231,18 +234,19 @@ std::vector<PointId> CreateNewPoints(Map& map, const Camera& camera, KeyframeId 
   return created;
 }
 
-std::vector<PointId> AddNewPoints(Map& map, const Camera& camera, KeyframeId id,
-                                  const NewPointOptions& new_points, const FusionOptions& fusion) {
+std::vector<PointId> AddNewPoints(Map& map, const Camera& camera, KeyframeId id) {
   const PointId first = map.Points().IdBound();
-  std::vector<PointId> created = CreateNewPoints(map, camera, id, new_points);
-  FuseWithNeighbours(map, camera, id, fusion);
+  std::vector<PointId> created = CreateNewPoints(map, camera, id);
+  FuseWithNeighbours(map, camera, id);
   map.ForgetFusedFrom(first);
   return created;
 }
 
-int CullPoints(Map& map, std::set<PointId>& young, KeyframeId newest, const CullingOptions& options) {
-  constexpr KeyframeId kTrial = 2;   // keyframes after which a point must be seen often enough
-  constexpr KeyframeId kPassed = 3;  // keyframes after which it is no longer young
+int CullPoints(Map& map, std::set<PointId>& young, KeyframeId newest) {
+  constexpr double kMinFoundRatio = 0.25;   // of the frames that should show the point
+  constexpr KeyframeId kTrialAge = 2;       // keyframes after which a point ...
+  constexpr std::size_t kMinObservers = 3;  // ... needs this many keyframes that observe it
+  constexpr KeyframeId kProvenAge = 3;      // keyframes after which it is no longer young
   int removed = 0;
   for (auto it = young.begin(); it != young.end();) {
     if (!map.IsAlive(*it)) {
@@ -251,14 +255,13 @@ int CullPoints(Map& map, std::set<PointId>& young, KeyframeId newest, const Cull
     }
     const MapPoint& point = map.Point(*it);
     const KeyframeId age = newest - point.first_keyframe;
-    const bool poor =
-        point.FoundRatio() < options.min_found_ratio ||
-        (age >= kTrial && static_cast<int>(point.observations.size()) < options.min_observations);
+    const bool poor = point.FoundRatio() < kMinFoundRatio ||
+                      (age >= kTrialAge && point.observations.size() < kMinObservers);
     if (poor) {
       map.RemovePoint(*it);
       ++removed;
     }
-    it = poor || age >= kPassed ? young.erase(it) : std::next(it);
+    it = poor || age >= kProvenAge ? young.erase(it) : std::next(it);
   }
   return removed;
 }

@@ -16,6 +16,18 @@ namespace sqslam {
 // Pairs of keyframes connected by a loop closure; they stay edges of every later pose graph.
 using LoopEdges = std::set<std::pair<KeyframeId, KeyframeId>>;
 
+// Limits of the triangulation of new points.
+struct NewPointOptions {
+  int neighbours = 15;               // covisible keyframes to triangulate with
+  double max_parallax_cos = 0.9998;  // cosine of the parallax angle above which no point is triangulated
+};
+
+// Search for duplicates of a keyframe's points.
+struct FusionOptions {
+  int second_neighbours = 5;  // covisible keyframes of each neighbour that are searched too
+  double radius = 3.0;        // px at level 0, around a projected point
+};
+
 struct ProjectionSearch {
   double radius = 3.0;    // px at level 0, around the predicted position
   int max_distance = 50;  // bits
@@ -38,21 +50,21 @@ int FuseInto(Map& map, const Camera& camera, const std::set<PointId>& points, Ke
 
 // Projects the keyframe's points into its neighbours and theirs into the keyframe (VI-C): fuses duplicates
 // and adds missing observations. Returns the number of matches.
-int FuseWithNeighbours(Map& map, const Camera& camera, KeyframeId keyframe, const FusionOptions& options);
+int FuseWithNeighbours(Map& map, const Camera& camera, KeyframeId keyframe,
+                       const FusionOptions& options = {});
 
 // Triangulates new map points between a keyframe and its most covisible neighbours from keypoints without a
 // point, matched along the epipolar line (VI-C). Returns the new points.
 std::vector<PointId> CreateNewPoints(Map& map, const Camera& camera, KeyframeId keyframe,
-                                     const NewPointOptions& options);
+                                     const NewPointOptions& options = {});
 
 // Creates new points and fuses them and the keyframe's other ones with its neighbours'. Returns the new ones.
 // Most of them are already fused; the records of these fusions are dropped.
-std::vector<PointId> AddNewPoints(Map& map, const Camera& camera, KeyframeId keyframe,
-                                  const NewPointOptions& new_points, const FusionOptions& fusion);
+std::vector<PointId> AddNewPoints(Map& map, const Camera& camera, KeyframeId keyframe);
 
 // Removes young points that tracking rarely finds or that too few keyframes observe (VI-B). Erases from
 // `young` the points that are removed or proven. Returns the number removed.
-int CullPoints(Map& map, std::set<PointId>& young, KeyframeId newest, const CullingOptions& options);
+int CullPoints(Map& map, std::set<PointId>& young, KeyframeId newest);
 
 // Removes redundant keyframes near `center` (VI-E), except the ends of loop edges, which later pose graphs
 // need. Returns the removed ones.

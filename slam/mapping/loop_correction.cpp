@@ -5,6 +5,8 @@
 #include <ranges>
 #include <vector>
 
+#include "slam/estimation/pose_graph.h"
+
 namespace sqslam {
 namespace {
 
@@ -68,7 +70,8 @@ Carriers FindCarriers(const Map& map, const Similarities& group, const Carriers&
 // Measures new links between corrected poses, and all other edges between the poses before.
 std::vector<PoseGraphEdge> EssentialGraph(const Map& map, const Similarities& before,
                                           const Similarities& corrected, const LoopEdges& new_links,
-                                          const LoopEdges& loop_edges, const LoopOptions& options) {
+                                          const LoopEdges& loop_edges) {
+  constexpr int kStrongCovisibility = 100;  // shared map points from which two keyframes get an edge
   LoopEdges seen;
   std::vector<PoseGraphEdge> edges;
   const auto add = [&](const Similarities& measured, KeyframeId i, KeyframeId j) {
@@ -82,7 +85,7 @@ std::vector<PoseGraphEdge> EssentialGraph(const Map& map, const Similarities& be
   for (const auto& [id, keyframe] : map.Keyframes()) {
     add(before, id, keyframe.parent);
     for (const auto& [other, weight] : keyframe.covisibility) {
-      if (weight >= options.strong_covisibility) {
+      if (weight >= kStrongCovisibility) {
         add(before, id, other);
       }
     }
@@ -116,7 +119,7 @@ Sim3d SimilarityOfMaps(const Map& current_map, const Map& known_map, const LoopC
   return S_known_map.Inverse() * loop.S_current_known.Inverse() * S_current_map;
 }
 
-void FuseLoop(Map& map, const Camera& camera, const LoopCandidate& loop, const LoopOptions& options) {
+void FuseLoop(Map& map, const Camera& camera, const LoopCandidate& loop) {
   const std::vector<KeyframeId> group = Group(map, loop.current);
   for (const auto& [point, keypoint] : loop.confirmed) {
     if (!map.IsAlive(point)) {
@@ -130,7 +133,7 @@ void FuseLoop(Map& map, const Camera& camera, const LoopCandidate& loop, const L
     }
   }
   ProjectionSearch search;
-  search.radius = options.search_radius / 2.0;
+  search.radius = kLoopSearchRadius / 2.0;
   std::set<PointId> known;
   for (const PointId point : loop.known_points) {
     if (map.IsAlive(point)) {
@@ -150,8 +153,7 @@ void FuseLoop(Map& map, const Camera& camera, const LoopCandidate& loop, const L
   }
 }
 
-void CorrectLoop(Map& map, const Camera& camera, const LoopCandidate& loop, const LoopOptions& options,
-                 LoopEdges& edges) {
+void CorrectLoop(Map& map, const Camera& camera, const LoopCandidate& loop, LoopEdges& edges) {
   for (const KeyframeId id : Group(map, loop.current)) {
     map.UpdateCovisibility(id);
   }
@@ -166,7 +168,7 @@ void CorrectLoop(Map& map, const Camera& camera, const LoopCandidate& loop, cons
   }
   const Carriers moved = FindCarriers(map, group, {});
   MoveMap(map, before, group, moved);
-  FuseLoop(map, camera, loop, options);
+  FuseLoop(map, camera, loop);
 
   Similarities corrected = group;
   corrected.insert(before.begin(), before.end());
@@ -176,8 +178,7 @@ void CorrectLoop(Map& map, const Camera& camera, const LoopCandidate& loop, cons
     nodes.push_back({id, S_camera_map, id == loop.known});
   }
   edges.insert(std::minmax(loop.current, loop.known));
-  OptimizePoseGraph(nodes, EssentialGraph(map, before, corrected, new_links, edges, options),
-                    options.pose_graph);
+  OptimizePoseGraph(nodes, EssentialGraph(map, before, corrected, new_links, edges), {});
   // The group was moved above: start from its present poses.
   Similarities from;
   Similarities to;

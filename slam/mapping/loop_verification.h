@@ -10,6 +10,8 @@
 
 namespace sqslam {
 
+constexpr double kLoopSearchRadius = 8.0;  // px at level 0, of the search for points that verifies a loop
+
 // A keyframe that shows the same place as an older one, without a covisibility link between them yet.
 struct LoopCandidate {
   KeyframeId current = kNoKeyframe;
@@ -21,9 +23,9 @@ struct LoopCandidate {
 
 // Checks by geometry that two keyframes show the same place (ORB-SLAM, Mur-Artal et al. 2015, VII B, and
 // ORB-SLAM3, Campos et al. 2021, VI A): estimates the similarity from matched descriptors, refines it with
-// the points that each keyframe finds where the other predicts them. Then the current keyframe must find the
-// points of the known side, and enough neighbours of both those of the other side. A few of the points in
-// view do not suffice: one thing may stand in two places. Empty if one of these fails.
+// the points that each keyframe finds where the other predicts them. Then the current keyframe must find
+// points of the known side, and enough neighbours of either keyframe points of the other side: a sufficient
+// share of the points in view, since one object may stand in two places. Empty if one of these fails.
 std::optional<LoopCandidate> VerifyLoop(const Camera& camera, const LoopOptions& options, const Map& map,
                                         const Keyframe& current, const Map& known_map, const Keyframe& known);
 

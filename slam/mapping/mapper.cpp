@@ -28,7 +28,7 @@ void Mapper::Process(TrackingReport report) {
   if (begins) {
     BeginSubmap(report);
   }
-  active_ = Activate(report);
+  ActivateSubmapOf(report);
   if (active_ == nullptr) {
     return;  // nothing has been mapped yet
   }
@@ -38,30 +38,25 @@ void Mapper::Process(TrackingReport report) {
   }
 }
 
+// Maps a new keyframe: local mapping (ORB-SLAM VI), loop closing (VII), then gravity and objects.
 void Mapper::MapKeyframe(const TrackingReport& report, bool begins) {
-  constexpr int kMatchedFrames = 1500;  // that keep their matches for the final refinement: 20 to 30 MiB
+  constexpr int kUnrefinedFrames = 1500;  // the newest, which keep their matches: 20 to 30 MiB
   const StageTimes::Scope timer(times_, "mapping");
   if (!options_.deterministic) {
     step_start_ = std::chrono::steady_clock::now();
   }
-  const KeyframeId newest = begins ? active_->Map().NewestKeyframe() : AddKeyframe(report);
+  const KeyframeId newest = begins ? active_->Map().NewestKeyframe() : AddKeyframe(report);  // VI-A to C
   PublishView();
   if (begins) {
     outputs_.publish_snapshot(MakeSnapshot());  // two keyframes are better than none if the run ends here
   }
-  OptimizeAround(newest);
-  for (const KeyframeId culled :
-       CullKeyframes(active_->Map(), newest, options_.mapping.culling, loop_edges_)) {
-    places_.Remove(culled);
-  }
+  OptimizeAround(newest);                  // VI-D
+  CullKeyframesAround(newest);             // VI-E
   const bool adjusted = TakeAdjustment();  // before CloseLoop(), which makes it obsolete
-  const bool moved_everywhere = CloseLoop(newest) || adjusted;
+  const bool closed = CloseLoop(newest);   // VII
   KeepUpright(false);
-  active_->RefineFrames(camera_, options_.tracking.min_inliers, kMatchedFrames);
-  {
-    const StageTimes::Scope objects_timer(times_, "mapping.objects");
-    active_->MapObjects(camera_, moved_everywhere);
-  }
+  active_->RefineFrames(camera_, options_.tracking.min_inliers, kUnrefinedFrames);
+  MapObjects(adjusted || closed);
   PublishView();
   TrackBacklog();
   outputs_.publish_snapshot(MakeSnapshot());
@@ -69,11 +64,23 @@ void Mapper::MapKeyframe(const TrackingReport& report, bool begins) {
   KeepGrownMap();
 }
 
+void Mapper::CullKeyframesAround(KeyframeId keyframe) {
+  for (const KeyframeId culled :
+       CullKeyframes(active_->Map(), keyframe, options_.mapping.culling, loop_edges_)) {
+    places_.Remove(culled);
+  }
+}
+
+void Mapper::MapObjects(bool moved_everywhere) {
+  const StageTimes::Scope timer(times_, "mapping.objects");
+  active_->MapObjects(camera_, moved_everywhere);
+}
+
 // Saves only when the map has grown by a share of its size, so that the cost per keyframe stays constant in
-// long runs. What is saved grows with the frames even where no keyframe is left of them.
+// long runs. The saved bytes grow with the frames too, even if no keyframe is left of them.
 void Mapper::KeepGrownMap() {
-  constexpr int kFewest = 10;              // keyframes
-  constexpr double kShare = 0.25;          // of all keyframes, or of as many as take the bytes last kept
+  constexpr int kMinKeyframes = 10;
+  constexpr double kMinGrowth = 0.25;      // of all keyframes, or of as many as take the bytes last kept
   constexpr double kKeyframeBytes = 50e3;  // with a thousand keypoints
   std::size_t keyframes = 0;
   for (const auto& [number, submap] : submaps_) {
@@ -82,7 +89,8 @@ void Mapper::KeepGrownMap() {
   ++keyframes_since_kept_;
   const double size =
       std::max(static_cast<double>(keyframes), static_cast<double>(kept_bytes_) / kKeyframeBytes);
-  if (outputs_.keep && keyframes_since_kept_ >= std::max(kFewest, static_cast<int>(kShare * size))) {
+  if (outputs_.keep &&
+      keyframes_since_kept_ >= std::max(kMinKeyframes, static_cast<int>(kMinGrowth * size))) {
     const StageTimes::Scope timer(times_, "mapping.keep");
     keyframes_since_kept_ = 0;
     std::string state = Save();
@@ -106,10 +114,11 @@ void Mapper::BeginSubmap(TrackingReport& report) {
   }
 }
 
-// Returns the submap of the report, which may have been merged into another one meanwhile.
-Submap* Mapper::Activate(const TrackingReport& report) {
-  const auto origin = atlas_.origins.find(report.submap);
-  return origin != atlas_.origins.end() ? &submaps_.at(origin->second.submap) : active_;
+// Activates the submap of the report, which may have been merged into another one meanwhile.
+void Mapper::ActivateSubmapOf(const TrackingReport& report) {
+  if (const auto origin = atlas_.origins.find(report.submap); origin != atlas_.origins.end()) {
+    active_ = &submaps_.at(origin->second.submap);
+  }
 }
 
 void Mapper::RecordFrame(TrackingReport& report) {
@@ -183,16 +192,15 @@ KeyframeId Mapper::AddKeyframe(const TrackedFrame& frame, std::vector<FrameMatch
   places_.Add(map.At(id));
   active_->RecordFrame(frame.index, frame.timestamp, {id, {}, map.At(id).scale}, std::move(matches));
   const StageTimes::Scope timer(times_, "mapping.new_points");
-  CullPoints(map, active_->YoungPoints(), id, options_.mapping.culling);
-  const std::vector<PointId> created =
-      AddNewPoints(map, camera_, id, options_.mapping.new_points, options_.mapping.fusion);
+  CullPoints(map, active_->YoungPoints(), id);                          // ORB-SLAM VI-B
+  const std::vector<PointId> created = AddNewPoints(map, camera_, id);  // VI-C
   active_->YoungPoints().insert(created.begin(), created.end());
   return id;
 }
 
 // Counts a return to a known place: the keyframe is covisible with an old one, but not with those between.
 void Mapper::CountReturn(KeyframeId id) {
-  constexpr int kBetween = 3;  // keyframes
+  constexpr int kMinBetween = 3;  // keyframes
   const Map& map = active_->Map();
   const auto& covisible = map.At(id).covisibility;
   int between = 0;
@@ -200,8 +208,8 @@ void Mapper::CountReturn(KeyframeId id) {
     between +=
         !covisible.empty() && other > covisible.begin()->first && other < id && !covisible.contains(other);
   }
-  counters_.returns += between >= kBetween && !returned_ ? 1 : 0;
-  returned_ = between >= kBetween;
+  counters_.returns += between >= kMinBetween && !returned_ ? 1 : 0;
+  returned_ = between >= kMinBetween;
 }
 
 void Mapper::OptimizeAround(KeyframeId keyframe) {
@@ -246,8 +254,8 @@ Submap& Mapper::SubmapWith(KeyframeId keyframe) {
 // Closes a loop or merges two submaps if the keyframe shows a place that is already mapped. Returns true if
 // it did.
 bool Mapper::CloseLoop(KeyframeId keyframe) {
-  const LoopOptions& options = options_.mapping.loops;
-  if (!options.close || (last_loop_ != kNoKeyframe && keyframe - last_loop_ < options.rest)) {
+  constexpr KeyframeId kMinInterval = 10;  // keyframes from a loop closure to the next search
+  if (!options_.mapping.loops.close || (last_loop_ != kNoKeyframe && keyframe - last_loop_ < kMinInterval)) {
     return false;
   }
   const StageTimes::Scope timer(times_, "mapping.loops");
@@ -259,7 +267,7 @@ bool Mapper::CloseLoop(KeyframeId keyframe) {
   last_loop_ = keyframe;
   Submap& known = SubmapWith(loop->known);
   if (&known == active_) {
-    active_->Bend([&](Map& map) { CorrectLoop(map, camera_, *loop, options, loop_edges_); });
+    active_->Deform([&](Map& map) { CorrectLoop(map, camera_, *loop, loop_edges_); });
     ++counters_.loops;
   } else {
     MergeSubmaps(*loop, known);
@@ -282,7 +290,7 @@ void Mapper::MergeSubmaps(const LoopCandidate& loop, Submap& known) {
   const BundleAdjustmentOptions& adjustment = options_.mapping.bundle_adjustment;
   std::vector<KeyframeId> window = LocalWindow(active_->Map(), loop.current, adjustment);
   std::ranges::copy(LocalWindow(known.Map(), loop.known, adjustment), std::back_inserter(window));
-  dropped.Bend([&](Map& map) { map.Transform(S_kept_dropped); });
+  dropped.Deform([&](Map& map) { map.Transform(S_kept_dropped); });
   kept.Absorb(std::move(dropped));
   kept.Map().Reroot(keep_known ? loop.current : loop.known, keep_known ? loop.known : loop.current);
   MoveOrigins(number, S_kept_dropped, kept.Number());
@@ -290,11 +298,45 @@ void Mapper::MergeSubmaps(const LoopCandidate& loop, Submap& known) {
   atlas_.submaps.erase(number);
   active_ = &kept;
   loop_edges_.insert(std::minmax(loop.current, loop.known));
-  FuseLoop(active_->Map(), camera_, loop, options_.mapping.loops);
+  FuseLoop(active_->Map(), camera_, loop);
   OptimizeWindow(window);
 }
 
-// Adjusts a copy of the whole map while mapping goes on.
+// Merges at the keyframe that confirms most points of another submap.
+bool Mapper::TieToOthers(std::int64_t submap) {
+  active_ = &submaps_.at(submap);
+  const std::vector<const Map*> maps = MapsActiveFirst();
+  std::vector<KeyframeId> own;
+  std::optional<LoopCandidate> best;
+  for (const auto& [id, keyframe] : active_->Map().Keyframes()) {
+    own.push_back(id);
+    std::optional<LoopCandidate> loop = places_.Recognize(maps, id);
+    if (loop && !active_->Map().HasKeyframe(loop->known) &&
+        (!best || loop->confirmed.size() > best->confirmed.size())) {
+      best = std::move(loop);
+    }
+  }
+  if (!best) {
+    return false;
+  }
+  MergeSubmaps(*best, SubmapWith(best->known));
+  ++counters_.merges;
+  // The two sides overlap in more than one place: the first pass fuses where they already align, and the
+  // second, after an adjustment, the rest.
+  for (int pass = 0; pass < 2; ++pass) {
+    for (const KeyframeId id : own) {
+      if (const auto loop = places_.Recognize({&active_->Map()}, id)) {
+        FuseLoop(active_->Map(), camera_, *loop);
+        loop_edges_.insert(std::minmax(loop->current, loop->known));
+      }
+    }
+    active_->Deform([this](Map&) { OptimizeGlobally(false); });
+  }
+  PublishView();
+  return true;
+}
+
+// Adjusts a copy of the whole map while mapping continues.
 void Mapper::AdjustInBackground() {
   const int iterations = options_.mapping.loops.bundle_iterations;
   if (iterations > 0) {
@@ -313,7 +355,7 @@ bool Mapper::TakeAdjustment() {
   const StageTimes::Scope timer(times_, "mapping.take_adjustment");
   const Sim3d S_now_then = atlas_.origins.at(job->submap).S_map_origin * job->S_map_origin.Inverse();
   Submap& submap = submaps_.at(job->submap);
-  submap.Bend([&](Map& map) { ApplyAdjustment(std::move(job->problem), S_now_then, map); });
+  submap.Deform([&](Map& map) { ApplyAdjustment(std::move(job->problem), S_now_then, map); });
   atlas_.submaps[job->submap] = submap.MakeView();
   return job->submap == active_->Number();
 }
@@ -329,20 +371,29 @@ void Mapper::MoveOrigins(std::int64_t submap, const Sim3d& S_new_old, std::int64
 
 bool Mapper::HasFrame(std::int64_t index) const {
   return std::ranges::any_of(std::views::values(submaps_),
-                             [&](const Submap& submap) { return submap.HasFrame(index); });
+                             [&](const Submap& submap) { return submap.Frames().contains(index); });
+}
+
+std::optional<std::pair<std::int64_t, double>> Mapper::NewestFrame() const {
+  std::optional<std::pair<std::int64_t, double>> newest;
+  for (const auto& [number, submap] : submaps_) {
+    const auto& [index, record] = *submap.Frames().rbegin();
+    newest = {std::max(newest ? newest->first : 0, index),
+              std::max(newest ? newest->second : 0.0, record.timestamp)};
+  }
+  return newest;
 }
 
 // Tracks the frames before the map's first keyframe once the map is large enough to locate them.
 void Mapper::TrackBacklog() {
-  constexpr std::size_t kSolid = 4;  // keyframes
-  if (!backlog_ || active_->Map().Keyframes().size() < kSolid) {
+  constexpr std::size_t kMinKeyframes = 4;
+  if (!backlog_ || active_->Map().Keyframes().size() < kMinKeyframes) {
     return;
   }
   const StageTimes::Scope timer(times_, "mapping.backlog");
   const TrackingViewPtr view = active_->MakeView();
   if (view->Knows(backlog_->next.anchor.reference)) {
-    for (const TrackedFrame& frame :
-         TrackBackward(pose_tracker_, *view, *backlog_, options_.tracking.min_recovery_inliers)) {
+    for (const TrackedFrame& frame : TrackBackward(pose_tracker_, *view, *backlog_)) {
       if (!HasFrame(frame.index)) {
         active_->RecordFrame(frame.index, frame.timestamp, frame.anchor,
                              MatchesOf(frame, pose_tracker_.Levels()));

@@ -45,9 +45,8 @@ class Mapper {
   // Takes the objects of a frame whose report was processed before.
   void Process(SeenObjects objects);
 
-  // Runs the last optimisation and publishes the last snapshot. Returns the remaining submaps, the one with
-  // the most frames first; drops submaps that never grew. Once `stop` returns true, no further leftovers are
-  // placed before. Call once.
+  // Places leftovers until `stop` returns true, runs the last optimisation and publishes the last snapshot.
+  // Returns the submaps, the one with the most frames first, without those that never grew. Call once.
   std::vector<FinishedMap> Finish(const std::function<bool()>& stop = {});
 
   // Serializes the live map, once Finish has been called, for Restore of a mapper with the same options. A
@@ -63,10 +62,10 @@ class Mapper {
 
   // Restores a saved map to continue from, and publishes it. If the mapper has a map already, ids, frames and
   // times of the restored one are raised. `ids` will not issue ids that the map uses. Throws InputError, with
-  // a message that begins with `what`, if the bytes are no valid map.
+  // a message that begins with `what`, if the bytes are not a valid map.
   Restored Restore(std::string_view state, const std::string& what, const std::shared_ptr<IdSource>& ids);
 
-  // Merges the submap with another one if they share a place. Returns false if they don't.
+  // Merges the submap with another one if they share a place. Returns true if it did.
   bool TieToOthers(std::int64_t submap);
 
   // Moves the live map of a submap out of the mapper, which must not be used afterwards.
@@ -80,9 +79,11 @@ class Mapper {
 
  private:
   void MapKeyframe(const TrackingReport& report, bool begins);
+  void CullKeyframesAround(KeyframeId keyframe);
+  void MapObjects(bool moved_everywhere);
   void KeepGrownMap();
   void BeginSubmap(TrackingReport& report);
-  Submap* Activate(const TrackingReport& report);
+  void ActivateSubmapOf(const TrackingReport& report);
   void RecordFrame(TrackingReport& report);
   void RecordObjects(SeenObjects objects);
   KeyframeId AddKeyframe(const TrackingReport& report);
@@ -134,7 +135,7 @@ class Mapper {
   BackgroundAdjustment adjustment_;
   LeftoverFrames leftovers_;
   RunCounters counters_;
-  bool returned_ = false;  // the newest keyframe sees what an old one saw
+  bool returned_ = false;  // the newest keyframe is covisible with an old one
 
   SeenObjects shown_;          // the newest frame with known bounding boxes, for the snapshot
   bool objects_seen_ = false;  // true once bounding boxes of any frame have arrived

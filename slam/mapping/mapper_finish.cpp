@@ -11,11 +11,15 @@ namespace {
 
 using Kind = CompletionAttempts::Kind;
 
+constexpr int kMinSubmapKeyframes = 5;  // a submap with fewer is dropped, unless there is no other
+constexpr int kFinalIterations = 10;    // of the bundle adjustment over a whole submap
+
 // Returns true if the frame shows enough that its reference keyframe does not.
-bool AddsToMap(const Map& map, const TrackedFrame& frame, double keyframe_share) {
+bool AddsToMap(const Map& map, const TrackedFrame& frame) {
+  constexpr double kMaxTrackedShare = 0.8;  // of the points of the reference
   auto points = map.At(frame.anchor.reference).SeenPoints();
   const auto seen = static_cast<double>(std::distance(points.begin(), points.end()));
-  return frame.inliers < keyframe_share * seen;
+  return frame.inliers < kMaxTrackedShare * seen;
 }
 
 }  // namespace
@@ -24,26 +28,26 @@ bool AddsToMap(const Map& map, const TrackedFrame& frame, double keyframe_share)
 std::vector<Submap*> Mapper::RankedSubmaps() {
   std::vector<Submap*> ranked =
       ToVector(submaps_ | std::views::values, [](Submap& submap) { return &submap; });
-  std::ranges::stable_sort(ranked,
-                           [](const Submap* a, const Submap* b) { return a->NumFrames() > b->NumFrames(); });
+  std::ranges::stable_sort(
+      ranked, [](const Submap* a, const Submap* b) { return a->Frames().size() > b->Frames().size(); });
   return ranked;
 }
 
 void Mapper::Complete(const std::function<bool()>& stop) {
-  const CompletionOptions& options = options_.mapping.completion;
+  constexpr int kMaxRounds = 5;
   for (const std::int64_t index : leftovers_.Indices()) {
     if (HasFrame(index)) {
       leftovers_.Remove(index);
     }
   }
-  if (options.max_frames == 0 || (leftovers_.ByIndex().empty() && submaps_.size() == 1)) {
+  if (options_.mapping.completion.max_frames == 0 || (leftovers_.ByIndex().empty() && submaps_.size() == 1)) {
     return;
   }
   const StageTimes::Scope timer(times_, "mapping.completion");
-  const Completion completion(camera_, options, pose_tracker_, places_);
+  const Completion completion(camera_, pose_tracker_, places_);
   CompletionAttempts attempts(stop);
   bool progress = true;
-  for (int round = 0; progress && round < options.rounds; ++round) {
+  for (int round = 0; progress && round < kMaxRounds; ++round) {
     progress = TieLeftoverSubmaps(completion, attempts);
     if (round == 0) {
       DissolveSmallSubmaps();
@@ -64,18 +68,16 @@ bool Mapper::TieLeftoverSubmaps(const Completion& completion, CompletionAttempts
     for (std::size_t i = 0; i < ranked.size() && !tied; ++i) {
       const TrackingViewPtr view = ranked[i]->MakeView();
       for (std::size_t j = i + 1; j < ranked.size() && !tied; ++j) {
-        if (!attempts.AreDue(Kind::kTie, ranked[i]->Number(), ranked[j]->Number())) {
-          continue;
-        }
-        const auto tie = completion.Tie(ranked[j]->Map(), ranked[i]->Map(), *view);
+        const auto tie = attempts.Try(Kind::kTie, ranked[i]->Number(), ranked[j]->Number(), [&] {
+          return completion.Tie(ranked[j]->Map(), ranked[i]->Map(), *view);
+        });
         if (!tie) {
-          attempts.Fail(Kind::kTie, ranked[i]->Number(), ranked[j]->Number());
           continue;
         }
         active_ = ranked[j];
         MergeSubmaps(tie->loop, *ranked[i]);
-        active_->Bend([this](sqslam::Map&) { OptimizeGlobally(false); });
-        attempts.Change(active_->Number());
+        active_->Deform([this](sqslam::Map&) { OptimizeGlobally(false); });
+        attempts.ForgetFailuresIn(active_->Number());
         ++counters_.merges;
         ++counters_.tied_at_end;
         any = tied = true;
@@ -90,7 +92,7 @@ void Mapper::DissolveSmallSubmaps() {
   const std::vector<Submap*> ranked = RankedSubmaps();
   for (Submap* submap : ranked | std::views::drop(1)) {
     const auto& keyframes = submap->Map().Keyframes();
-    if (static_cast<int>(keyframes.size()) < options_.mapping.min_submap_keyframes) {
+    if (static_cast<int>(keyframes.size()) < kMinSubmapKeyframes) {
       for (const auto& [id, keyframe] : keyframes) {
         leftovers_.Add({keyframe.frame_index, keyframe.timestamp, keyframe.features});
       }
@@ -120,23 +122,20 @@ bool Mapper::PlaceOnce(Submap& submap, const Completion& completion, bool by_two
   const Kind kind = by_two_views ? Kind::kTwoViews : Kind::kLocate;
   bool any = false;
   TrackingViewPtr view = submap.MakeView();
-  for (const std::int64_t index : completion.InTurn(submap.Map(), leftovers_)) {
-    if (!attempts.AreDue(kind, submap.Number(), index)) {
-      continue;
-    }
+  for (const std::int64_t index : completion.ByDistanceInTime(submap.Map(), leftovers_)) {
     const LeftoverFrame& leftover = leftovers_.ByIndex().at(index);
-    const std::optional<TrackedFrame> frame = by_two_views
-                                                  ? completion.LocateByTwoViews(submap.Map(), leftover)
-                                                  : completion.Locate(submap.Map(), *view, leftover);
+    const std::optional<TrackedFrame> frame = attempts.Try(kind, submap.Number(), index, [&] {
+      return by_two_views ? completion.LocateByTwoViews(submap.Map(), leftover)
+                          : completion.Locate(submap.Map(), *view, leftover);
+    });
     if (!frame) {
-      attempts.Fail(kind, submap.Number(), index);
       continue;
     }
     const std::vector<FrameMatch> matches = MatchesOf(*frame, pose_tracker_.Levels());
-    if (by_two_views || AddsToMap(submap.Map(), *frame, options_.mapping.completion.keyframe_share)) {
+    if (by_two_views || AddsToMap(submap.Map(), *frame)) {
       OptimizeAround(AddKeyframe(*frame, matches));
       view = submap.MakeView();
-      attempts.Change(submap.Number());
+      attempts.ForgetFailuresIn(submap.Number());
     } else {  // which leaves the map as it is
       submap.RecordFrame(index, frame->timestamp, frame->anchor, matches);
     }
@@ -153,14 +152,14 @@ bool Mapper::PlaceOnce(Submap& submap, const Completion& completion, bool by_two
 // Runs the final bundle adjustment of the active submap.
 void Mapper::OptimizeGlobally(bool with_objects, bool with_frames) {
   const MappingOptions& options = options_.mapping;
-  if (options.final_iterations == 0 || active_->Map().Keyframes().size() <= 2) {
+  if (active_->Map().Keyframes().size() <= 2) {
     return;
   }
   const std::vector<ObjectTerm> terms =
       with_objects ? active_->ObjectTerms(options.joint_objects) : std::vector<ObjectTerm>();
   const BundleAdjustmentReport report = GlobalBundleAdjustment(
-      active_->Map(), camera_, options.final_iterations, options.bundle_adjustment,
-      {terms, options.joint_objects}, active_->FramesBetween(with_frames ? options.final_frames : 0));
+      active_->Map(), camera_, kFinalIterations, options.bundle_adjustment, {terms, options.joint_objects},
+      active_->FramesBetween(with_frames ? options.final_frames : 0));
   active_->CorrectObjects(report.objects, camera_);
 }
 
@@ -198,7 +197,7 @@ std::vector<FinishedMap> Mapper::Finish(const std::function<bool()>& stop) {
   std::vector<FinishedMap> finished;
   for (Submap* submap : ranked) {
     const auto keyframes = static_cast<int>(submap->Map().Keyframes().size());
-    if (!finished.empty() && keyframes < options_.mapping.min_submap_keyframes) {
+    if (!finished.empty() && keyframes < kMinSubmapKeyframes) {
       ++counters_.resets;
       Drop(submap->Number());
       continue;

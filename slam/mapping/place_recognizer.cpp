@@ -25,8 +25,8 @@ void PlaceRecognizer::Add(Keyframe& keyframe) {
   }
 }
 
-std::vector<KeyframeId> PlaceRecognizer::Alike(const Map& map, const FrameFeatures& features,
-                                               int count) const {
+std::vector<KeyframeId> PlaceRecognizer::MostSimilar(const Map& map, const FrameFeatures& features,
+                                                     int count) const {
   if (!vocabulary_) {
     return {};
   }
@@ -40,9 +40,10 @@ std::vector<KeyframeId> PlaceRecognizer::Alike(const Map& map, const FrameFeatur
 
 std::vector<PlaceCandidate> PlaceRecognizer::FindCandidates(const std::vector<const Map*>& maps,
                                                             const Keyframe& current) const {
+  constexpr int kMaxCandidates = 5;  // keyframes compared with the newest
   PlaceQuery query;
   query.bow = current.words.get();
-  query.max_candidates = options_.max_candidates;
+  query.max_candidates = kMaxCandidates;
   query.exclude = [&](KeyframeId id) {
     return id == current.id || current.covisibility.contains(id) || MapOf(maps, id) == nullptr;
   };

@@ -27,7 +27,7 @@ class PlaceRecognizer {
   void Remove(KeyframeId keyframe) { index_.Remove(keyframe); }
 
   // Returns the keyframes of one map most similar to an image, best first.
-  std::vector<KeyframeId> Alike(const Map& map, const FrameFeatures& features, int count) const;
+  std::vector<KeyframeId> MostSimilar(const Map& map, const FrameFeatures& features, int count) const;
 
   // Returns a verified loop, if any. `maps`: all submaps; `current` is in maps.front().
   std::optional<LoopCandidate> Recognize(const std::vector<const Map*>& maps, KeyframeId current) const;

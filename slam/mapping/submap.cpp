@@ -33,17 +33,17 @@ Submap::Submap(ByteReader& reader, std::unique_ptr<sqslam::Map> map, const Camer
   reader(number_);
   ReadMap(reader, camera, *map_);
   reader(young_points_);
-  frames_.Load(reader);
+  reader(frames_);
   reader(upright_);
   objects_.Load(reader);
   std::erase_if(young_points_, [this](PointId point) { return !map_->IsAlive(point); });
-  frames_.ForEach([&](std::int64_t index, const FrameRecord& record) {
+  for (const auto& [index, record] : frames_) {
     if (!map_->Knows(record.pose.reference) || !(record.pose.scale > 0.0)) {
-      reader.Refuse(fmt::format("has no place for frame {}", index));
+      reader.Refuse(fmt::format("has a frame, {}, without a keyframe of positive scale", index));
     }
-  });
-  if (frames_.Size() == 0 || frames_.Oldest().first < 0 || map_->Keyframes().empty()) {
-    reader.Refuse("has a part without frames");
+  }
+  if (frames_.empty() || frames_.begin()->first < 0 || map_->Keyframes().empty()) {
+    reader.Refuse(fmt::format("has no frames or no keyframes in submap {}", number_));
   }
 }
 
@@ -53,7 +53,7 @@ void Submap::Save(ByteWriter& writer) const {
   writer(number_);
   WriteMap(*map_, writer);
   writer(young);
-  frames_.Save(writer);
+  writer(frames_);
   writer(upright_);
   objects_.Save(writer);
 }
@@ -62,35 +62,36 @@ void Submap::Renumber(const IdShift& shift) {
   number_ += shift.submap;
   sqslam::Renumber(shift, *map_);
   RaiseKeys(young_points_, shift.point);
-  frames_.Renumber(shift.frame, shift.time, shift.keyframe);
+  RaiseKeys(frames_, shift.frame);
+  for (auto& [index, frame] : frames_) {
+    frame.timestamp += shift.time;
+    frame.pose.reference += shift.keyframe;
+  }
   objects_.Renumber(shift.object, shift.point, shift.frame);
 }
 
 void Submap::RecordFrame(std::int64_t index, double timestamp, const AnchoredPose& pose,
                          std::vector<FrameMatch> matches) {
-  frames_.Record(index, {{timestamp, pose}, std::move(matches)});
+  frames_[index] = {timestamp, pose};
+  unrefined_[index] = std::move(matches);
 }
 
 void Submap::RefineFrames(const Camera& camera, int min_inliers, int keep) {
-  std::map<std::int64_t, OpenFrame>& open = frames_.Open();
-  if (static_cast<int>(open.size()) <= keep) {
-    return;
-  }
-  const auto end = std::prev(open.end(), keep);
-  for (auto it = open.begin(); it != end; ++it) {
-    auto& [index, record] = *it;
-    std::vector<FrameMatch> matches = std::exchange(record.matches, {});
-    const KeyframeId reference = record.pose.reference;
-    if (matches.empty() || (map_->HasKeyframe(reference) && map_->At(reference).frame_index == index)) {
-      continue;  // already refined, or adjusted as a keyframe
+  while (static_cast<int>(unrefined_.size()) > keep) {
+    auto oldest = unrefined_.extract(unrefined_.begin());
+    const std::int64_t index = oldest.key();
+    std::vector<FrameMatch>& matches = oldest.mapped();
+    FrameRecord& record = frames_.at(index);
+    if (matches.empty() || IsKeyframe(index, record)) {
+      continue;
     }
+    const KeyframeId reference = record.pose.reference;
     const ScaledPose anchor = map_->PoseOf(reference);
     const Rigid3d T_camera_map =
         RefineFrame(*map_, camera, matches, min_inliers, Resolve(record.pose, anchor).T_camera_map);
     record.pose = {reference, T_camera_map * anchor.T_camera_map.Inverse(), anchor.scale};
     between_.Add({index, std::move(matches)});
   }
-  frames_.SettleBelow(end == open.end() ? frames_.Newest().first + 1 : end->first);
 }
 
 std::vector<BundleFrame> Submap::FramesBetween(int most) const {
@@ -98,11 +99,9 @@ std::vector<BundleFrame> Submap::FramesBetween(int most) const {
   for (const auto& [index, frame] : between_.ByIndex()) {
     known[index] = &frame.matches;
   }
-  for (const auto& [index, record] : frames_.Open()) {
-    const KeyframeId reference = record.pose.reference;
-    if (!record.matches.empty() &&
-        !(map_->HasKeyframe(reference) && map_->At(reference).frame_index == index)) {
-      known[index] = &record.matches;  // not refined yet
+  for (const auto& [index, matches] : unrefined_) {
+    if (!matches.empty() && !IsKeyframe(index, frames_.at(index))) {
+      known[index] = &matches;
     }
   }
   const std::vector<std::pair<std::int64_t, const std::vector<FrameMatch>*>> frames(known.begin(),
@@ -119,23 +118,18 @@ std::vector<BundleFrame> Submap::FramesBetween(int most) const {
   return picked;
 }
 
+bool Submap::IsKeyframe(std::int64_t index, const FrameRecord& record) const {
+  const KeyframeId reference = record.pose.reference;
+  return map_->HasKeyframe(reference) && map_->At(reference).frame_index == index;
+}
+
 Rigid3d Submap::PoseOf(const FrameRecord& record) const {
   return Resolve(record.pose, map_->PoseOf(record.pose.reference)).T_camera_map.Inverse();
 }
 
 std::optional<Rigid3d> Submap::FramePose(std::int64_t index) const {
-  const std::optional<FrameRecord> record = frames_.Find(index);
-  return record ? std::optional(PoseOf(*record)) : std::nullopt;
-}
-
-std::pair<std::int64_t, double> Submap::OldestFrameTime() const {
-  const auto [index, record] = frames_.Oldest();
-  return {index, record.timestamp};
-}
-
-std::pair<std::int64_t, double> Submap::NewestFrameTime() const {
-  const auto [index, record] = frames_.Newest();
-  return {index, record.timestamp};
+  const auto record = frames_.find(index);
+  return record != frames_.end() ? std::optional(PoseOf(record->second)) : std::nullopt;
 }
 
 std::optional<Rigid3d> Submap::KeepUpright(const Camera& camera, bool last) {
@@ -194,17 +188,18 @@ void Submap::Transform(const Sim3d& S_new_old) {
   objects_.Transform(S_new_old);
 }
 
-void Submap::Bend(const std::function<void(sqslam::Map&)>& change) {
+void Submap::Deform(const std::function<void(sqslam::Map&)>& change) {
   std::map<KeyframeId, ScaledPose> before;
-  frames_.ForEach([&](std::int64_t /*index*/, const FrameRecord& record) {
+  for (const auto& [index, record] : frames_) {
     if (!before.contains(record.pose.reference)) {  // far fewer than frames
       before[record.pose.reference] = map_->PoseOf(record.pose.reference);
     }
-  });
+  }
   change(*map_);
   objects_.MoveWith([&](std::int64_t frame) {
-    // A frame without a record moves like its neighbour.
-    const KeyframeId reference = frames_.FromOn(frame).second.pose.reference;
+    // A frame without a record moves like the next one that has one.
+    const auto next = frames_.lower_bound(frame);
+    const KeyframeId reference = (next != frames_.end() ? next : std::prev(next))->second.pose.reference;
     const ScaledPose& old = before.at(reference);
     const ScaledPose now = map_->PoseOf(reference);
     return Sim3d::FromRigid(now.T_camera_map.Inverse()) *
@@ -215,7 +210,12 @@ void Submap::Bend(const std::function<void(sqslam::Map&)>& change) {
 void Submap::Absorb(Submap&& other) {
   map_->Absorb(std::move(*other.map_));
   young_points_.merge(other.young_points_);
-  frames_.Absorb(std::move(other.frames_));
+  for (auto& [index, matches] : other.unrefined_) {
+    if (!frames_.contains(index)) {
+      unrefined_.emplace(index, std::move(matches));
+    }
+  }
+  frames_.merge(other.frames_);
   for (const auto& [index, frame] : other.between_.ByIndex()) {
     between_.Add(frame);
   }
@@ -265,9 +265,9 @@ void Submap::FillSnapshot(MapSnapshot& snapshot) const {
 
 Trajectory Submap::FrameTrajectory() const {
   Trajectory trajectory;
-  frames_.ForEach([&](std::int64_t /*index*/, const FrameRecord& record) {
+  for (const auto& [index, record] : frames_) {
     trajectory.push_back({record.timestamp, PoseOf(record)});
-  });
+  }
   return trajectory;
 }
 

@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <ranges>
 #include <set>
 #include <utility>
 #include <vector>
@@ -12,13 +13,12 @@
 #include "slam/estimation/bundle_adjustment.h"
 #include "slam/io/trajectory.h"
 #include "slam/map/map.h"
-#include "slam/mapping/frame_records.h"
 #include "slam/mapping/mapping_options.h"
-#include "slam/mapping/thinned_frames.h"
 #include "slam/mapping/upright.h"
 #include "slam/objects/object_mapper.h"
 #include "slam/snapshot/snapshot.h"
 #include "slam/tracking/tracking_report.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 
@@ -26,12 +26,50 @@ class ByteReader;
 class ByteWriter;
 struct IdShift;
 
+// Keeps at most `max_frames` frames by their `index`, thinned out evenly.
+template <typename Frame>
+class ThinnedFrames {
+ public:
+  explicit ThinnedFrames(int max_frames) : max_frames_(max_frames) {}
+
+  void Add(Frame frame) {
+    if (offered_++ % every_ != 0 || max_frames_ == 0) {
+      return;
+    }
+    if (static_cast<int>(frames_.size()) >= max_frames_) {
+      every_ *= 2;
+      bool odd = false;
+      std::erase_if(frames_, [&](const auto&) { return std::exchange(odd, !odd); });
+    }
+    const std::int64_t index = frame.index;
+    frames_.insert_or_assign(index, std::move(frame));
+  }
+  void Remove(std::int64_t index) { frames_.erase(index); }
+
+  const std::map<std::int64_t, Frame>& ByIndex() const { return frames_; }
+  std::vector<std::int64_t> Indices() const { return ToVector(frames_ | std::views::keys); }
+
+ private:
+  int max_frames_;
+  std::int64_t every_ = 1;    // one frame in this many is kept
+  std::int64_t offered_ = 0;  // number of Add() calls
+  std::map<std::int64_t, Frame> frames_;
+};
+
+// A frame and its place in the map.
+struct FrameRecord {
+  double timestamp = 0.0;  // seconds
+  AnchoredPose pose;
+
+  static void VisitState(auto& self, auto&& visit) { visit(self.timestamp, self.pose); }
+};
+
 // One connected map with its frames and objects. Its frame starts as that of its first camera.
 class Submap {
  public:
   Submap(std::int64_t number, std::unique_ptr<Map> map, const MapperOptions& options);
 
-  // Reads what Save wrote into an empty map. Throws InputError if it is invalid.
+  // Reads a saved submap into an empty map. Throws InputError if it is invalid.
   Submap(ByteReader& reader, std::unique_ptr<sqslam::Map> map, const Camera& camera,
          const MapperOptions& options);
 
@@ -59,11 +97,8 @@ class Submap {
   // Returns at most `most` non-keyframes, evenly spread, with their matches: for the final bundle adjustment.
   std::vector<BundleFrame> FramesBetween(int most) const;
 
-  bool HasFrame(std::int64_t index) const { return frames_.Contains(index); }
-  std::pair<std::int64_t, double> OldestFrameTime() const;
-  std::pair<std::int64_t, double> NewestFrameTime() const;
-  std::int64_t NewestFrame() const { return frames_.Newest().first; }
-  int NumFrames() const { return frames_.Size(); }
+  // All tracked frames by index; never empty.
+  const std::map<std::int64_t, FrameRecord>& Frames() const { return frames_; }
   std::optional<Rigid3d> FramePose(std::int64_t index) const;  // T_map_camera
 
   // Turns the map upright if a better estimate of gravity exists. Returns the change of the map frame.
@@ -84,7 +119,7 @@ class Submap {
 
   // Lets `change` deform the map (loop closure, full adjustment), and moves each object with the keyframes
   // that observed it.
-  void Bend(const std::function<void(sqslam::Map&)>& change);
+  void Deform(const std::function<void(sqslam::Map&)>& change);
 
   // Takes over the content of another submap, which must be in this one's frame already.
   void Absorb(Submap&& other);
@@ -99,15 +134,17 @@ class Submap {
     std::int64_t index = 0;
     std::vector<FrameMatch> matches;
   };
+  bool IsKeyframe(std::int64_t index, const FrameRecord& record) const;
   Rigid3d PoseOf(const FrameRecord& record) const;  // T_map_camera
   PointLookup LookupPoints() const;
   PoseLookup LookupPoses() const;
 
   std::int64_t number_;
   std::unique_ptr<sqslam::Map> map_;
-  std::set<PointId> young_points_;       // not yet proven, see CullPoints()
-  FrameRecords frames_;                  // settled once they are refined
-  ThinnedFrames<FrameMatches> between_;  // matches of refined frames
+  std::set<PointId> young_points_;  // not yet proven, see CullPoints()
+  std::map<std::int64_t, FrameRecord> frames_;
+  std::map<std::int64_t, std::vector<FrameMatch>> unrefined_;  // matches of frames to be refined, by index
+  ThinnedFrames<FrameMatches> between_;                        // matches of refined frames
   UprightEstimator upright_;
   ObjectMapper objects_;
 };

@@ -25,7 +25,8 @@ std::optional<Eigen::Vector3d> ParseGravity(const std::string& text) {
   if (std::sscanf(text.c_str(), " [ %lf , %lf , %lf %c", &gravity.x(), &gravity.y(), &gravity.z(), &end) !=
           4 ||
       end != ']' || !gravity.allFinite() || gravity.norm() < 1e-9) {
-    throw UsageError("gravity: expected auto, level-start or [x, y, z], not '{}'", text);
+    throw UsageError("gravity: '{}', expected auto, level-start or a direction [x, y, z] in the first camera",
+                     text);
   }
   return -gravity.normalized();
 }
@@ -73,12 +74,12 @@ std::optional<Rigid3d> UprightEstimator::Update(const Map& map, const ObjectMapp
 
 std::optional<Rigid3d> UprightEstimator::UpdateFromMap(const Map& map, const ObjectMapper& objects,
                                                        const Camera& camera, bool last) {
-  constexpr KeyframeId kEager = 12;  // the first keyframes that are all used;
-  constexpr KeyframeId kPeriod = 5;  // later, one in this many
-  constexpr double kSmallestTurn = 0.2 * std::numbers::pi / 180.0;
-  constexpr double kLosesTo = 0.8;  // a later estimate needs this share of the best evidence so far
+  constexpr KeyframeId kYoungMap = 12;  // keyframes up to which each one gives an estimate
+  constexpr KeyframeId kInterval = 5;   // keyframes between later estimates
+  constexpr double kMinTurn = 0.2 * std::numbers::pi / 180.0;
+  constexpr double kMinEvidenceShare = 0.8;  // of the best evidence so far, for a later estimate
   const KeyframeId newest = map.NewestKeyframe() - map.OldestKeyframe();
-  if (!last && known_ && newest > kEager && newest % kPeriod != 0) {
+  if (!last && known_ && newest > kYoungMap && newest % kInterval != 0) {
     return std::nullopt;
   }
   const std::vector<Rigid3d> poses = ToVector(map.Keyframes() | std::views::values, [](const auto& keyframe) {
@@ -88,16 +89,16 @@ std::optional<Rigid3d> UprightEstimator::UpdateFromMap(const Map& map, const Obj
   if (!plane) {
     return std::nullopt;
   }
-  // A few points on a small plane are soon all inliers: by confidence alone an early estimate would never be
-  // replaced.
+  // The few points of an early map are easily all inliers: by confidence alone, an early estimate would never
+  // be replaced.
   const double evidence = plane->confidence * std::sqrt(static_cast<double>(plane->inliers));
-  if (evidence < kLosesTo * evidence_) {
+  if (evidence < kMinEvidenceShare * evidence_) {
     return std::nullopt;
   }
   evidence_ = std::max(evidence_, evidence);
   support_height_ = plane->height;
   const double turn = std::acos(std::clamp(plane->up.z(), -1.0, 1.0));
-  if (known_ && turn < kSmallestTurn) {
+  if (known_ && turn < kMinTurn) {
     return std::nullopt;
   }
   known_ = true;
@@ -107,8 +108,8 @@ std::optional<Rigid3d> UprightEstimator::UpdateFromMap(const Map& map, const Obj
 std::optional<SupportPlane> UprightEstimator::FindPlane(const Map& map, std::span<const Rigid3d> poses,
                                                         const ObjectMapper& objects,
                                                         const Camera& camera) const {
-  constexpr double kClearly = 5.0;      // a log likelihood ratio
-  constexpr double kAcrossThem = 0.05;  // radians
+  constexpr double kMinGain = 5.0;        // log likelihood ratio of the edges' direction
+  constexpr double kMaxDeviation = 0.05;  // radians, of a level plane from that direction
   const std::vector<Eigen::Vector3d> points = ReliablePoints(map);
   const auto object_points = ObjectPoints(objects.View()->landmarks);
   const auto find = [&](const std::optional<Eigen::Vector3d>& vertical) {
@@ -118,20 +119,20 @@ std::optional<SupportPlane> UprightEstimator::FindPlane(const Map& map, std::spa
   if (!plane && !known_) {
     return std::nullopt;
   }
-  // The best plane may lean across tops of different heights, or be that of a ramp. Edges tell, but less
-  // exactly than a plane that is level.
+  // The best plane may lean across tops of different heights, or be a ramp. Vertical edges reveal this, but
+  // are less exact than a level plane.
   const auto edges = VerticalFromLines(objects.Lines(), camera, plane ? plane->up : Eigen::Vector3d::UnitZ());
-  if (!edges || edges->gain < kClearly) {
+  if (!edges || edges->gain < kMinGain) {
     return plane;
   }
   const auto level = plane ? find(edges->up) : std::nullopt;
-  if (level && (level->up - edges->up).norm() < kAcrossThem) {
+  if (level && (level->up - edges->up).norm() < kMaxDeviation) {
     return level;
   }
   const Rigid3d T_upright_map = UprightTransform(edges->up);
   const auto height = EstimateSupportHeight(
       ToVector(points, [&](const Eigen::Vector3d& p) { return T_upright_map * p; }), {}, options_);
-  // Counts as much as the plane that it replaces, or as the best so far.
+  // The new plane gets the evidence of the plane that it replaces, or the best so far.
   SupportPlane across = plane.value_or(SupportPlane{.confidence = evidence_, .inliers = 1});
   across.up = edges->up;
   across.height = height.value_or(support_height_.value_or(0.0));

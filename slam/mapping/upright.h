@@ -33,7 +33,7 @@ class UprightEstimator {
   }
 
  private:
-  // Finds the plane that objects stand on, or one across the vertical edges of many objects.
+  // Finds the plane that objects stand on, or a plane perpendicular to the vertical edges of many objects.
   std::optional<SupportPlane> FindPlane(const Map& map, std::span<const Rigid3d> poses,
                                         const ObjectMapper& objects, const Camera& camera) const;
   std::optional<Rigid3d> UpdateFromMap(const Map& map, const ObjectMapper& objects, const Camera& camera,

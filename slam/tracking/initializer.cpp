@@ -12,6 +12,9 @@
 namespace sqslam {
 namespace {
 
+constexpr int kMinFeatures = 100;  // that the first frame needs
+constexpr double kMinFlow = 5.0;   // px, median motion of the matches below which no map is tried
+
 // Scales the map to a median depth of 1 in the first keyframe.
 void NormalizeScale(Map& map) {
   const Keyframe& first = map.Keyframes().begin()->second;
@@ -33,9 +36,9 @@ void NormalizeScale(Map& map) {
 
 void Initializer::Restart(const View& view) {
   start_.reset();
-  if (static_cast<int>(view.features->Size()) < options_.min_features) {
+  if (static_cast<int>(view.features->Size()) < kMinFeatures) {
     refusal_ = fmt::format("too little texture ({} features, at least {} needed)", view.features->Size(),
-                           options_.min_features);
+                           kMinFeatures);
     return;
   }
   start_ = view;
@@ -59,7 +62,7 @@ std::vector<std::pair<int, int>> Initializer::MatchToStart(const FrameFeatures& 
 std::unique_ptr<Map> Initializer::Add(std::int64_t frame_index, double timestamp,
                                       const FrameFeaturesPtr& features) {
   const View view{frame_index, timestamp, features};
-  if (!start_ || frame_index - start_->frame_index > options_.max_frames) {
+  if (!start_ || frame_index - start_->frame_index > kMaxFrames) {
     Restart(view);
     return nullptr;
   }
@@ -77,7 +80,7 @@ std::unique_ptr<Map> Initializer::Add(std::int64_t frame_index, double timestamp
   }
   const double median_flow = UpperMedian(flow);
   largest_flow_ = std::max(largest_flow_, median_flow);
-  if (median_flow < options_.min_flow) {
+  if (median_flow < kMinFlow) {
     refusal_ = "the camera hardly moves (it must translate)";
     return nullptr;
   }

@@ -14,6 +14,8 @@ namespace sqslam {
 // median depth to 1.
 class Initializer {
  public:
+  static constexpr int kMaxFrames = 60;  // after which a new first frame is chosen
+
   Initializer(const Camera& camera, const InitializationOptions& options, const ScaleLevels& levels,
               std::shared_ptr<IdSource> ids = nullptr)
       : camera_(camera), options_(options), levels_(levels), ids_(std::move(ids)) {}

@@ -6,18 +6,20 @@
 #include <cmath>
 #include <map>
 #include <random>
+#include <ranges>
 #include <utility>
 
 #include "slam/estimation/absolute_pose.h"
 #include "slam/geometry/lie.h"
 #include "slam/objects/assignment.h"
 #include "slam/objects/landmark_geometry.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
 
-constexpr double kMinIoU = 0.2;     // of a box with the landmark that explains it
-constexpr std::size_t kFewest = 3;  // explained boxes, as many as a pose needs
+constexpr double kMinIoU = 0.2;           // of a box with the landmark that explains it
+constexpr std::size_t kMinExplained = 3;  // boxes, as many as a pose needs
 
 // A box, undistorted, and the landmarks that it may show.
 struct SeenBox {
@@ -60,10 +62,10 @@ class ObjectPoseSearch {
   }
 
   std::vector<Rigid3d> Best(int count) const {
-    constexpr std::size_t kRefined = 30;
+    constexpr std::size_t kMaxRefined = 30;
     std::vector<ObjectPose> rough = RoughPoses();
     std::ranges::stable_sort(rough, std::greater<>(), &ObjectPose::agreement);
-    rough.resize(std::min(rough.size(), kRefined));
+    rough.resize(std::min(rough.size(), kMaxRefined));
     std::map<std::vector<std::pair<int, int>>, ObjectPose> by_explanation;
     for (ObjectPose& pose : rough) {
       Refine(pose);
@@ -72,24 +74,14 @@ class ObjectPoseSearch {
         key.emplace_back(box, landmark);
       }
       ObjectPose& best = by_explanation[key];
-      if (key.size() >= kFewest && pose.agreement > best.agreement) {
+      if (key.size() >= kMinExplained && pose.agreement > best.agreement) {
         best = std::move(pose);
       }
     }
-    std::vector<const ObjectPose*> best;
-    for (const auto& [key, pose] : by_explanation) {
-      if (pose.agreement > 0.0) {
-        best.push_back(&pose);
-      }
-    }
+    std::vector<ObjectPose> best = ToVector(by_explanation | std::views::values);
+    std::erase_if(best, [](const ObjectPose& pose) { return pose.agreement == 0.0; });
     std::ranges::stable_sort(best, std::greater<>(), &ObjectPose::agreement);
-    std::vector<Rigid3d> poses;
-    for (const ObjectPose* pose : best) {
-      if (static_cast<int>(poses.size()) < count) {
-        poses.push_back(pose->T_camera_map);
-      }
-    }
-    return poses;
+    return ToVector(best | std::views::take(count), &ObjectPose::T_camera_map);
   }
 
  private:
@@ -113,9 +105,9 @@ class ObjectPoseSearch {
     return poses;
   }
 
-  // Returns the triples of pairs with three boxes and three landmarks, or a random part if there are many.
+  // Returns the triples of pairs with three boxes and three landmarks, or random ones if there are many:
+  // dozens of boxes and landmarks of one label make billions.
   static std::vector<ExplainedTriple> SampleTriples(const std::vector<Explained>& pairs) {
-    constexpr std::size_t kMaxListed = 1000000;
     std::vector<ExplainedTriple> triples;
     for (std::size_t a = 0; a < pairs.size(); ++a) {
       for (std::size_t b = a + 1; b < pairs.size(); ++b) {
@@ -123,20 +115,15 @@ class ObjectPoseSearch {
           if (Differ(pairs[a], pairs[c]) && Differ(pairs[b], pairs[c])) {
             triples.push_back({pairs[a], pairs[b], pairs[c]});
           }
-          if (triples.size() > kMaxListed) {
+          if (triples.size() > kMaxSamples) {
             return DrawTriples(pairs);
           }
         }
       }
     }
-    if (triples.size() > kMaxSamples) {
-      std::shuffle(triples.begin(), triples.end(), std::mt19937(1));
-      triples.resize(kMaxSamples);
-    }
     return triples;
   }
 
-  // Draws triples without listing all: dozens of boxes and landmarks of one label make billions.
   static std::vector<ExplainedTriple> DrawTriples(const std::vector<Explained>& pairs) {
     std::mt19937 random(1);
     std::uniform_int_distribution<std::size_t> index(0, pairs.size() - 1);
@@ -170,8 +157,7 @@ class ObjectPoseSearch {
     }
   }
 
-  // Returns the IoU of a box with its landmark's projection; where an edge of the box is hidden, the
-  // projection may go on beyond it.
+  // Returns the IoU of a box with its landmark's projection, which may extend beyond hidden edges of the box.
   double Agreement(const Rigid3d& T_map_camera, const Explained& pair) const {
     const SeenBox& seen = boxes_[pair.box];
     const auto projected = ProjectToBox(landmarks_[pair.landmark]->superquadric, T_map_camera, camera_);
@@ -199,7 +185,7 @@ class ObjectPoseSearch {
     return pose;
   }
 
-  // Differences of the edges that are seen, in sizes of the boxes; 0 for those that are not.
+  // Returns the differences of the visible edges, in units of the boxes' sizes; 0 for hidden edges.
   Eigen::VectorXd Residuals(const std::vector<Explained>& explained, const Rigid3d& T_camera_map) const {
     Eigen::VectorXd residuals = Eigen::VectorXd::Zero(4 * static_cast<Eigen::Index>(explained.size()));
     for (std::size_t k = 0; k < explained.size(); ++k) {
@@ -224,12 +210,12 @@ class ObjectPoseSearch {
   // Gauss-Newton steps on the edges of the explained boxes with Huber's weights, damped since few edges may
   // leave a direction open; keeps the pose of the best agreement.
   void Refine(ObjectPose& best) const {
-    constexpr int kSteps = 8;
+    constexpr int kMaxSteps = 8;
     constexpr double kHuber = 0.1;
     constexpr double kDamping = 1e-3;
     constexpr double kDelta = 1e-5;
     ObjectPose pose = best;
-    for (int step = 0; step < kSteps && pose.explained.size() >= kFewest; ++step) {
+    for (int step = 0; step < kMaxSteps && pose.explained.size() >= kMinExplained; ++step) {
       const Eigen::VectorXd residuals = Residuals(pose.explained, pose.T_camera_map);
       Eigen::MatrixXd jacobian(residuals.size(), 6);
       for (int axis = 0; axis < 6; ++axis) {

@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <functional>
 #include <map>
 #include <ranges>
 #include <set>
@@ -14,8 +15,9 @@ namespace sqslam {
 namespace {
 
 constexpr int kMinInliers = 10;
+constexpr int kMaxLocalKeyframes = 40;  // whose points are searched in each frame
 
-// Pairs (keypoint of the known view that has a map point, keypoint of the frame).
+// Returns pairs (keypoint of the known view that has a map point, keypoint of the frame).
 std::vector<std::pair<int, int>> MatchDescriptors(const FrameFeatures& known,
                                                   const std::vector<PointId>& points,
                                                   const TrackedFrame& frame, double ratio) {
@@ -24,12 +26,55 @@ std::vector<std::pair<int, int>> MatchDescriptors(const FrameFeatures& known,
 
 }  // namespace
 
+const ViewKeyframe& ExistingKeyframe(const TrackingView& view, KeyframeId id) {
+  const auto it = view.keyframes.find(id);
+  return it != view.keyframes.end() ? it->second : view.keyframes.rbegin()->second;
+}
+
+LocalMap FindLocalMap(const TrackingView& view, const std::vector<PointId>& points, KeyframeId last_reference,
+                      int max_keyframes) {
+  std::vector<bool> seen(view.points.IdBound(), false);
+  for (const PointId point : points) {
+    if (view.Has(point)) {
+      seen[point] = true;
+    }
+  }
+  const ViewKeyframe& start = ExistingKeyframe(view, last_reference);
+  std::set<KeyframeId> candidates{start.id};
+  for (const KeyframeId near : start.covisible) {
+    candidates.insert(near);
+    const auto& further = view.keyframes.at(near).covisible;
+    candidates.insert(further.begin(), further.end());
+  }
+  std::vector<std::pair<int, KeyframeId>> ranked;
+  for (const KeyframeId id : candidates) {
+    int shared = 0;
+    for (const PointId point : view.keyframes.at(id).points) {
+      shared += point != kNoPoint && seen[point] ? 1 : 0;
+    }
+    ranked.emplace_back(shared, id);
+  }
+  std::ranges::sort(ranked, std::greater<>());
+  LocalMap local;
+  local.reference = ranked.front().first > 0 ? ranked.front().second : start.id;
+  std::vector<bool> added(view.points.IdBound(), false);
+  for (const auto& [shared, id] : ranked | std::views::take(max_keyframes)) {
+    for (const PointId point : view.keyframes.at(id).points) {
+      if (point != kNoPoint && !added[point]) {
+        added[point] = true;
+        local.points.push_back(point);
+      }
+    }
+  }
+  return local;
+}
+
 PoseTracker::PoseTracker(const Camera& camera, const TrackingOptions& options)
     : camera_(camera), options_(options), levels_(options.features) {}
 
 bool PoseTracker::TrackMotion(const TrackingView& view, const TrackedFrame& last, const Rigid3d& T_frame_last,
                               TrackedFrame& frame) const {
-  constexpr int kFewMatches = 20;
+  constexpr int kMinMatches = 20;
   const Rigid3d predicted = T_frame_last * last.T_camera_map;
   for (const double widening : {1.0, 2.0, 4.0}) {
     frame.T_camera_map = predicted;
@@ -47,12 +92,12 @@ bool PoseTracker::TrackMotion(const TrackingView& view, const TrackedFrame& last
                              widening * options_.motion_radius * levels_.Scale(keypoint.octave),
                              keypoint.octave, &last.features->descriptors[i], keypoint.angle});
     }
-    frame.ForgetPoints();
+    frame.ClearPoints();
     const auto matches = MatchPredictions(predictions, *frame.features, {}, kLooseDistance, 0.9);
     for (const auto& [i, keypoint] : matches) {
       frame.points[keypoint] = last.points[i];
     }
-    if (static_cast<int>(matches.size()) >= kFewMatches && Optimize(view, kMinInliers, frame)) {
+    if (static_cast<int>(matches.size()) >= kMinMatches && Optimize(view, kMinInliers, frame)) {
       frame.anchor.reference = last.anchor.reference;
       return true;
     }
@@ -65,7 +110,7 @@ bool PoseTracker::TrackReferenceKeyframe(const TrackingView& view, const Tracked
   constexpr int kMinMatches = 15;
   const ViewKeyframe& keyframe = ExistingKeyframe(view, last.anchor.reference);
   const auto matches = MatchDescriptors(*keyframe.features, keyframe.points, frame, 0.7);
-  frame.ForgetPoints();
+  frame.ClearPoints();
   for (const auto& [i, j] : matches) {
     frame.points[j] = keyframe.points[i];
   }
@@ -78,10 +123,9 @@ bool PoseTracker::TrackLocalMap(const TrackingView& view, const LocalSearch& sea
                                 SeenPoints& seen) const {
   constexpr double kFrontalCosine = 0.998;
   seen = {};
-  const LocalMap local =
-      FindLocalMap(view, frame.points, frame.anchor.reference, options_.max_local_keyframes);
-  if (search.anew) {
-    frame.ForgetPoints();
+  const LocalMap local = FindLocalMap(view, frame.points, frame.anchor.reference, kMaxLocalKeyframes);
+  if (search.discard_matches) {
+    frame.ClearPoints();
   }
   std::vector<bool> matched(view.points.IdBound(), false);
   std::vector<bool> taken(frame.points.size(), false);
@@ -100,13 +144,12 @@ bool PoseTracker::TrackLocalMap(const TrackingView& view, const LocalSearch& sea
       continue;
     }
     seen.visible.push_back(id);
-    if (matched[id]) {
-      continue;
+    if (!matched[id]) {
+      const int octave = levels_.PredictOctave(sight->distance, point.level_zero_distance);
+      const double radius =
+          search.radius_factor * (sight->cosine > kFrontalCosine ? 2.5 : 4.0) * levels_.Scale(octave);
+      predictions.push_back({static_cast<int>(id), sight->pixel, radius, octave, &point.descriptor, -1.0F});
     }
-    const int octave = levels_.PredictOctave(sight->distance, point.level_zero_distance);
-    const double radius =
-        search.radius_factor * (sight->cosine > kFrontalCosine ? 2.5 : 4.0) * levels_.Scale(octave);
-    predictions.push_back({static_cast<int>(id), sight->pixel, radius, octave, &point.descriptor, -1.0F});
   }
   for (const auto& [id, keypoint] :
        MatchPredictions(predictions, *frame.features, taken, search.max_distance, 0.8)) {
@@ -152,7 +195,7 @@ bool PoseTracker::LocateByMatches(const TrackingView& view,
     return false;
   }
   frame.T_camera_map = *T_camera_map;
-  frame.ForgetPoints();
+  frame.ClearPoints();
   for (const int inlier : inliers) {
     const auto& [point, keypoint] = matches[inlier];
     frame.points[keypoint] = point;
@@ -165,7 +208,7 @@ bool PoseTracker::Relocate(const TrackingView& view, const ViewKeyframe& keyfram
   SeenPoints seen;
   frame.anchor = {keyframe.id, {}, keyframe.pose.scale};
   return LocateFrom(view, *keyframe.features, keyframe.points, frame) &&
-         ConfirmPose(view, options_.min_recovery_inliers / 2, frame, seen);
+         ConfirmPose(view, kMinRecoveryInliers / 2, frame, seen);
 }
 
 bool PoseTracker::LocateNear(const TrackingView& view, const Rigid3d& T_camera_map, KeyframeId reference,
@@ -173,7 +216,7 @@ bool PoseTracker::LocateNear(const TrackingView& view, const Rigid3d& T_camera_m
   constexpr int kIterations = 1000;
   const Eigen::Vector3d center = T_camera_map.Inverse().translation;
   std::vector<PredictedPoint> predictions;
-  for (const PointId id : FindLocalMap(view, {}, reference, options_.max_local_keyframes).points) {
+  for (const PointId id : FindLocalMap(view, {}, reference, kMaxLocalKeyframes).points) {
     const ViewPoint& point = view.Point(id);
     if (const std::optional<PredictedSight> sight = PredictSight(point, camera_, T_camera_map, center)) {
       const int octave = levels_.PredictOctave(sight->distance, point.level_zero_distance);
@@ -187,7 +230,7 @@ bool PoseTracker::LocateNear(const TrackingView& view, const Rigid3d& T_camera_m
   SeenPoints seen;
   frame.anchor = {reference, {}, view.PoseOf(reference).scale};
   return LocateByMatches(view, matches, kIterations, frame) &&
-         ConfirmPose(view, options_.min_recovery_inliers / 2, frame, seen);
+         ConfirmPose(view, kMinRecoveryInliers / 2, frame, seen);
 }
 
 bool PoseTracker::TrackWithoutPrediction(const TrackingView& view, const TrackedFrame& last,
@@ -197,19 +240,20 @@ bool PoseTracker::TrackWithoutPrediction(const TrackingView& view, const Tracked
       points, [&](PointId point) { return !view.Has(point); }, kNoPoint);
   frame.anchor = last.anchor;
   if (LocateFrom(view, *last.features, points, frame) &&
-      ConfirmPose(view, options_.min_recovery_inliers / 2, frame, seen)) {
+      ConfirmPose(view, kMinRecoveryInliers / 2, frame, seen)) {
     return true;
   }
-  constexpr int kNewest = 2;  // may show what has just come into view
+  constexpr int kNewestKeyframes = 2;  // may show points that have just come into view
   std::vector<KeyframeId> keyframes{ExistingKeyframe(view, last.anchor.reference).id};
-  for (const auto& [id, keyframe] : view.keyframes | std::views::reverse | std::views::take(kNewest)) {
+  for (const auto& [id, keyframe] :
+       view.keyframes | std::views::reverse | std::views::take(kNewestKeyframes)) {
     keyframes.push_back(id);
   }
   return std::ranges::any_of(keyframes, [&](KeyframeId id) {
     const ViewKeyframe& keyframe = view.keyframes.at(id);
     frame.anchor = {id, {}, keyframe.pose.scale};
     return LocateFrom(view, *keyframe.features, keyframe.points, frame) &&
-           ConfirmPose(view, options_.min_recovery_inliers / 2, frame, seen);
+           ConfirmPose(view, kMinRecoveryInliers / 2, frame, seen);
   });
 }
 
@@ -246,18 +290,18 @@ bool PoseTracker::LocateAmong(const TrackingView& view, const std::set<KeyframeI
 // enough chance matches to look confirmed.
 bool PoseTracker::ConfirmPose(const TrackingView& view, int min_inliers, TrackedFrame& frame,
                               SeenPoints& seen) const {
-  constexpr double kWide = 3.0;
-  const LocalSearch wide{kWide, kStrictDistance, false, std::min(min_inliers, options_.min_inliers)};
-  const LocalSearch anew{1.0, kStrictDistance, true, min_inliers};
-  return TrackLocalMap(view, wide, frame, seen) && TrackLocalMap(view, anew, frame, seen);
+  constexpr double kRadiusFactor = 3.0;
+  const LocalSearch wide{kRadiusFactor, kStrictDistance, false, std::min(min_inliers, options_.min_inliers)};
+  const LocalSearch again{1.0, kStrictDistance, true, min_inliers};
+  return TrackLocalMap(view, wide, frame, seen) && TrackLocalMap(view, again, frame, seen);
 }
 
-void PoseTracker::DoubtWideStep(const TrackingView& view, const TrackedFrame& last, TrackedFrame& frame,
-                                SeenPoints& seen) const {
-  constexpr double kWideStep = 0.03;  // of the image width
-  constexpr double kFewFound = 0.35;  // of the points that should be seen
+void PoseTracker::RecheckWideStep(const TrackingView& view, const TrackedFrame& last, TrackedFrame& frame,
+                                  SeenPoints& seen) const {
+  constexpr double kMaxStep = 0.03;        // of the image width
+  constexpr double kMinFoundShare = 0.35;  // of the points that should be seen
   const auto found = static_cast<double>(seen.found.size());
-  if (found >= kFewFound * static_cast<double>(seen.visible.size())) {
+  if (found >= kMinFoundShare * static_cast<double>(seen.visible.size())) {
     return;
   }
   std::vector<double> steps;
@@ -268,7 +312,7 @@ void PoseTracker::DoubtWideStep(const TrackingView& view, const TrackedFrame& la
       steps.push_back((camera_.Project(frame.T_camera_map * p_map) - camera_.Project(before)).norm());
     }
   }
-  if (!steps.empty() && UpperMedian(std::move(steps)) < kWideStep * camera_.width) {
+  if (!steps.empty() && UpperMedian(std::move(steps)) < kMaxStep * camera_.width) {
     return;
   }
   TrackedFrame other = frame;
@@ -332,7 +376,7 @@ Rigid3d RefineFrame(const Map& map, const Camera& camera, const std::vector<Fram
 
 std::vector<TrackedFrame> TrackBackward(const PoseTracker& tracker, const TrackingView& view,
                                         const Backlog& backlog, int min_inliers) {
-  constexpr int kGiveUpAfter = 10;  // frames in a row without a pose
+  constexpr int kMaxFailures = 10;  // frames in a row without a pose
   TrackedFrame last = backlog.next;
   last.T_camera_map = Resolve(last.anchor, view.PoseOf(last.anchor.reference)).T_camera_map;
   for (PointId& point : last.points) {
@@ -349,12 +393,12 @@ std::vector<TrackedFrame> TrackBackward(const PoseTracker& tracker, const Tracki
                        tracker.TrackLocalMap(view, {.min_inliers = min_inliers}, current, seen);
     if (!found) {
       velocity.reset();
-      if (++failures == kGiveUpAfter) {
+      if (++failures == kMaxFailures) {
         break;
       }
       continue;
     }
-    tracker.DoubtWideStep(view, last, current, seen);
+    tracker.RecheckWideStep(view, last, current, seen);
     velocity = current.T_camera_map * last.T_camera_map.Inverse();
     failures = 0;
     tracked.push_back(current);

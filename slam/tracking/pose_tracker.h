@@ -8,7 +8,6 @@
 #include "slam/features/matching.h"
 #include "slam/geometry/camera.h"
 #include "slam/map/map.h"
-#include "slam/tracking/local_map.h"
 #include "slam/tracking/tracking_options.h"
 
 namespace sqslam {
@@ -23,8 +22,10 @@ struct TrackedFrame {
   AnchoredPose anchor;
   int inliers = 0;  // map points that fit the pose
 
-  void ForgetPoints() { points.assign(features->Size(), kNoPoint); }
+  void ClearPoints() { points.assign(features->Size(), kNoPoint); }
 };
+
+constexpr int kMinRecoveryInliers = 50;  // map points that confirm relocalisation or backward tracking
 
 // Map points predicted to be visible in a frame, and those found in it.
 struct SeenPoints {
@@ -32,11 +33,25 @@ struct SeenPoints {
   std::vector<PointId> found;
 };
 
+// The part of the map that a frame may see (ORB-SLAM, Mur-Artal et al. 2015, V-D).
+struct LocalMap {
+  KeyframeId reference = kNoKeyframe;  // the keyframe that shares most points with the frame
+  std::vector<PointId> points;         // points of the local keyframes, each once, alive
+};
+
+// `points`: map points matched in the frame (kNoPoint allowed). Starts at the last reference keyframe and
+// covers two steps of covisibility.
+LocalMap FindLocalMap(const TrackingView& view, const std::vector<PointId>& points, KeyframeId last_reference,
+                      int max_keyframes);
+
+// Returns the keyframe, or the newest one if it no longer exists.
+const ViewKeyframe& ExistingKeyframe(const TrackingView& view, KeyframeId id);
+
 // Parameters of the search for map points around their predicted positions.
 struct LocalSearch {
   double radius_factor = 1.0;         // widens the search
   int max_distance = kLooseDistance;  // bits
-  bool anew = false;                  // discards earlier matches and keeps only the pose
+  bool discard_matches = false;       // discards earlier matches and keeps only the pose
   int min_inliers = 0;
 };
 
@@ -81,8 +96,8 @@ class PoseTracker {
   // Checks a suspicious step: if the image moved far since `last` and few of the visible points were found,
   // the search around a wrong prediction may have matched only distant points, which hardly move. Tries
   // without a prediction too and keeps the better pose.
-  void DoubtWideStep(const TrackingView& view, const TrackedFrame& last, TrackedFrame& frame,
-                     SeenPoints& seen) const;
+  void RecheckWideStep(const TrackingView& view, const TrackedFrame& last, TrackedFrame& frame,
+                       SeenPoints& seen) const;
 
   const ScaleLevels& Levels() const { return levels_; }
 
@@ -123,6 +138,6 @@ struct Backlog {
 
 // Tracks the earlier frames from the newest to the oldest. Returns those whose pose was found.
 std::vector<TrackedFrame> TrackBackward(const PoseTracker& tracker, const TrackingView& view,
-                                        const Backlog& backlog, int min_inliers);
+                                        const Backlog& backlog, int min_inliers = kMinRecoveryInliers);
 
 }  // namespace sqslam

@@ -1,36 +1,29 @@
 #include "slam/tracking/relocalizer.h"
 
-#include <limits>
+#include <algorithm>
+#include <utility>
 
 #include "slam/tracking/object_poses.h"
 
 namespace sqslam {
 namespace {
 
-// Returns the keyframe nearest to a camera, of those that look the same way if there are any.
+// Returns the keyframe nearest to a camera; keyframes that look in the same direction come first.
 KeyframeId KeyframeNear(const TrackingView& view, const Rigid3d& T_camera_map) {
-  constexpr double kSameWay = 0.7;  // cosine
+  constexpr double kMinCosine = 0.7;  // between the optical axes
   const Rigid3d T_map_camera = T_camera_map.Inverse();
-  KeyframeId nearest = kNoKeyframe;
-  double least = std::numeric_limits<double>::infinity();
-  bool any_alike = false;
-  for (const auto& [id, keyframe] : view.keyframes) {
-    const Rigid3d T_map_keyframe = keyframe.pose.T_camera_map.Inverse();
-    const double distance = (T_map_keyframe.translation - T_map_camera.translation).norm();
-    const bool alike = (T_map_keyframe.rotation * Eigen::Vector3d::UnitZ())
-                           .dot(T_map_camera.rotation * Eigen::Vector3d::UnitZ()) > kSameWay;
-    if ((alike && !any_alike) || (alike == any_alike && distance < least)) {
-      nearest = id;
-      least = distance;
-      any_alike = alike;
-    }
-  }
-  return nearest;
+  const auto rank = [&](const auto& entry) {
+    const Rigid3d T_map_keyframe = entry.second.pose.T_camera_map.Inverse();
+    const double cosine = (T_map_keyframe.rotation * Eigen::Vector3d::UnitZ())
+                              .dot(T_map_camera.rotation * Eigen::Vector3d::UnitZ());
+    return std::pair(cosine <= kMinCosine, (T_map_keyframe.translation - T_map_camera.translation).norm());
+  };
+  return std::ranges::min_element(view.keyframes, {}, rank)->first;
 }
 
 }  // namespace
 
-void Relocalizer::Follow(const AtlasViewPtr& atlas, const TrackingViewPtr& view) {
+void Relocalizer::UpdateIndex(const AtlasViewPtr& atlas, const TrackingViewPtr& view) {
   auto views = atlas ? atlas->submaps : std::map<std::int64_t, TrackingViewPtr>();
   views[view->submap] = view;
   if (views == views_) {
@@ -64,7 +57,7 @@ std::vector<Relocalizer::Candidate> Relocalizer::Candidates(const AtlasViewPtr& 
   if (view->keyframes.contains(last_reference)) {
     candidates.push_back({view, last_reference});
   }
-  Follow(atlas, view);
+  UpdateIndex(atlas, view);
   if (!vocabulary_) {
     return candidates;
   }
@@ -97,17 +90,17 @@ std::optional<Relocalizer::Found> Relocalizer::ByWords(const PoseTracker& tracke
 std::optional<Relocalizer::Found> Relocalizer::ByObjects(const PoseTracker& tracker, const Camera& camera,
                                                          const std::vector<BoxCandidate>& boxes,
                                                          const TrackedFrame& frame) const {
-  constexpr int kPoses = 5;
-  constexpr double kRadius = 0.08;  // of the image width: how far points may be from a pose by boxes
+  constexpr int kMaxPoses = 5;
+  constexpr double kSearchRadius = 0.08;  // of the image width: boxes give a rough pose
   std::optional<Found> best;
   for (const auto& [submap, view] : views_) {
     if (!view->objects || view->keyframes.empty()) {
       continue;
     }
-    for (const Rigid3d& T_camera_map : PosesFromObjects(boxes, *view->objects, camera, kPoses)) {
+    for (const Rigid3d& T_camera_map : PosesFromObjects(boxes, *view->objects, camera, kMaxPoses)) {
       TrackedFrame located = frame;
-      if (tracker.LocateNear(*view, T_camera_map, KeyframeNear(*view, T_camera_map), kRadius * camera.width,
-                             located) &&
+      if (tracker.LocateNear(*view, T_camera_map, KeyframeNear(*view, T_camera_map),
+                             kSearchRadius * camera.width, located) &&
           (!best || located.inliers > best->frame.inliers)) {
         best = {located, view};
       }

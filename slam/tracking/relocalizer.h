@@ -47,7 +47,7 @@ class Relocalizer {
                                  const std::vector<BoxCandidate>& boxes, const TrackedFrame& frame) const;
 
  private:
-  void Follow(const AtlasViewPtr& atlas, const TrackingViewPtr& view);
+  void UpdateIndex(const AtlasViewPtr& atlas, const TrackingViewPtr& view);
 
   std::shared_ptr<const Vocabulary> vocabulary_;
   std::map<std::int64_t, TrackingViewPtr> views_;  // by submap, as indexed

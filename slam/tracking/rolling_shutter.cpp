@@ -74,19 +74,20 @@ RollingShutter::RollingShutter(const Camera& camera, const RollingShutterOptions
 double RollingShutter::RowDelay(double raw_row) const { return (raw_row + 0.5) / camera_.height - 0.5; }
 
 double RollingShutter::Readout() const {
-  constexpr double kTrusted = 1.0e-3;  // s, standard deviation
-  const bool learnt = options_.estimate && information_ > 1.0 / (kTrusted * kTrusted);
+  constexpr double kMaxDeviation = 1.0e-3;  // s, standard deviation of an estimate that is used
+  constexpr double kMinReadout = 5.0e-3;    // s, a shorter time counts as a global shutter
+  const bool learnt = options_.estimate && information_ > 1.0 / (kMaxDeviation * kMaxDeviation);
   const double readout = learnt ? evidence_ / information_ : known_readout_;
-  return std::abs(readout) >= 1e-3 * options_.min_readout_ms ? readout : 0.0;
+  return std::abs(readout) >= kMinReadout ? readout : 0.0;
 }
 
 std::optional<CameraMotion> RollingShutter::Motion(const Rigid3d& T_last_map, const Rigid3d& T_current_map,
                                                    double seconds) const {
-  constexpr double kLongest = 0.2;    // s
-  constexpr double kShortest = 2e-3;  // s
-  constexpr double kOfReadout = 0.5;  // with a margin: no image begins before the last one is read
-  const double shortest = std::max(kShortest, kOfReadout * std::abs(Readout()));
-  return seconds >= shortest && seconds <= kLongest
+  constexpr double kMaxInterval = 0.2;      // s
+  constexpr double kMinInterval = 2e-3;     // s
+  constexpr double kMinReadoutShare = 0.5;  // with a margin: no image begins before the last one is read
+  const double shortest = std::max(kMinInterval, kMinReadoutShare * std::abs(Readout()));
+  return seconds >= shortest && seconds <= kMaxInterval
              ? std::optional(CameraMotion::Between(T_last_map, T_current_map, seconds))
              : std::nullopt;
 }
@@ -118,10 +119,10 @@ FrameFeaturesPtr RollingShutter::Correct(const FrameFeaturesPtr& features, const
 }
 
 Box2d RollingShutter::Correct(const Box2d& box, const CameraMotion& motion, double depth) const {
-  constexpr double kFarAway = 1e6;  // map units
+  constexpr double kFarDepth = 1e6;  // map units
   return WithMovedEdges(box, [&](const Eigen::Vector2d& pixel) -> Eigen::Vector2d {
     const Eigen::Vector3d p_camera =
-        (depth > 0.0 ? depth : kFarAway) * camera_.Unproject(camera_.Undistort(pixel));
+        (depth > 0.0 ? depth : kFarDepth) * camera_.Unproject(camera_.Undistort(pixel));
     return pixel - Readout() * RowDelay(pixel.y()) * motion.InImage(camera_, p_camera);
   });
 }
@@ -130,7 +131,7 @@ void RollingShutter::Learn(const FrameFeatures& features, const CameraMotion& mo
                            std::span<const ShutterObservation> observations) {
   // Caps the information of past frames at that of one measurement with this standard deviation (s): new
   // frames replace old ones, but nothing is forgotten while the camera stands still.
-  constexpr double kMemory = 0.7e-3;
+  constexpr double kMinDeviation = 0.7e-3;
   constexpr std::size_t kMinPoints = 30;
   if (!options_.estimate || observations.size() < kMinPoints) {
     return;
@@ -161,7 +162,8 @@ void RollingShutter::Learn(const FrameFeatures& features, const CameraMotion& mo
   if (std::isfinite(information) && std::isfinite(evidence)) {
     information_ += std::max(0.0, information);
     evidence_ += evidence;
-    const double kept = information_ > 0.0 ? std::min(1.0, 1.0 / (kMemory * kMemory * information_)) : 1.0;
+    const double kept =
+        information_ > 0.0 ? std::min(1.0, 1.0 / (kMinDeviation * kMinDeviation * information_)) : 1.0;
     information_ *= kept;
     evidence_ *= kept;
   }

@@ -16,7 +16,6 @@ struct RollingShutterOptions {
   // Time from the first to the last row, known or as an initial value. 0: the camera's, or a global shutter
   // if that is unknown.
   double readout_ms = 0.0;
-  double min_readout_ms = 5.0;  // a shorter time counts as a global shutter
   // Corrects bounding boxes as well as keypoints. Off: a detector's own errors are larger, and the
   // correction made the real kitchen's objects worse (docs/evaluation.md).
   bool boxes = false;
@@ -24,7 +23,6 @@ struct RollingShutterOptions {
   void VisitFields(auto&& visit) {
     visit("estimate", estimate);
     visit("readout_ms", readout_ms, -100.0, 100.0);
-    visit("min_readout_ms", min_readout_ms, 0.0, 100.0);
     visit("boxes", boxes);
   }
 };
@@ -52,7 +50,7 @@ struct ShutterObservation {
 // point's image motion.
 //
 // The readout time is estimated from the images: it is the factor by which the residuals of tracked points
-// follow delay times image motion, after each frame's pose has absorbed what it can (linear least squares,
+// follow delay times image motion, after each frame's pose has absorbed its part (linear least squares,
 // poses marginalised). Old frames are forgotten because the first ones were mapped without correction.
 class RollingShutter {
  public:
@@ -62,7 +60,7 @@ class RollingShutter {
   double Readout() const;
 
   // Returns the camera's motion between two frames; nothing if they are too far apart in time for one motion,
-  // or, by wrong timestamps, so close that it would be mostly the error of the poses.
+  // or, because of wrong timestamps, so close that it would be mostly the error of the poses.
   std::optional<CameraMotion> Motion(const Rigid3d& T_last_map, const Rigid3d& T_current_map,
                                      double seconds) const;
 

@@ -38,30 +38,31 @@ void Tracker::BeginIn(const AtlasViewPtr& atlas, std::int64_t submap) {
 TrackingReport Tracker::Track(const Frame& frame, const AtlasViewPtr& atlas, int pending_keyframes) {
   const StageTimes::Scope timer(times_, "tracking");
   TrackingReport report;
+  ExtractFeatures(frame);
+  AdoptAtlas(atlas);
+  const bool tracked = view_ && (Lost() ? Relocalize(frame, report) : EstimatePose(report));
+  if (tracked) {
+    ReportPose(pending_keyframes, report);
+  } else {
+    BeginSubmapOrWait(report);
+  }
+  TrackObjects(frame, tracked, report);
+  static_cast<FrameStamp&>(report) = StampOf(frame);
+  return report;
+}
+
+void Tracker::ExtractFeatures(const Frame& frame) {
+  const StageTimes::Scope timer(times_, "tracking.features");
+  if (!frame.detections_follow) {
+    ignored_.AddDetections(frame.timestamp, frame.detections);
+  }
   current_ = {};
   current_.index = frame.index;
   current_.timestamp = frame.timestamp;
-  if (!frame.detections_follow) {
-    ignored_.See(frame.timestamp, frame.detections);
-  }
-  {
-    const StageTimes::Scope features_timer(times_, "tracking.features");
-    current_.features = std::make_shared<const FrameFeatures>(
-        extractor_.Extract(frame.gray, frame.bgr, camera_, ignored_.In(frame)));
-  }
-  current_.ForgetPoints();
+  current_.features = std::make_shared<const FrameFeatures>(
+      extractor_.Extract(frame.gray, frame.bgr, camera_, ignored_.MaskOf(frame)));
+  current_.ClearPoints();
   motion_.reset();
-
-  AdoptAtlas(atlas);
-  const bool tracked = view_ && (Lost() ? Relocalize(frame, report) : TrackFrame(report));
-  if (tracked) {
-    FinishTracked(pending_keyframes, report);
-  } else {
-    Initialize(report);
-  }
-  SeeObjects(frame, tracked, report);
-  static_cast<FrameStamp&>(report) = StampOf(frame);
-  return report;
 }
 
 FrameView Tracker::Newest() const {
@@ -137,7 +138,9 @@ void Tracker::SwitchSubmap(std::int64_t submap, const TrackingViewPtr& view, con
   S_map_origin_ = S_map_origin;
 }
 
-bool Tracker::TrackFrame(TrackingReport& report) {
+// Estimates the pose from the last frame's motion, or else from its reference keyframe, then from the local
+// map; if these fail, without a prediction.
+bool Tracker::EstimatePose(TrackingReport& report) {
   const StageTimes::Scope timer(times_, "tracking.pose");
   bool tracked = last_ && (pose_tracker_.TrackMotion(*view_, *last_, PredictedMotion(), current_) ||
                            pose_tracker_.TrackReferenceKeyframe(*view_, *last_, current_));
@@ -149,7 +152,7 @@ bool Tracker::TrackFrame(TrackingReport& report) {
         pose_tracker_.TrackLocalMap(*view_, {.min_inliers = options_.min_inliers}, current_, report.seen);
   }
   if (tracked) {
-    pose_tracker_.DoubtWideStep(*view_, *last_, current_, report.seen);
+    pose_tracker_.RecheckWideStep(*view_, *last_, current_, report.seen);
   }
   tracked = tracked || (last_ && pose_tracker_.TrackWithoutPrediction(*view_, *last_, current_, report.seen));
   if (tracked) {
@@ -203,8 +206,8 @@ bool Tracker::Relocalize(const Frame& image, TrackingReport& report) {
     found = relocalizer_.ByObjects(pose_tracker_, camera_,
                                    SelectBoxes(boxes, object_options_.detections, 0.0), current_);
   }
-  if (!found || !pose_tracker_.TrackLocalMap(*found->view, {.min_inliers = options_.min_recovery_inliers},
-                                             found->frame, report.seen)) {
+  if (!found || !pose_tracker_.TrackLocalMap(*found->view, {.min_inliers = kMinRecoveryInliers}, found->frame,
+                                             report.seen)) {
     return false;
   }
   current_ = found->frame;
@@ -218,7 +221,7 @@ bool Tracker::Relocalize(const Frame& image, TrackingReport& report) {
   return true;
 }
 
-void Tracker::FinishTracked(int pending_keyframes, TrackingReport& report) {
+void Tracker::ReportPose(int pending_keyframes, TrackingReport& report) {
   report.pose = current_.anchor;
   report.matches = MatchesOf(current_, pose_tracker_.Levels());
   if (NeedsKeyframe(pending_keyframes)) {
@@ -229,10 +232,12 @@ void Tracker::FinishTracked(int pending_keyframes, TrackingReport& report) {
   untracked_.clear();
 }
 
-// Tries to begin a submap if there is none yet or tracking has been lost for long.
-void Tracker::Initialize(TrackingReport& report) {
+// Handles a frame without a pose: tries to begin a submap if there is none yet or tracking has been lost for
+// long; else keeps the frame for backward tracking.
+void Tracker::BeginSubmapOrWait(TrackingReport& report) {
+  constexpr std::size_t kMaxUntracked = 150;  // frames kept for backward tracking
   report.seen = {};
-  current_.ForgetPoints();
+  current_.ClearPoints();
   if (view_) {
     counters_.losses += lost_frames_ == 0 ? 1 : 0;
     ++lost_frames_;
@@ -245,7 +250,10 @@ void Tracker::Initialize(TrackingReport& report) {
   }
   if (!map) {
     report.unplaced = current_.features;
-    RememberUntracked();
+    untracked_.push_back(current_);
+    if (untracked_.size() > kMaxUntracked) {
+      untracked_.erase(untracked_.begin());
+    }
     return;
   }
   TrackingView view = MakeTrackingView(*map);
@@ -265,13 +273,6 @@ void Tracker::Initialize(TrackingReport& report) {
   report.initial_map = std::move(map);
 }
 
-void Tracker::RememberUntracked() {
-  untracked_.push_back(current_);
-  if (static_cast<int>(untracked_.size()) > options_.max_backlog) {
-    untracked_.erase(untracked_.begin());
-  }
-}
-
 void Tracker::ShareBacklog(TrackingReport& report) {
   if (!untracked_.empty()) {
     report.backlog = Backlog{current_, std::move(untracked_)};
@@ -287,8 +288,8 @@ bool Tracker::NeedsKeyframe(int pending_keyframes) const {
   const auto reference_points = std::ranges::count_if(
       points, [&](PointId id) { return id != kNoPoint && (young || view_->Point(id).well_observed); });
   const double tracked_share = current_.inliers / std::max(1.0, static_cast<double>(reference_points));
-  constexpr double kSameView = 0.5;  // images far apart each show something new
-  const bool too_soon = interval < options.min_interval && tracked_share >= kSameView;
+  constexpr double kMinSharedView = 0.5;  // images farther apart each show something new
+  const bool too_soon = interval < options.min_interval && tracked_share >= kMinSharedView;
   if (too_soon || (interval < options.max_interval && tracked_share >= options.tracked_share)) {
     return false;
   }
@@ -321,7 +322,7 @@ ObjectFrame Tracker::MakeObjectFrame(const Frame& frame) const {
 }
 
 // Tracks the objects in the frame's boxes if these are known; else queues the frame until they arrive.
-void Tracker::SeeObjects(const Frame& frame, bool tracked, TrackingReport& report) {
+void Tracker::TrackObjects(const Frame& frame, bool tracked, TrackingReport& report) {
   constexpr std::size_t kMaxWaiting = 300;  // frames; about 100 MB
   WaitingFrame waiting{{StampOf(frame), {}, {}}, std::nullopt};
   if (tracked) {
@@ -347,11 +348,11 @@ std::optional<SeenObjects> Tracker::AddDetections(std::int64_t frame_index,
   WaitingFrame waiting = std::move(waiting_.front());
   waiting_.pop_front();
   SeenObjects& seen = waiting.seen;
-  ignored_.See(seen.timestamp, detections);
+  ignored_.AddDetections(seen.timestamp, detections);
   for (const Detection& detection : detections) {
     seen.detections.push_back({detection, -1});
   }
-  if (waiting.objects && FollowMap(waiting)) {
+  if (waiting.objects && MoveToPresentMap(waiting)) {
     const StageTimes::Scope timer(times_, "tracking.objects");
     const TrackingView& view = seen.submap == submap_ ? *view_ : *atlas_->submaps.at(seen.submap);
     waiting.objects->detections = detections;
@@ -365,7 +366,7 @@ std::optional<SeenObjects> Tracker::AddDetections(std::int64_t frame_index,
 
 // Moves a waiting frame into the present map, which may have been moved or merged into an older one since.
 // Returns false if its objects are no longer tracked.
-bool Tracker::FollowMap(WaitingFrame& waiting) const {
+bool Tracker::MoveToPresentMap(WaitingFrame& waiting) const {
   SeenObjects& seen = waiting.seen;
   if (!atlas_ || !atlas_->origins.contains(seen.submap)) {
     return seen.submap == submap_;  // the submap has just begun

@@ -10,7 +10,6 @@
 #include "slam/io/frame.h"
 #include "slam/map/map.h"
 #include "slam/objects/object_tracker.h"
-#include "slam/tracking/frame_view.h"
 #include "slam/tracking/initializer.h"
 #include "slam/tracking/pose_tracker.h"
 #include "slam/tracking/relocalizer.h"
@@ -75,21 +74,21 @@ class Tracker {
   };
 
   FrameStamp StampOf(const Frame& frame) const;
+  void ExtractFeatures(const Frame& frame);
   void AdoptAtlas(const AtlasViewPtr& atlas);
   void MoveLastFrame();
-  bool TrackFrame(TrackingReport& report);
+  bool EstimatePose(TrackingReport& report);
   Rigid3d PredictedMotion() const;
   std::optional<CameraMotion> Motion() const;
   std::vector<ShutterObservation> ShutterObservations() const;
   bool Relocalize(const Frame& image, TrackingReport& report);
-  void Initialize(TrackingReport& report);
-  void RememberUntracked();
-  void FinishTracked(int pending_keyframes, TrackingReport& report);
+  void BeginSubmapOrWait(TrackingReport& report);
+  void ReportPose(int pending_keyframes, TrackingReport& report);
   void ShareBacklog(TrackingReport& report);
   bool NeedsKeyframe(int pending_keyframes) const;
-  void SeeObjects(const Frame& frame, bool tracked, TrackingReport& report);
+  void TrackObjects(const Frame& frame, bool tracked, TrackingReport& report);
   ObjectFrame MakeObjectFrame(const Frame& frame) const;
-  bool FollowMap(WaitingFrame& waiting) const;
+  bool MoveToPresentMap(WaitingFrame& waiting) const;
   void SwitchSubmap(std::int64_t submap, const TrackingViewPtr& view, const Sim3d& S_map_origin);
   ObjectTracker& Objects() { return object_trackers_.at(submap_); }
 

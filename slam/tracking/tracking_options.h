@@ -8,37 +8,29 @@
 namespace sqslam {
 
 struct InitializationOptions {
-  int min_features = 100;      // features that the first frame needs
   int min_matches = 100;       // matches between the two frames
   double search_radius = 100;  // px, around the last matched position of a feature
-  int max_frames = 60;         // frames after which a new first frame is chosen
-  double min_flow = 5.0;       // px, median motion of the matches below which no map is tried
   TwoViewOptions two_view;
 
   void VisitFields(auto&& visit) {
-    visit("min_features", min_features, 20, 10000);
     visit("min_matches", min_matches, 20, 10000);
     visit("search_radius", search_radius, 5.0, 1000.0);
-    visit("max_frames", max_frames, 2, 10000);
-    visit("min_flow", min_flow, 0.0, 100.0);
     visit("two_view", two_view);
   }
 };
 
+// Rules for new keyframes (ORB-SLAM V-E).
 struct KeyframeOptions {
   int max_interval = 30;       // frames after which a keyframe is made in any case
   int min_interval = 2;        // frames between two keyframes
+  double mapped_after = 0.09;  // s of a recording until tracking sees the map with a new keyframe
   double tracked_share = 0.9;  // a keyframe is made if a smaller share of the reference's points is tracked
   double urgent_share = 0.5;   // this share instead while the mapping thread is busy
   int max_pending = 2;         // keyframes that the mapping thread may lag behind
-  double mapped_after = 0.09;  // s of a recording until tracking sees the map with a new keyframe
 
   void VisitFields(auto&& visit) {
     visit("max_interval", max_interval, 1, 1000);
     visit("min_interval", min_interval, 1, 1000);
-    visit("tracked_share", tracked_share, 0.0, 1.0);
-    visit("urgent_share", urgent_share, 0.0, 1.0);
-    visit("max_pending", max_pending, 1, 100);
     visit("mapped_after", mapped_after, 0.0, 10.0);
   }
 };
@@ -56,12 +48,9 @@ struct TrackingOptions {
   RollingShutterOptions rolling_shutter;
   MovingOptions moving;
   RelocalizationOptions relocalization;
-  double motion_radius = 15.0;    // px at level 0, search radius around the predicted position
-  int min_inliers = 25;           // map points a tracked frame needs
-  int min_recovery_inliers = 50;  // map points for relocalisation or backward tracking
-  int max_local_keyframes = 40;   // keyframes whose points are searched in each frame
-  int submap_after = 15;          // lost frames after which a new submap may begin
-  int max_backlog = 150;          // frames without a pose kept for backward tracking
+  double motion_radius = 15.0;  // px at level 0, search radius around the predicted position
+  int min_inliers = 25;         // map points a tracked frame needs
+  int submap_after = 15;        // lost frames after which a new submap may begin
 
   void VisitFields(auto&& visit) {
     visit("features", features);
@@ -72,10 +61,7 @@ struct TrackingOptions {
     visit("relocalization", relocalization);
     visit("motion_radius", motion_radius, 1.0, 200.0);
     visit("min_inliers", min_inliers, 10, 1000);
-    visit("min_recovery_inliers", min_recovery_inliers, 10, 1000);
-    visit("max_local_keyframes", max_local_keyframes, 2, 1000);
     visit("submap_after", submap_after, 1, 10000);
-    visit("max_backlog", max_backlog, 0, 10000);
   }
 };
 

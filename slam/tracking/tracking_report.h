@@ -46,4 +46,15 @@ struct TrackingReport : FrameStamp {
   std::optional<SeenObjects> objects;  // empty until the detector has processed the frame
 };
 
+// A tracked frame, for display.
+struct FrameView {
+  struct Feature {
+    Eigen::Vector2f pixel;  // in the image as taken, distorted
+    bool tracked = false;   // a map point was found there
+  };
+  std::int64_t frame_index = 0;
+  std::optional<Rigid3d> T_map_camera;  // in tracking's view of the map; empty while lost
+  std::vector<Feature> features;
+};
+
 }  // namespace sqslam

@@ -47,7 +47,7 @@ BackgroundAdjustment::Job WaitFor(BackgroundAdjustment& adjustment) {
   }
 }
 
-TEST(BackgroundAdjustment, SolvesOnACopyAndInStepGivesTheSame) {
+TEST(BackgroundAdjustment, GivesTheSameSolutionInStep) {
   SyntheticMap world = MakeSyntheticMap({});
   Disturb(world.map);
   const BundleProblem problem = ExtractBundleProblem(world.map, world.camera);
@@ -64,7 +64,7 @@ TEST(BackgroundAdjustment, SolvesOnACopyAndInStepGivesTheSame) {
   }
 }
 
-TEST(BackgroundAdjustment, ComesAtASetCallInStep) {
+TEST(BackgroundAdjustment, FinishesAtFixedCallInStep) {
   SyntheticMap world = MakeSyntheticMap({});
   Disturb(world.map);
   BackgroundAdjustment adjustment(true);
@@ -76,7 +76,7 @@ TEST(BackgroundAdjustment, ComesAtASetCallInStep) {
   EXPECT_TRUE(adjustment.TakeFinished());
 }
 
-TEST(BackgroundAdjustment, AStoppedOneNeverComes) {
+TEST(BackgroundAdjustment, DiscardsResultWhenStopped) {
   SyntheticMap world = MakeSyntheticMap({});
   Disturb(world.map);
   BackgroundAdjustment adjustment(false);
@@ -85,7 +85,7 @@ TEST(BackgroundAdjustment, AStoppedOneNeverComes) {
   EXPECT_FALSE(adjustment.TakeFinished());
 }
 
-TEST(BackgroundAdjustment, AnErrorCountsOnlyWhereTheResultIsTaken) {
+TEST(BackgroundAdjustment, ThrowsErrorOnlyWhenResultIsTaken) {
   const auto fail = [](BundleProblem&, const BundleSolverOptions&, const std::function<bool()>&) -> bool {
     throw std::runtime_error("no memory");
   };
@@ -99,7 +99,7 @@ TEST(BackgroundAdjustment, AnErrorCountsOnlyWhereTheResultIsTaken) {
 }
 
 // While the problem was being solved, the map was moved, one keyframe came and one went.
-TEST(ApplyAdjustment, FitsAMapThatHasMovedAndGrown) {
+TEST(ApplyAdjustment, AdaptsToMovedAndGrownMap) {
   SyntheticMap world = MakeSyntheticMap({.keyframes = 6, .points = 200});
   Disturb(world.map);
   BundleProblem problem = ExtractBundleProblem(world.map, world.camera);

@@ -18,7 +18,7 @@ using testing::SyntheticWorld;
 
 constexpr double kThousandth = 1e-3;
 
-TEST(LeftoverFrames, KeepsAllUntilThereAreTooMany) {
+TEST(LeftoverFrames, KeepsAllFramesUpToTheMaximum) {
   LeftoverFrames frames(8);
   for (int i = 0; i < 8; ++i) {
     frames.Add({i, 0.1 * i, nullptr});
@@ -28,7 +28,7 @@ TEST(LeftoverFrames, KeepsAllUntilThereAreTooMany) {
   EXPECT_FALSE(frames.ByIndex().contains(3));
 }
 
-TEST(LeftoverFrames, ThinsOutEvenly) {
+TEST(LeftoverFrames, ThinsFramesEvenly) {
   LeftoverFrames frames(8);
   for (int i = 0; i < 64; ++i) {
     frames.Add({i, 0.1 * i, nullptr});
@@ -41,53 +41,69 @@ TEST(LeftoverFrames, ThinsOutEvenly) {
   }
 }
 
-TEST(LeftoverFrames, KeepsNothingWhereNothingIsToBeTried) {
+TEST(LeftoverFrames, KeepsNothingWhenCompletionIsOff) {
   LeftoverFrames frames(0);
   frames.Add({1, 0.1, nullptr});
   EXPECT_TRUE(frames.ByIndex().empty());
 }
 
-TEST(CompletionAttempts, AreMadeOnceUntilAMapChanges) {
+class CompletionAttemptsTest : public ::testing::Test {
+ protected:
   using Kind = CompletionAttempts::Kind;
-  CompletionAttempts attempts;
-  EXPECT_TRUE(attempts.AreDue(Kind::kTie, 1, 2));
-  attempts.Fail(Kind::kTie, 1, 2);
-  attempts.Fail(Kind::kTie, 1, 3);
-  attempts.Fail(Kind::kLocate, 1, 2);
-  attempts.Fail(Kind::kLocate, 4, 1);  // frame 1
-  EXPECT_FALSE(attempts.AreDue(Kind::kTie, 1, 2));
-  EXPECT_FALSE(attempts.AreDue(Kind::kLocate, 1, 2));
-  EXPECT_TRUE(attempts.AreDue(Kind::kTie, 2, 1)) << "the other way round";
-  EXPECT_TRUE(attempts.AreDue(Kind::kTwoViews, 1, 2));
-  attempts.Change(2);
-  EXPECT_TRUE(attempts.AreDue(Kind::kTie, 1, 2));
-  EXPECT_FALSE(attempts.AreDue(Kind::kTie, 1, 3));
-  EXPECT_FALSE(attempts.AreDue(Kind::kLocate, 1, 2)) << "2 is a frame there";
-  attempts.Change(1);
-  EXPECT_TRUE(attempts.AreDue(Kind::kTie, 1, 3));
-  EXPECT_TRUE(attempts.AreDue(Kind::kLocate, 1, 2));
-  EXPECT_FALSE(attempts.AreDue(Kind::kLocate, 4, 1));
+
+  // Makes an attempt that fails; returns false if it was not made.
+  bool Fails(Kind kind, std::int64_t submap, std::int64_t leftover) {
+    bool made = false;
+    attempts_.Try(kind, submap, leftover, [&]() -> std::optional<int> {
+      made = true;
+      return std::nullopt;
+    });
+    return made;
+  }
+
+  bool stopped_ = false;
+  CompletionAttempts attempts_{[this] { return stopped_; }};
+};
+
+TEST_F(CompletionAttemptsTest, RepeatsFailuresOnlyWhenAMapHasChanged) {
+  EXPECT_TRUE(Fails(Kind::kTie, 1, 2));
+  EXPECT_FALSE(Fails(Kind::kTie, 1, 2));
+  EXPECT_TRUE(Fails(Kind::kTie, 2, 1)) << "the other way round";
+  EXPECT_TRUE(Fails(Kind::kTie, 1, 3));
+  EXPECT_TRUE(Fails(Kind::kLocate, 1, 2));
+  EXPECT_TRUE(Fails(Kind::kTwoViews, 1, 2));
+  EXPECT_TRUE(Fails(Kind::kLocate, 4, 1)) << "frame 1";
+  attempts_.ForgetFailuresIn(2);
+  EXPECT_TRUE(Fails(Kind::kTie, 1, 2));
+  EXPECT_FALSE(Fails(Kind::kTie, 1, 3));
+  EXPECT_FALSE(Fails(Kind::kLocate, 1, 2)) << "2 is a frame there";
+  attempts_.ForgetFailuresIn(1);
+  EXPECT_TRUE(Fails(Kind::kTie, 1, 3));
+  EXPECT_TRUE(Fails(Kind::kLocate, 1, 2));
+  EXPECT_FALSE(Fails(Kind::kLocate, 4, 1));
 }
 
-TEST(CompletionAttempts, AreNoLongerDueOnceStopped) {
-  bool stopped = false;
-  const CompletionAttempts attempts([&] { return stopped; });
-  EXPECT_TRUE(attempts.AreDue(CompletionAttempts::Kind::kTie, 1, 2));
-  stopped = true;
-  EXPECT_FALSE(attempts.AreDue(CompletionAttempts::Kind::kTie, 1, 2));
+TEST_F(CompletionAttemptsTest, RepeatsSuccesses) {
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_EQ(attempts_.Try(Kind::kTie, 1, 2, [] { return std::optional(7); }), 7);
+  }
+}
+
+TEST_F(CompletionAttemptsTest, MakesNoAttemptOnceStopped) {
+  stopped_ = true;
+  EXPECT_FALSE(Fails(Kind::kTie, 1, 2));
 }
 
 class CompletionTest : public ::testing::Test {
  protected:
   Camera camera_ = SyntheticWorld().camera;
-  CompletionOptions options_;
   PoseTracker tracker_{camera_, {}};
   PlaceRecognizer places_{camera_, {}, nullptr};
-  Completion completion_{camera_, options_, tracker_, places_};
+  Completion completion_{camera_, tracker_, places_};
 };
 
 // Half way round the cloud from the nearest keyframe in time.
-TEST_F(CompletionTest, LocatesAFrameFarFromAllKeyframes) {
+TEST_F(CompletionTest, LocatesFrameFarFromAllKeyframes) {
   const SyntheticMap world = MakeSyntheticMap({});
   const LeftoverFrame frame{
       40, 4.0, world.See(PoseOnArc(8.0), {.pixel_noise = 0.2, .flipped_bits = 10, .clutter = 200}).features};
@@ -98,7 +114,7 @@ TEST_F(CompletionTest, LocatesAFrameFarFromAllKeyframes) {
   EXPECT_TRUE(world.map.HasKeyframe(located->anchor.reference));
 }
 
-TEST_F(CompletionTest, DoesNotLocateAFrameOfAnotherWorld) {
+TEST_F(CompletionTest, DoesNotLocateFrameOfOtherWorld) {
   const SyntheticMap world = MakeSyntheticMap({});
   const SyntheticMap elsewhere = MakeSyntheticMap({.seed = 99});
   EXPECT_FALSE(completion_.Locate(world.map, MakeTrackingView(world.map),
@@ -107,17 +123,17 @@ TEST_F(CompletionTest, DoesNotLocateAFrameOfAnotherWorld) {
                                   {7, 0.7, SyntheticWorld().See({}).features}));
 }
 
-TEST_F(CompletionTest, TakesFramesInTheOrderOfTheirDistanceInTime) {
+TEST_F(CompletionTest, OrdersFramesByDistanceInTime) {
   const SyntheticMap world = MakeSyntheticMap({.keyframes = 3});  // frames 0, 1 and 2
   LeftoverFrames frames(10);
   for (const int index : {30, 4, 12}) {
     frames.Add({index, 0.1 * index, nullptr});
   }
-  EXPECT_EQ(completion_.InTurn(world.map, frames), (std::vector<std::int64_t>{4, 12, 30}));
+  EXPECT_EQ(completion_.ByDistanceInTime(world.map, frames), (std::vector<std::int64_t>{4, 12, 30}));
 }
 
 // The same part of the ring twice, the second time in a frame and unit of its own.
-TEST_F(CompletionTest, TiesAMapThatSeesTheSamePlace) {
+TEST_F(CompletionTest, TiesMapsOfTheSamePlace) {
   const SyntheticMap known = MakeRingMap({.keyframes = 8, .scale_drift = 0.0, .rotation_drift = 0.0});
   SyntheticMap current =
       MakeRingMap({.keyframes = 8, .scale_drift = 0.0, .rotation_drift = 0.0, .first_id = 100});
@@ -130,7 +146,7 @@ TEST_F(CompletionTest, TiesAMapThatSeesTheSamePlace) {
   ASSERT_TRUE(tie);
   EXPECT_TRUE(current.map.HasKeyframe(tie->loop.current));
   EXPECT_TRUE(known.map.HasKeyframe(tie->loop.known));
-  EXPECT_GE(tie->shared_points, options_.min_shared_points);
+  EXPECT_GE(tie->shared_points, Completion::kMinSharedPoints);
   const Sim3d S_current_known = Sim3d::FromRigid(current.map.At(tie->loop.current).T_camera_map).Inverse() *
                                 tie->loop.S_current_known *
                                 Sim3d::FromRigid(known.map.At(tie->loop.known).T_camera_map);

@@ -23,13 +23,13 @@ class PointCulling : public ::testing::Test {
       world_.map.RemoveObservation(point, id);
     }
   }
-  int Cull(KeyframeId newest) { return CullPoints(world_.map, young_, newest, {}); }
+  int Cull(KeyframeId newest) { return CullPoints(world_.map, young_, newest); }
 
   SyntheticMap world_ = MakeSyntheticMap({.points = 50});  // all first seen by keyframe 0
   std::set<PointId> young_{0, 1, 2};
 };
 
-TEST_F(PointCulling, RemovesPointsThatTrackingHardlyFinds) {
+TEST_F(PointCulling, RemovesPointsThatTrackingRarelyFinds) {
   world_.map.Point(0).visible = 9;
   world_.map.Point(0).found = 2;
   world_.map.Point(1).visible = 8;
@@ -39,7 +39,7 @@ TEST_F(PointCulling, RemovesPointsThatTrackingHardlyFinds) {
   EXPECT_EQ(young_, (std::set<PointId>{1, 2}));
 }
 
-TEST_F(PointCulling, RemovesPointsThatTooFewKeyframesSeeAfterTwo) {
+TEST_F(PointCulling, RemovesPointsWithTooFewObserversAfterTwoKeyframes) {
   SeenBy(0, 2);
   SeenBy(1, 3);
   EXPECT_EQ(Cull(1), 0);
@@ -49,7 +49,7 @@ TEST_F(PointCulling, RemovesPointsThatTooFewKeyframesSeeAfterTwo) {
   EXPECT_EQ(CountBrokenReferences(world_.map), 0);
 }
 
-TEST_F(PointCulling, LetsPointsPassAfterThreeKeyframes) {
+TEST_F(PointCulling, KeepsPointsForGoodAfterThreeKeyframes) {
   EXPECT_EQ(Cull(2), 0);
   EXPECT_EQ(young_.size(), 3U);
   EXPECT_EQ(Cull(3), 0);
@@ -59,7 +59,7 @@ TEST_F(PointCulling, LetsPointsPassAfterThreeKeyframes) {
   EXPECT_TRUE(world_.map.IsAlive(0));
 }
 
-TEST_F(PointCulling, ForgetsPointsThatAreGone) {
+TEST_F(PointCulling, ForgetsRemovedPoints) {
   world_.map.RemovePoint(0);
   world_.map.Fuse(1, 2);
   EXPECT_EQ(Cull(1), 0);
@@ -85,21 +85,21 @@ class KeyframeCulling : public ::testing::Test {
   SyntheticMap world_ = MakeSyntheticMap({});
 };
 
-TEST_F(KeyframeCulling, RemovesThoseWhosePointsOthersSee) {
+TEST_F(KeyframeCulling, RemovesKeyframesWhosePointsOthersSee) {
   EXPECT_EQ(Cull(), (std::vector<KeyframeId>{2, 3, 4}));
   EXPECT_EQ(world_.map.Keyframes().size(), 3U);
   EXPECT_EQ(world_.map.NumPoints(), 300) << "no point is lost";
   EXPECT_EQ(CountBrokenReferences(world_.map), 0);
 }
 
-TEST_F(KeyframeCulling, KeepsTheFirstTwoAndTheCentre) {
+TEST_F(KeyframeCulling, KeepsFirstTwoKeyframesAndCentre) {
   EXPECT_EQ(Cull(4), (std::vector<KeyframeId>{2, 3, 5}));
   for (const KeyframeId id : {0, 1, 4}) {
     EXPECT_TRUE(world_.map.HasKeyframe(id));
   }
 }
 
-TEST_F(KeyframeCulling, KeepsAKeyframeThatAloneSeesPoints) {
+TEST_F(KeyframeCulling, KeepsKeyframeThatAloneSeesPoints) {
   GiveOwnPoints(30);  // a tenth of its points
   EXPECT_EQ(Cull(), (std::vector<KeyframeId>{2, 4}));
   for (const PointId point : world_.map.At(3).points) {
@@ -107,12 +107,12 @@ TEST_F(KeyframeCulling, KeepsAKeyframeThatAloneSeesPoints) {
   }
 }
 
-TEST_F(KeyframeCulling, RemovesItWhereThatIsAFew) {
+TEST_F(KeyframeCulling, RemovesKeyframeThatAloneSeesFewPoints) {
   GiveOwnPoints(29);
   EXPECT_EQ(Cull(), (std::vector<KeyframeId>{2, 3, 4}));
 }
 
-TEST_F(KeyframeCulling, AsksForThreeOthersThatSeeAPoint) {
+TEST_F(KeyframeCulling, NeedsThreeOtherObserversOfEachPoint) {
   for (PointId point = 0; point < 40; ++point) {
     for (const KeyframeId id : {0, 1}) {
       world_.map.RemoveObservation(point, id);
@@ -122,7 +122,7 @@ TEST_F(KeyframeCulling, AsksForThreeOthersThatSeeAPoint) {
   EXPECT_EQ(Cull().size(), 1U);
 }
 
-TEST_F(KeyframeCulling, KeepsAKeyframeThatSeesItsPointsAtAFinerScale) {
+TEST_F(KeyframeCulling, KeepsKeyframeWithFinerScale) {
   for (const auto& [id, keyframe] : world_.map.Keyframes()) {
     if (id != 3) {
       world_.map.At(id).features = WithOctave(*keyframe.features, 2);
@@ -135,12 +135,12 @@ TEST_F(KeyframeCulling, KeepsAKeyframeThatSeesItsPointsAtAFinerScale) {
   EXPECT_EQ(Cull(), std::vector<KeyframeId>{3});
 }
 
-TEST_F(KeyframeCulling, LeavesALoopEdge) {
+TEST_F(KeyframeCulling, KeepsEndsOfLoopEdges) {
   EXPECT_EQ(Cull(5, {{1, 3}}), (std::vector<KeyframeId>{2, 4}));
   EXPECT_EQ(Cull(5, {}), std::vector<KeyframeId>{3}) << "which nothing else held";
 }
 
-TEST_F(KeyframeCulling, KnowsThePosesOfRemovedKeyframes) {
+TEST_F(KeyframeCulling, RecordsPosesOfRemovedKeyframes) {
   for (const KeyframeId id : Cull()) {
     EXPECT_LT(testing::CenterDistance(world_.map.PoseOf(id).T_camera_map,
                                       world_.T_camera_map[static_cast<std::size_t>(id)]),
@@ -158,7 +158,7 @@ TEST_F(KeyframeCulling, CommutesWithASimilarity) {
 }
 
 // Keyframes on the far side of the ring share no point with the centre.
-TEST(RingCulling, LeavesKeyframesThatAreFarAway) {
+TEST(RingCulling, KeepsFarKeyframes) {
   SyntheticMap ring = MakeRingMap(ExactRing());
   for (const KeyframeId culled : CullKeyframes(ring.map, 10, {}, {})) {
     EXPECT_LE(std::abs(culled - 10), 5);

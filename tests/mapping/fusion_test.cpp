@@ -15,7 +15,7 @@ using testing::MakeSyntheticMap;
 using testing::SyntheticMap;
 
 // The scale prediction must not be off by a level: a point is looked for where it was seen.
-TEST(FindKeypoint, FindsEachPointWhereItWasSeen) {
+TEST(FindKeypoint, FindsEachPointAtItsKeypoint) {
   const SyntheticMap world = MakeSyntheticMap({.keyframes = 4, .points = 200});
   for (const auto& [id, keyframe] : world.map.Keyframes()) {
     for (const MapPoint& point : world.map.Points()) {
@@ -26,7 +26,7 @@ TEST(FindKeypoint, FindsEachPointWhereItWasSeen) {
   }
 }
 
-TEST(FindKeypoint, RefusesPointsThatFaceAwayOrLieBehind) {
+TEST(FindKeypoint, RejectsPointsThatFaceAwayOrLieBehind) {
   const SyntheticMap world = MakeSyntheticMap({.keyframes = 2, .points = 50});
   const Keyframe& keyframe = world.map.At(0);
   const auto find = [&](const Rigid3d& T_camera_map, const MapPoint& point) {
@@ -44,7 +44,7 @@ TEST(FindKeypoint, RefusesPointsThatFaceAwayOrLieBehind) {
   EXPECT_EQ(find(turned * keyframe.T_camera_map, world.map.Point(3)), -1);
 }
 
-TEST(FuseInto, MergesTwoCopiesOfAPoint) {
+TEST(FuseInto, MergesTwoCopiesOfOnePoint) {
   SyntheticMap world = MakeSyntheticMap({.keyframes = 4, .points = 100});
   Map& map = world.map;
   // Keyframe 3 sees point 7 as a point of its own.
@@ -88,7 +88,7 @@ class FusionTest : public ::testing::Test {
 };
 
 // A run makes and fuses a hundred of them with each keyframe: to remember each would take ever more memory.
-TEST_F(FusionTest, RemembersNothingOfNewPointsThatAreFusedAtOnce) {
+TEST_F(FusionTest, DropsRecordsOfNewPointsFusedAtOnce) {
   Map& map = world_.map;
   for (PointId id = kFirstCopy; id < kEndCopies; ++id) {
     map.RemoveObservation(id, 3);
@@ -98,7 +98,7 @@ TEST_F(FusionTest, RemembersNothingOfNewPointsThatAreFusedAtOnce) {
     map.UpdateCovisibility(id);
   }
   const int points = map.NumPoints();
-  const std::vector<PointId> created = AddNewPoints(map, world_.camera, kLast, {}, {});
+  const std::vector<PointId> created = AddNewPoints(map, world_.camera, kLast);
   EXPECT_GE(created.size(), 90U);
   EXPECT_EQ(map.NumPoints(), points) << "all of them were known";
   for (const PointId id : created) {
@@ -132,7 +132,7 @@ TEST_F(FusionTest, KeepsAllObservations) {
 }
 
 // Keyframe 2 shows point and copy at two keypoints half a pixel apart.
-TEST_F(FusionTest, LeavesAKeyframeOneKeypointOfAPoint) {
+TEST_F(FusionTest, LeavesOneKeypointPerKeyframeAndPoint) {
   MakeCopies();
   Keyframe& keyframe = world_.map.At(2);
   auto features = std::make_shared<FrameFeatures>(*keyframe.features);
@@ -157,7 +157,7 @@ TEST_F(FusionTest, LeavesAKeyframeOneKeypointOfAPoint) {
   }
 }
 
-TEST_F(FusionTest, AddsObservationsThatAreMissing) {
+TEST_F(FusionTest, AddsMissingObservations) {
   for (PointId id = 0; id < 50; ++id) {
     world_.map.RemoveObservation(id, kLast);
     world_.map.RemoveObservation(id + 50, 1);
@@ -170,7 +170,7 @@ TEST_F(FusionTest, AddsObservationsThatAreMissing) {
 }
 
 // Other points that look the same, 6 px away.
-TEST_F(FusionTest, LeavesPointsThatLieElsewhere) {
+TEST_F(FusionTest, DoesNotFusePointsElsewhere) {
   const Eigen::Vector3d offset(0.0, 0.05, 0.0);
   for (const KeyframeId id : {KeyframeId{3}, kLast}) {
     Keyframe& keyframe = world_.map.At(id);
@@ -187,7 +187,7 @@ TEST_F(FusionTest, LeavesPointsThatLieElsewhere) {
   EXPECT_EQ(world_.map.NumPoints(), 400);
 }
 
-TEST_F(FusionTest, LeavesPointsThatLookOtherwise) {
+TEST_F(FusionTest, DoesNotFusePointsThatLookDifferent) {
   for (const KeyframeId id : {KeyframeId{3}, kLast}) {
     auto features = std::make_shared<FrameFeatures>(*world_.map.At(id).features);
     std::reverse(features->descriptors.begin() + kFirstCopy, features->descriptors.begin() + kEndCopies);
@@ -213,7 +213,7 @@ TEST_F(FusionTest, CommutesWithASimilarity) {
 
 // On the ring keyframe 14 sees much of what keyframe 12 sees, but has lost it: only the neighbours of
 // neighbours tell.
-TEST(FusionReach, GoesToTheNeighboursOfNeighbours) {
+TEST(FusionReach, IncludesNeighboursOfNeighbours) {
   SyntheticMap ring = MakeRingMap(ExactRing());
   Map& map = ring.map;
   std::vector<PointId> shared;

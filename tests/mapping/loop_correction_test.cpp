@@ -35,13 +35,13 @@ LoopCandidate PerfectPlace(const SyntheticMap& ring, const RingMapOptions& optio
   return place;
 }
 
-TEST(CorrectLoop, TakesTheDriftOutOfTheRing) {
+TEST(CorrectLoop, RemovesDriftOfTheRing) {
   const RingMapOptions options;
   SyntheticMap ring = MakeRingMap(options);
   const double before = CenterError(ring);
   const int points_before = ring.map.NumPoints();
   LoopEdges edges;
-  CorrectLoop(ring.map, ring.camera, PerfectPlace(ring, options), {}, edges);
+  CorrectLoop(ring.map, ring.camera, PerfectPlace(ring, options), edges);
   EXPECT_LT(CenterError(ring), before / 5.0);
   EXPECT_LT(ring.map.NumPoints(), points_before);
   EXPECT_EQ(CountBrokenReferences(ring.map), 0);
@@ -49,11 +49,11 @@ TEST(CorrectLoop, TakesTheDriftOutOfTheRing) {
   EXPECT_TRUE(ring.map.At(kCurrent).covisibility.contains(kKnown));
 }
 
-TEST(CorrectLoop, KeepsTrackOfTheScaleOfEachKeyframe) {
+TEST(CorrectLoop, UpdatesScaleOfEachKeyframe) {
   const RingMapOptions options;
   SyntheticMap ring = MakeRingMap(options);
   LoopEdges edges;
-  CorrectLoop(ring.map, ring.camera, PerfectPlace(ring, options), {}, edges);
+  CorrectLoop(ring.map, ring.camera, PerfectPlace(ring, options), edges);
   // The unit of length had grown along the way; a frame anchored to the last keyframe must shrink
   // accordingly.
   EXPECT_NEAR(ring.map.At(kKnown).scale, 1.0, 1e-9);
@@ -61,17 +61,17 @@ TEST(CorrectLoop, KeepsTrackOfTheScaleOfEachKeyframe) {
   EXPECT_LT(ring.map.At(20).scale, ring.map.At(10).scale);
 }
 
-TEST(CorrectLoop, ChangesNothingWhereThereIsNoDrift) {
+TEST(CorrectLoop, ChangesNothingWithoutDrift) {
   const RingMapOptions options{.scale_drift = 0.0, .rotation_drift = 0.0};
   SyntheticMap ring = MakeRingMap(options);
   ASSERT_LT(CenterError(ring), 1e-9);
   LoopEdges edges;
-  CorrectLoop(ring.map, ring.camera, PerfectPlace(ring, options), {}, edges);
+  CorrectLoop(ring.map, ring.camera, PerfectPlace(ring, options), edges);
   EXPECT_LT(CenterError(ring), 1e-6);
 }
 
 // Something two metres before each keyframe, seen by it alone.
-TEST(CorrectLoop, TakesLandmarksToWhereTheirKeyframesSeeThem) {
+TEST(CorrectLoop, MovesLandmarksWithTheirKeyframes) {
   const RingMapOptions options;
   SyntheticMap ring = MakeRingMap(options);
   const LoopCandidate place = PerfectPlace(ring, options);
@@ -88,7 +88,7 @@ TEST(CorrectLoop, TakesLandmarksToWhereTheirKeyframesSeeThem) {
   Submap submap(0, std::make_unique<Map>(std::move(ring.map)), MapperOptions{});
   submap.Objects().AddObservations(observations);
   LoopEdges edges;
-  submap.Bend([&](Map& map) { CorrectLoop(map, ring.camera, place, {}, edges); });
+  submap.Deform([&](Map& map) { CorrectLoop(map, ring.camera, place, edges); });
   const auto view = submap.Objects().View();
   ASSERT_EQ(view->landmarks.size(), observations.size());
   for (const ObjectLandmarkView& landmark : view->landmarks) {
@@ -98,7 +98,7 @@ TEST(CorrectLoop, TakesLandmarksToWhereTheirKeyframesSeeThem) {
   }
 }
 
-TEST(SimilarityOfMaps, BringsTheCurrentCameraToTheKnownOne) {
+TEST(SimilarityOfMaps, MapsCurrentCameraToKnownOne) {
   const RingMapOptions options;
   const SyntheticMap ring = MakeRingMap(options);
   const LoopCandidate place = PerfectPlace(ring, options);

@@ -24,7 +24,7 @@ Map BeginningOfTheRingAgain() {
   return MakeRingMap(later).map;
 }
 
-TEST_F(MapperWithWords, ClosesALoop) {
+TEST_F(MapperWithWords, ClosesLoop) {
   SyntheticMap ring = MakeRingMap({});
   const double before = CenterError(ring);
   mapper_->Process(Beginning(0, ring.map));
@@ -40,7 +40,7 @@ TEST_F(MapperWithWords, ClosesALoop) {
 }
 
 // The second submap sees what the first one knows, in a frame and unit of its own.
-TEST_F(MapperWithWords, MergesSubmapsThatMeet) {
+TEST_F(MapperWithWords, MergesSubmapsOfOnePlace) {
   mapper_->Process(Beginning(0, MakeRingMap(ExactRing()).map));
   EXPECT_EQ(mapper_->Counters().loops, 1) << "where the ring itself closes";
   Map map = BeginningOfTheRingAgain();
@@ -60,7 +60,7 @@ TEST_F(MapperWithWords, MergesSubmapsThatMeet) {
 }
 
 // Two maps have two spanning trees. The younger one hangs where the maps meet, rooted there.
-TEST_F(MapperWithWords, MergedMapsHaveOneSpanningTree) {
+TEST_F(MapperWithWords, KeepsOneSpanningTreeWhenMerging) {
   mapper_->Process(Beginning(0, MakeRingMap(ExactRing()).map));
   mapper_->Process(Beginning(1, BeginningOfTheRingAgain()));
   ASSERT_EQ(mapper_->Counters().merges, 1);
@@ -73,7 +73,7 @@ TEST_F(MapperWithWords, MergedMapsHaveOneSpanningTree) {
 }
 
 // The first map is a little off where the second meets it, out of sight of its own newest keyframe.
-TEST_F(MapperWithWords, AdjustsBothSidesWhereMapsMeet) {
+TEST_F(MapperWithWords, AdjustsBothSidesOfMerge) {
   options_.mapping.bundle_adjustment.max_keyframes = 3;
   options_.mapping.loops.bundle_iterations = 0;  // not the whole map
   Restart(RandomWords());

@@ -43,7 +43,7 @@ TEST_F(MapperTest, PublishesTheFirstTwoKeyframesAtOnce) {
   EXPECT_EQ(snapshots_.front()->points.size(), kFirstPoints);
 }
 
-TEST_F(MapperTest, MakesThePointsThatAreMissingWhereTheyAre) {
+TEST_F(MapperTest, TriangulatesMissingPoints) {
   Begin();
   Walk(4);
   EXPECT_EQ(View().keyframes.rbegin()->first, 4);
@@ -63,7 +63,7 @@ TEST_F(MapperTest, MakesThePointsThatAreMissingWhereTheyAre) {
   EXPECT_LT(errors.back(), 0.1);
 }
 
-TEST_F(MapperTest, GivesEveryFrameThatWasTrackedAPose) {
+TEST_F(MapperTest, GivesEveryTrackedFrameAPose) {
   Begin();
   Walk(4);
   mapper_->Process(Report(9));  // lost
@@ -83,7 +83,7 @@ TEST_F(MapperTest, GivesEveryFrameThatWasTrackedAPose) {
 }
 
 // A run that is killed leaves the map as it last was kept, which is a whole map.
-TEST_F(MapperTest, KeepsTheMapEachTimeThatItHasGrown) {
+TEST_F(MapperTest, SavesMapWheneverItHasGrown) {
   Begin();
   Walk(8);
   EXPECT_TRUE(kept_.empty());
@@ -99,7 +99,7 @@ TEST_F(MapperTest, KeepsTheMapEachTimeThatItHasGrown) {
 }
 
 // The poses of its frames make a long run's map large, also where it stays at one place.
-TEST_F(MapperTest, KeepsTheMapOfALongRunLessOften) {
+TEST_F(MapperTest, SavesMapOfLongRunLessOften) {
   constexpr int kFrames = 60000;  // half an hour of a camera
   Begin();
   Walk(4);
@@ -122,7 +122,7 @@ TEST_F(MapperTest, KeepsTheMapOfALongRunLessOften) {
   EXPECT_GE(times[1] - times[0], 25) << "not each ten keyframes";
 }
 
-TEST_F(MapperTest, RemovesRedundantKeyframesAndKnowsWhereTheyWere) {
+TEST_F(MapperTest, RemovesRedundantKeyframesButKeepsTheirPoses) {
   options_.mapping.culling = CullingOptions();
   Restart();
   Begin();
@@ -136,7 +136,7 @@ TEST_F(MapperTest, RemovesRedundantKeyframesAndKnowsWhereTheyWere) {
   EXPECT_EQ(mapper_->Finish().at(0).trajectory.size(), 10U) << "their frames stay";
 }
 
-TEST_F(MapperTest, NumbersItsSnapshots) {
+TEST_F(MapperTest, NumbersSnapshots) {
   Begin();
   Walk(4);
   mapper_->Finish();
@@ -146,7 +146,7 @@ TEST_F(MapperTest, NumbersItsSnapshots) {
   EXPECT_GE(snapshots_.size(), 6U);  // two at the beginning, one for each keyframe, one at the end
 }
 
-TEST_F(MapperTest, GivesTheSameTwice) {
+TEST_F(MapperTest, RepeatsTheSameMap) {
   Begin();
   Walk(3);
   const MapSnapshotPtr first = mapper_->Finish().at(0).snapshot;
@@ -161,7 +161,7 @@ TEST_F(MapperTest, GivesTheSameTwice) {
 }
 
 // Frames 20 to 22 came before the map and could not be tracked; they are as soon as there are four keyframes.
-TEST_F(MapperTest, TracksFramesThatCameTooEarlyOnceTheMapIsSolid) {
+TEST_F(MapperTest, TracksEarlyFramesOnceTheMapIsLargeEnough) {
   Begin();
   mapper_->Process(Seen(3, 1.5, false));
   TrackingReport report = Seen(4, 2.0, true);
@@ -187,7 +187,7 @@ TEST_F(MapperTest, TracksFramesThatCameTooEarlyOnceTheMapIsSolid) {
 
 // Points that a keyframe has made are on trial: tracking expects them in twelve frames and finds them in
 // none.
-TEST_F(MapperTest, RemovesNewPointsThatTrackingDoesNotFind) {
+TEST_F(MapperTest, RemovesNewPointsThatTrackingNeverFinds) {
   Begin();
   Walk(2);
   std::vector<PointId> young;
@@ -209,7 +209,7 @@ TEST_F(MapperTest, RemovesNewPointsThatTrackingDoesNotFind) {
   EXPECT_TRUE(View().Has(0));
 }
 
-TEST_F(MapperTest, KeepsSubmapsApartAndDropsThoseThatNeverGrew) {
+TEST_F(MapperTest, KeepsSubmapsApartAndDropsSmallOnes) {
   options_.mapping.completion.max_frames = 0;
   Restart();
   Begin(0);
@@ -230,7 +230,7 @@ TEST_F(MapperTest, KeepsSubmapsApartAndDropsThoseThatNeverGrew) {
 }
 
 // Frames that tracking has lost are found at the end; what they show anew becomes a part of the map.
-TEST_F(MapperTest, PlacesFramesThatWereLeftOver) {
+TEST_F(MapperTest, PlacesLeftoverFrames) {
   Begin();
   Walk(5);
   for (int i = 0; i < 3; ++i) {
@@ -254,7 +254,7 @@ TEST_F(MapperTest, PlacesFramesThatWereLeftOver) {
 }
 
 // A frame of the map, and one of elsewhere. `stop` is asked before each attempt.
-TEST_F(MapperTest, TriesNoFrameAgainInAMapThatStaysAsItIs) {
+TEST_F(MapperTest, DoesNotRetryFramesInUnchangedMap) {
   for (const bool stop : {false, true}) {
     Restart();
     Begin();
@@ -277,7 +277,7 @@ TEST_F(MapperTest, TriesNoFrameAgainInAMapThatStaysAsItIs) {
   }
 }
 
-TEST_F(MapperTest, LeavesFramesOutWhereNothingIsToBeCompleted) {
+TEST_F(MapperTest, PlacesNoFramesWhenCompletionIsOff) {
   options_.mapping.completion.max_frames = 0;
   Restart();
   Begin();

@@ -34,7 +34,7 @@ SyntheticMap PartlyMapped(const SyntheticMapOptions& options) {
   return world;
 }
 
-class NewPoints : public ::testing::Test {
+class PointCreation : public ::testing::Test {
  protected:
   std::vector<PointId> Create(const NewPointOptions& options = {}) {
     return CreateNewPoints(world_.map, world_.camera, kNewest, options);
@@ -66,7 +66,7 @@ class NewPoints : public ::testing::Test {
   SyntheticMap world_ = PartlyMapped({.keyframes = 4});
 };
 
-TEST_F(NewPoints, AreTheTruthWhereKeypointsAreExact) {
+TEST_F(PointCreation, RecoversTruthFromExactKeypoints) {
   const std::vector<PointId> created = Create();
   EXPECT_EQ(created.size(), 200U);
   for (const PointId id : created) {
@@ -85,7 +85,7 @@ TEST_F(NewPoints, AreTheTruthWhereKeypointsAreExact) {
   EXPECT_TRUE(Create().empty()) << "all keypoints have their points now";
 }
 
-TEST_F(NewPoints, LieWithinTheNoiseOfTheTruth) {
+TEST_F(PointCreation, StaysWithinNoiseOfTheTruth) {
   constexpr double kNoise = 0.5;  // px
   world_ = PartlyMapped({.keyframes = 4, .points = 600, .pixel_noise = kNoise});
   const std::vector<PointId> created = Create();
@@ -107,7 +107,7 @@ TEST_F(NewPoints, LieWithinTheNoiseOfTheTruth) {
   EXPECT_LT(LargestReprojectionError(world_.map, world_.camera), 2.5);  // chi-squared of two degrees: 2.45
 }
 
-TEST_F(NewPoints, NeedABaseline) {
+TEST_F(PointCreation, NeedsBaseline) {
   SetNeighbour(PoseOnArc(2.99));  // 5 mm away
   NewPointOptions options = WithOneNeighbour();
   options.max_parallax_cos = 1.0;  // the rays say nothing against them
@@ -115,7 +115,7 @@ TEST_F(NewPoints, NeedABaseline) {
   EXPECT_EQ(Create().size(), 200U) << "the next keyframe is far enough";
 }
 
-TEST_F(NewPoints, NeedParallax) {
+TEST_F(PointCreation, NeedsParallax) {
   NewPointOptions options = WithOneNeighbour();
   const Eigen::Vector3d center = world_.map.At(kNewest).Center();
   const Eigen::Vector3d other = world_.map.At(kNeighbour).Center();
@@ -128,7 +128,7 @@ TEST_F(NewPoints, NeedParallax) {
   EXPECT_EQ(Create(options).size(), 50U);
 }
 
-TEST_F(NewPoints, LieOnEpipolarLines) {
+TEST_F(PointCreation, RejectsKeypointsOffEpipolarLines) {
   MoveKeypoint(150, {0.0, 8.0});  // the lines are nearly level
   const std::vector<PointId> created = Create(WithOneNeighbour());
   EXPECT_EQ(created.size(), 199U);
@@ -138,7 +138,7 @@ TEST_F(NewPoints, LieOnEpipolarLines) {
 }
 
 // Two points look the same; the epipolar lines say which is which.
-TEST_F(NewPoints, AreMatchedAlongEpipolarLines) {
+TEST_F(PointCreation, MatchesAlongEpipolarLines) {
   for (const KeyframeId id : {kNewest, kNeighbour}) {
     auto features = std::make_shared<FrameFeatures>(*world_.map.At(id).features);
     features->descriptors[150] = features->descriptors[151];
@@ -150,7 +150,7 @@ TEST_F(NewPoints, AreMatchedAlongEpipolarLines) {
   EXPECT_EQ(Create(WithOneNeighbour()).size(), 200U);
 }
 
-TEST_F(NewPoints, LieInFrontOfBothCameras) {
+TEST_F(PointCreation, RejectsPointsBehindACamera) {
   MoveKeypoint(150, {120.0, 0.0});  // farther than a point at infinity would be
   MoveKeypoint(160, {-120.0, 0.0});
   for (const PointId id : Create(WithOneNeighbour())) {
@@ -159,7 +159,7 @@ TEST_F(NewPoints, LieInFrontOfBothCameras) {
   }
 }
 
-TEST_F(NewPoints, LookAsLargeAsTheirDistanceSays) {
+TEST_F(PointCreation, NeedsScaleConsistentWithDistance) {
   Keyframe& neighbour = world_.map.At(kNeighbour);
   const FrameFeaturesPtr features = neighbour.features;
   neighbour.features = WithOctave(*features, 5);  // 2.5 times larger from the same distance
@@ -168,7 +168,7 @@ TEST_F(NewPoints, LookAsLargeAsTheirDistanceSays) {
   EXPECT_EQ(Create(WithOneNeighbour()).size(), 200U);
 }
 
-TEST_F(NewPoints, AreNotMadeAroundTheEpipole) {
+TEST_F(PointCreation, AvoidsTheEpipole) {
   world_ = PartlyMapped({.keyframes = 4, .points = 800});
   Rigid3d behind = PoseOnArc(kNewest);
   behind.translation.z() += 0.8;  // the camera has gone forward; the epipole is the image's centre
@@ -187,7 +187,7 @@ TEST_F(NewPoints, AreNotMadeAroundTheEpipole) {
   EXPECT_LT(shown.size(), 700U);
 }
 
-TEST_F(NewPoints, CommuteWithASimilarity) {
+TEST_F(PointCreation, CommutesWithASimilarity) {
   SyntheticMap moved = world_;
   const Sim3d S_new_old{
       0.3,

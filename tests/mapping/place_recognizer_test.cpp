@@ -30,7 +30,7 @@ PlaceRecognizer Teach(SyntheticMap& ring, std::shared_ptr<const Vocabulary> word
   return places;
 }
 
-TEST(PlaceRecognizer, KnowsThePlaceWhereTheRingCloses) {
+TEST(PlaceRecognizer, RecognizesPlaceWhereRingCloses) {
   const RingMapOptions options;
   SyntheticMap ring = MakeRingMap(options);
   const PlaceRecognizer places = Teach(ring, RandomWords());
@@ -43,7 +43,7 @@ TEST(PlaceRecognizer, KnowsThePlaceWhereTheRingCloses) {
 }
 
 // The keyframe's image shows the place where keyframe 3 stood, but all neighbours saw something else.
-TEST(PlaceRecognizer, AsksTheNeighboursOfBothKeyframes) {
+TEST(PlaceRecognizer, NeedsConfirmationByNeighbours) {
   SyntheticMap ring = MakeRingMap({});
   std::vector<KeyframeId> neighbours = ring.map.At(27).BestCovisible(10);
   std::ranges::copy(ring.map.At(3).BestCovisible(10), std::back_inserter(neighbours));
@@ -59,7 +59,7 @@ TEST(PlaceRecognizer, AsksTheNeighboursOfBothKeyframes) {
 }
 
 // A camera that has only just begun a map has one neighbour to ask.
-TEST(PlaceRecognizer, KnowsAPlaceFromAMapOfTwoKeyframes) {
+TEST(PlaceRecognizer, RecognizesPlaceFromMapOfTwoKeyframes) {
   SyntheticMap first = MakeRingMap(ExactRing());
   SyntheticMap second = MakeRingMap({.keyframes = 2, .first_id = 100});
   PlaceRecognizer places = Teach(first, RandomWords());
@@ -93,7 +93,7 @@ SyntheticMap RepetitiveRing() {
   return ring;
 }
 
-TEST(PlaceRecognizer, RefinesTheSimilarityWithPointsThatItPredicts) {
+TEST(PlaceRecognizer, RefinesSimilarityWithPredictedPoints) {
   SyntheticMap ring = RepetitiveRing();
   const PlaceRecognizer places = Teach(ring, RandomWords());
   double squared_error = 0.0;
@@ -107,7 +107,7 @@ TEST(PlaceRecognizer, RefinesTheSimilarityWithPointsThatItPredicts) {
 }
 
 // A third of the image is of the place before keyframe 2, and no more of its surroundings.
-TEST(PlaceRecognizer, IsNotMisledByAThingThatStandsInTwoPlaces) {
+TEST(PlaceRecognizer, RejectsObjectThatStandsInTwoPlaces) {
   RingMapOptions options = ExactRing();
   options.repeated = true;
   SyntheticMap ring = MakeRingMap(options);
@@ -117,13 +117,13 @@ TEST(PlaceRecognizer, IsNotMisledByAThingThatStandsInTwoPlaces) {
   EXPECT_TRUE(Teach(ring, RandomWords(), credulous).Recognize({&ring.map}, 14));
 }
 
-TEST(PlaceRecognizer, FindsNothingOnTheWayThere) {
+TEST(PlaceRecognizer, FindsNothingBeforeTheRingCloses) {
   SyntheticMap ring = MakeRingMap({});
   const PlaceRecognizer places = Teach(ring, RandomWords());
   EXPECT_FALSE(places.Recognize({&ring.map}, 12));
 }
 
-TEST(PlaceRecognizer, KnowsPlacesOfOtherMaps) {
+TEST(PlaceRecognizer, RecognizesPlacesOfOtherMaps) {
   SyntheticMap first = MakeRingMap({});
   // The same world in another scale; ids from 100 on, as a second submap of a run has them.
   SyntheticMap second = MakeRingMap({.scale_drift = 0.0, .rotation_drift = 0.0, .first_id = 100});
@@ -139,7 +139,7 @@ TEST(PlaceRecognizer, KnowsPlacesOfOtherMaps) {
   EXPECT_NEAR(place->S_current_known.scale, 2.5, 0.15);
 }
 
-TEST(PlaceRecognizer, IsOffWithoutWords) {
+TEST(PlaceRecognizer, RecognizesNothingWithoutVocabulary) {
   SyntheticMap ring = MakeRingMap({});
   const PlaceRecognizer places = Teach(ring, nullptr);
   EXPECT_FALSE(places.Recognize({&ring.map}, 27));

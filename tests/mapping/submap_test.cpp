@@ -20,10 +20,10 @@ constexpr KeyframeId kReference = 2;
 constexpr std::int64_t kOlder = 100;  // frames that see what the reference keyframe sees, from the same place
 constexpr std::int64_t kNewer = 101;
 
-class SubmapFrames : public ::testing::Test {
+class SubmapFramesTest : public ::testing::Test {
  protected:
   // Tracking has put both frames a little beside their places.
-  SubmapFrames() {
+  SubmapFramesTest() {
     SyntheticMap world = MakeSyntheticMap({});
     camera_ = world.camera;
     truth_ = world.T_camera_map[kReference].Inverse();
@@ -48,24 +48,24 @@ class SubmapFrames : public ::testing::Test {
   std::unique_ptr<Submap> submap_;
 };
 
-TEST_F(SubmapFrames, AreRefinedAtTheEnd) {
+TEST_F(SubmapFramesTest, RefinesAllFramesAtTheEnd) {
   EXPECT_GT(Error(kOlder), 0.01);
   submap_->RefineFrames(camera_, kMinInliers);
   EXPECT_LT(Error(kOlder), 1e-5);
   EXPECT_LT(Error(kNewer), 1e-5);
 }
 
-TEST_F(SubmapFrames, AreRefinedWhenTheyAreNoLongerAmongTheNewest) {
+TEST_F(SubmapFramesTest, RefinesFramesThatAreNotAmongTheNewest) {
   submap_->RefineFrames(camera_, kMinInliers, 1);
   EXPECT_LT(Error(kOlder), 1e-5);
   EXPECT_GT(Error(kNewer), 0.01);
-  submap_->RefineFrames(camera_, kMinInliers, submap_->NumFrames());
+  submap_->RefineFrames(camera_, kMinInliers, 1);
   EXPECT_GT(Error(kNewer), 0.01);
   submap_->RefineFrames(camera_, kMinInliers);
   EXPECT_LT(Error(kNewer), 1e-5);
 }
 
-TEST_F(SubmapFrames, FollowTheirKeyframesFromThenOn) {
+TEST_F(SubmapFramesTest, MovesRefinedFramesWithKeyframes) {
   submap_->RefineFrames(camera_, kMinInliers, 1);
   Map& map = submap_->Map();
   const Eigen::Vector3d shift(0.5, 0.0, 0.0);
@@ -75,17 +75,17 @@ TEST_F(SubmapFrames, FollowTheirKeyframesFromThenOn) {
   EXPECT_LT(Error(kNewer), 1e-5);         // is found among the points, which have stayed
 }
 
-TEST_F(SubmapFrames, ThatFollowARestoredMapAreRefinedInTheirTurn) {
+TEST_F(SubmapFramesTest, RefinesNewFramesOfRestoredMap) {
   ByteWriter writer;
   submap_->Save(writer);
   ByteReader reader(writer.Bytes(), "a map");
   Submap restored(reader, std::make_unique<Map>(submap_->Map().Levels()), camera_, MapperOptions{});
   restored.RecordFrame(kNewer + 1, 11.0, {kReference, {}});
   restored.RefineFrames(camera_, kMinInliers, 2);  // the new frame and one of the restored ones are left
-  EXPECT_EQ(restored.NumFrames(), submap_->NumFrames() + 1);
+  EXPECT_EQ(restored.Frames().size(), submap_->Frames().size() + 1);
 }
 
-TEST_F(SubmapFrames, TakePartInTheLastAdjustmentThoughTheyWereRefined) {
+TEST_F(SubmapFramesTest, AddsRefinedFramesToLastAdjustment) {
   submap_->RefineFrames(camera_, kMinInliers, 1);
   const std::vector<BundleFrame> frames = submap_->FramesBetween(10);
   ASSERT_EQ(frames.size(), 2U);
@@ -96,7 +96,7 @@ TEST_F(SubmapFrames, TakePartInTheLastAdjustmentThoughTheyWereRefined) {
   EXPECT_EQ(submap_->FramesBetween(1).size(), 1U);
 }
 
-TEST(SubmapGravity, ThatIsGivenIsOfTheFirstSubmapsFirstCamera) {
+TEST(SubmapGravity, AppliesGivenGravityToFirstSubmapOnly) {
   MapperOptions options;
   options.gravity = "[0, 1, 0.3]";
   for (const std::int64_t number : {0, 1}) {
@@ -109,7 +109,7 @@ TEST(SubmapGravity, ThatIsGivenIsOfTheFirstSubmapsFirstCamera) {
   }
 }
 
-TEST_F(SubmapFrames, SnapshotsHoldEveryCovisiblePairOnce) {
+TEST_F(SubmapFramesTest, PutsEachCovisiblePairIntoSnapshotOnce) {
   Map& map = submap_->Map();
   std::size_t pairs = 0;
   for (const auto& [id, keyframe] : map.Keyframes()) {
@@ -130,11 +130,11 @@ TEST_F(SubmapFrames, SnapshotsHoldEveryCovisiblePairOnce) {
 
 // Twelve boxes around the first points of the synthetic map. One more point, far off them, was seen in them
 // too, and one that no box holds.
-class SubmapObjects : public ::testing::Test {
+class SubmapObjectsTest : public ::testing::Test {
  protected:
   static constexpr std::size_t kPoints = 60;
 
-  SubmapObjects() {
+  SubmapObjectsTest() {
     SyntheticMap world = MakeSyntheticMap({});
     camera_ = world.camera;
     Eigen::Vector3d middle = Eigen::Vector3d::Zero();
@@ -184,7 +184,7 @@ class SubmapObjects : public ::testing::Test {
   std::unique_ptr<Submap> submap_;
 };
 
-TEST_F(SubmapObjects, SnapshotsShowThePointsThatOutlierRemovalTook) {
+TEST_F(SubmapObjectsTest, MarksOutliersInSnapshots) {
   MapSnapshot snapshot;
   submap_->FillSnapshot(snapshot);
   const auto at = [&](PointId id) {
@@ -208,7 +208,7 @@ TEST_F(SubmapObjects, SnapshotsShowThePointsThatOutlierRemovalTook) {
   EXPECT_EQ(snapshot.points.back().object_id, -1);
 }
 
-TEST_F(SubmapObjects, TakePartInBundleAdjustmentOnceTheyAreSeenOftenEnough) {
+TEST_F(SubmapObjectsTest, AddsObjectsToBundleAdjustmentWhenSeenOftenEnough) {
   EXPECT_TRUE(submap_->ObjectTerms({.min_observations = 13}).empty());
   const std::vector<ObjectTerm> terms = submap_->ObjectTerms({.min_observations = 12});
   ASSERT_EQ(terms.size(), 1U);
@@ -219,7 +219,7 @@ TEST_F(SubmapObjects, TakePartInBundleAdjustmentOnceTheyAreSeenOftenEnough) {
   EXPECT_EQ(*std::min_element(terms[0].weights.begin(), terms[0].weights.end()), 0.0);
 }
 
-TEST_F(SubmapObjects, LosePointsThatAreGone) {
+TEST_F(SubmapObjectsTest, DropsRemovedPoints) {
   const std::vector<ObjectTerm> before = submap_->ObjectTerms({});
   ASSERT_EQ(before.size(), 1U);
   const PointId gone = before[0].points[0];
@@ -229,7 +229,7 @@ TEST_F(SubmapObjects, LosePointsThatAreGone) {
   EXPECT_NE(after[0].points[0], gone);
 }
 
-TEST_F(SubmapObjects, AreCorrectedUnlessTheirBoxesSpeakAgainstIt) {
+TEST_F(SubmapObjectsTest, AppliesCorrectionsThatFitTheBoxes) {
   const PosedSuperquadric before = submap_->ObjectTerms({}).at(0).superquadric;
   PosedSuperquadric corrected = before;
   corrected.shape.half_size *= 1.005;

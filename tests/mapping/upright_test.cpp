@@ -87,7 +87,7 @@ TEST_F(UprightTest, TurnsGravityToMinusZ) {
   EXPECT_FALSE(upright.FindSurfaces(world_.map).All().empty());
 }
 
-TEST_F(UprightTest, FindsItInARoughMap) {
+TEST_F(UprightTest, FindsGravityInNoisyMap) {
   std::mt19937 random(2);
   std::normal_distribution<double> noise(0.0, 0.005);
   for (const MapPoint& point : world_.map.Points()) {
@@ -98,7 +98,7 @@ TEST_F(UprightTest, FindsItInARoughMap) {
   EXPECT_LT(AngleTo(up_, Eigen::Vector3d::UnitZ()), 0.5 * kDegree);
 }
 
-TEST_F(UprightTest, TurnsAgainOnlyByTheChange) {
+TEST_F(UprightTest, TurnsAgainOnlyByTheDifference) {
   UprightEstimator upright("auto", kClearPlane, 1);
   Update(upright);
   EXPECT_EQ(Update(upright), 0.0);
@@ -109,7 +109,7 @@ TEST_F(UprightTest, TurnsAgainOnlyByTheChange) {
   EXPECT_LT(AngleTo(up_, Eigen::Vector3d::UnitZ()), 1e-3);
 }
 
-TEST_F(UprightTest, HoldsToAnEstimateWithMoreEvidence) {
+TEST_F(UprightTest, KeepsEstimateWithMoreEvidence) {
   UprightEstimator upright("auto", kClearPlane, 1);
   Update(upright);
   // A later map shows another plane, by far fewer points.
@@ -119,7 +119,7 @@ TEST_F(UprightTest, HoldsToAnEstimateWithMoreEvidence) {
   EXPECT_FALSE(upright.Update(world_.map, no_objects_, world_.camera, false));
 }
 
-TEST_F(UprightTest, TakesNoRampForTheFloor) {
+TEST_F(UprightTest, DoesNotTakeRampForFloor) {
   const Eigen::Vector3d vertical = Eigen::AngleAxisd(6.0 * kDegree, PlaneUp().unitOrthogonal()) * PlaneUp();
   UprightEstimator upright("auto", kClearPlane, 1);
   const std::optional<Rigid3d> T_new_old =
@@ -128,7 +128,7 @@ TEST_F(UprightTest, TakesNoRampForTheFloor) {
   EXPECT_LT(AngleTo(T_new_old->rotation * vertical, Eigen::Vector3d::UnitZ()), 0.3 * kDegree);
 }
 
-TEST_F(UprightTest, EdgesChangeNothingWhereThePlaneIsLevel) {
+TEST_F(UprightTest, IgnoresEdgesWhenPlaneIsLevel) {
   UprightEstimator alone("auto", kClearPlane, 1);
   UprightEstimator with_edges("auto", kClearPlane, 1);
   const auto expected = alone.Update(world_.map, no_objects_, world_.camera, false);
@@ -137,7 +137,7 @@ TEST_F(UprightTest, EdgesChangeNothingWhereThePlaneIsLevel) {
   EXPECT_EQ(turn->rotation.coeffs(), expected->rotation.coeffs());
 }
 
-TEST_F(UprightTest, TrustsOnlyPointsThatThreeKeyframesSee) {
+TEST_F(UprightTest, TrustsOnlyPointsSeenByThreeKeyframes) {
   for (PointId id = 0; id < 200; ++id) {  // those on the plane
     for (KeyframeId keyframe = 2; keyframe < 8; ++keyframe) {
       world_.map.RemoveObservation(id, keyframe);
@@ -148,7 +148,7 @@ TEST_F(UprightTest, TrustsOnlyPointsThatThreeKeyframesSee) {
   EXPECT_FALSE(upright.Known());
 }
 
-TEST_F(UprightTest, SaysNothingOfACloudWithoutAPlane) {
+TEST_F(UprightTest, FindsNothingWithoutPlane) {
   world_ = MakeSyntheticMap({.keyframes = 8, .points = 400});
   UprightEstimator upright("auto", kClearPlane, 1);
   EXPECT_FALSE(upright.Update(world_.map, no_objects_, world_.camera, true));
@@ -156,7 +156,7 @@ TEST_F(UprightTest, SaysNothingOfACloudWithoutAPlane) {
   EXPECT_FALSE(upright.SupportHeight());
 }
 
-TEST_F(UprightTest, IsAskedLessOftenInAnOldMap) {
+TEST_F(UprightTest, EstimatesLessOftenInOldMap) {
   world_ = MakeSyntheticMap({.keyframes = 14, .points = 400, .on_plane = 0.5});
   up_ = PlaneUp();
   UprightEstimator upright("auto", kClearPlane, 1);
@@ -166,7 +166,7 @@ TEST_F(UprightTest, IsAskedLessOftenInAnOldMap) {
   EXPECT_NEAR(Update(upright, true), 2.0 * kDegree, 0.1 * kDegree) << "but always at the end";
 }
 
-TEST_F(UprightTest, TurnsOnceByAGivenGravity) {
+TEST_F(UprightTest, TurnsOnceByGivenGravity) {
   const auto turn = [&](const std::string& gravity) {
     UprightEstimator upright(gravity, {}, 1);
     const std::optional<Rigid3d> T_new_old = upright.Update(world_.map, no_objects_, world_.camera, false);
@@ -180,7 +180,7 @@ TEST_F(UprightTest, TurnsOnceByAGivenGravity) {
   EXPECT_LT(AngleTo(turn(" [ -0.2,4 , 1 ] ").rotation * Eigen::Vector3d(-0.2, 4.0, 1.0), down), 1e-9);
 }
 
-TEST_F(UprightTest, RefusesTextThatIsNoGravity) {
+TEST_F(UprightTest, RejectsInvalidGravity) {
   for (const char* text : {"", "up", "Auto", "[0, 0, 0]", "[0, 1]", "[0, 1, nan]", "0, 1, 0"}) {
     EXPECT_THROW(UprightEstimator(text, {}, 1), UsageError) << text;
   }

@@ -48,7 +48,7 @@ class BackwardTracking : public ::testing::Test {
   PoseTracker tracker_{world_.camera, {}};
 };
 
-TEST_F(BackwardTracking, FindsAllFramesFromTheNewestToTheOldest) {
+TEST_F(BackwardTracking, FindsAllFramesFromNewestToOldest) {
   const std::vector<TrackedFrame> tracked = Track(Arriving(12));
   ASSERT_EQ(tracked.size(), 12U);
   for (std::size_t i = 0; i < tracked.size(); ++i) {
@@ -60,7 +60,7 @@ TEST_F(BackwardTracking, FindsAllFramesFromTheNewestToTheOldest) {
   }
 }
 
-TEST_F(BackwardTracking, GoesOnBehindFramesThatShowNothing) {
+TEST_F(BackwardTracking, ContinuesBehindEmptyFrames) {
   Backlog backlog = Arriving(12);
   for (const std::size_t i : {4U, 5U, 6U}) {
     Blank(backlog.earlier[i]);
@@ -71,7 +71,7 @@ TEST_F(BackwardTracking, GoesOnBehindFramesThatShowNothing) {
   EXPECT_LT(CenterDistance(tracked.back().T_camera_map, Truth(0, 12)), 1e-3);
 }
 
-TEST_F(BackwardTracking, GivesUpAfterTenFramesWithoutAPose) {
+TEST_F(BackwardTracking, StopsAfterTenFramesWithoutPose) {
   Backlog backlog = Arriving(15);
   for (std::size_t i = 2; i < 12; ++i) {
     Blank(backlog.earlier[i]);
@@ -79,7 +79,7 @@ TEST_F(BackwardTracking, GivesUpAfterTenFramesWithoutAPose) {
   EXPECT_EQ(Track(backlog).size(), 3U);
 }
 
-TEST_F(BackwardTracking, CountsOnlyFramesInARow) {
+TEST_F(BackwardTracking, CountsOnlyConsecutiveFailures) {
   Backlog backlog = Arriving(20);
   for (std::size_t i = 2; i < 18; ++i) {
     if (i != 10) {
@@ -93,7 +93,7 @@ TEST_F(BackwardTracking, CountsOnlyFramesInARow) {
 // to the next.
 constexpr int kManyBits = 60;
 
-TEST_F(BackwardTracking, FollowsAFastTurnByItsVelocity) {
+TEST_F(BackwardTracking, FollowsFastTurnByItsVelocity) {
   Backlog backlog;
   backlog.next = AsTracked(world_.map, 3);
   const auto truth = [](int i) { return Turn(0.08 * (4 - i), Eigen::Vector3d::UnitX()) * PoseOnArc(3); };
@@ -109,14 +109,14 @@ TEST_F(BackwardTracking, FollowsAFastTurnByItsVelocity) {
   }
 }
 
-TEST_F(BackwardTracking, AsksForEnoughInliers) {
+TEST_F(BackwardTracking, NeedsEnoughInliers) {
   Backlog backlog = Arriving(3);
   backlog.earlier[1] = NewFrame(world_.See(Truth(1, 3)).features, 1);
   EXPECT_EQ(TrackBackward(tracker_, MakeTrackingView(world_.map), backlog, 301).size(), 0U);
 }
 
 // While the frames waited, the map was moved, and its points were fused into others.
-TEST_F(BackwardTracking, FollowsTheMap) {
+TEST_F(BackwardTracking, FollowsMovedKeyframes) {
   const Backlog backlog = Arriving(6, kManyBits);
   for (PointId id = 0; id < 300; ++id) {
     const PointId kept = world_.map.AddPoint(world_.points[static_cast<std::size_t>(id)], 0);

@@ -12,13 +12,13 @@ FrameMotion Motion(double angle, const Eigen::Vector3d& translation, std::int64_
   return {{Eigen::Quaterniond(Eigen::AngleAxisd(angle, axis)), translation}, frames};
 }
 
-TEST(FrameMotion, OverAsManyFramesIsTheSame) {
+TEST(FrameMotion, StaysTheSameOverAsManyFrames) {
   const FrameMotion motion = Motion(0.1, {1, 2, 3}, 4);
   EXPECT_TRUE(motion.Across(4).rotation.coeffs() == motion.T_current_last.rotation.coeffs());
   EXPECT_EQ(motion.Across(4).translation, motion.T_current_last.translation);
 }
 
-TEST(FrameMotion, GrowsWithTheFramesLeftOut) {
+TEST(FrameMotion, GrowsWithSkippedFrames) {
   for (const double angle : {0.1, -0.4, 0.0}) {
     const Rigid3d one = Motion(angle, {0.1, 0, -0.2}, 1).T_current_last;
     const Rigid3d three = Motion(3 * angle, {0.3, 0, -0.6}, 3).T_current_last;

@@ -32,11 +32,11 @@ class FrameRefinement : public ::testing::Test {
   Rigid3d tracked_;
 };
 
-TEST_F(FrameRefinement, FindsTheFrameAgainFromItsMatches) {
+TEST_F(FrameRefinement, RecoversPoseFromMatches) {
   EXPECT_LT(Error(RefineFrame(world_.map, world_.camera, Matches(), 25, tracked_)), 1e-5);
 }
 
-TEST_F(FrameRefinement, FollowsPointsThatWereFused) {
+TEST_F(FrameRefinement, FollowsFusedPoints) {
   std::vector<FrameMatch> matches = Matches();
   const PointId kept = matches[0].point;
   const PointId dropped =
@@ -54,7 +54,7 @@ TEST_F(FrameRefinement, FollowsPointsThatWereFused) {
   EXPECT_LT(Error(RefineFrame(world_.map, world_.camera, matches, 25, tracked_)), 1e-5);
 }
 
-TEST_F(FrameRefinement, LeavesAFrameWhereTooFewOfItsPointsAreLeft) {
+TEST_F(FrameRefinement, KeepsPoseWhenTooFewPointsAreLeft) {
   std::vector<FrameMatch> matches = Matches();
   for (std::size_t i = 20; i < matches.size(); ++i) {
     world_.map.RemovePoint(matches[i].point);

@@ -64,14 +64,14 @@ TEST_F(InitializerTest, RecoversPoseAndPointsUpToScale) {
   EXPECT_EQ(map->Keyframes().begin()->second.covisibility.size(), 1U);
 }
 
-TEST_F(InitializerTest, RecoversThemFromNoisyKeypointsAmongClutter) {
+TEST_F(InitializerTest, RecoversPoseAndPointsFromNoisyClutter) {
   const auto map = Start({.pixel_noise = 0.4, .flipped_bits = 10, .clutter = 80, .seed = 1},
                          {.pixel_noise = 0.4, .flipped_bits = 10, .clutter = 80, .seed = 2});
   ASSERT_NE(map, nullptr) << initializer_.Reason();
   ExpectTruth(*map, 0.05);
 }
 
-TEST_F(InitializerTest, LeavesMismatchesOut) {
+TEST_F(InitializerTest, RejectsMismatches) {
   // A tenth of the descriptors stand at each other's keypoints, some 50 px away.
   FrameFeatures features = *world_.See(PoseOnArc(1)).features;
   for (std::size_t i = 0; i + 20 < features.Size(); i += 20) {
@@ -84,7 +84,7 @@ TEST_F(InitializerTest, LeavesMismatchesOut) {
   ExpectTruth(*map, 0.01);
 }
 
-TEST_F(InitializerTest, SetsTheMedianDepthToOne) {
+TEST_F(InitializerTest, SetsMedianDepthToOne) {
   const auto map = Start({}, {});
   ASSERT_NE(map, nullptr);
   std::vector<double> depths;
@@ -99,7 +99,7 @@ TEST_F(InitializerTest, SetsTheMedianDepthToOne) {
   EXPECT_LT(LargestReprojectionError(*map, world_.camera), 1e-3);
 }
 
-TEST_F(InitializerTest, RefusesAPureRotation) {
+TEST_F(InitializerTest, RejectsPureRotation) {
   for (int i = 0; i < 20; ++i) {
     const Rigid3d turn = Turn(0.015 * i, Eigen::Vector3d(0.3, 1.0, 0.2));
     EXPECT_EQ(Add(i, turn * PoseOnArc(0), {.pixel_noise = 0.4, .seed = static_cast<std::uint64_t>(i)}),
@@ -108,20 +108,20 @@ TEST_F(InitializerTest, RefusesAPureRotation) {
   EXPECT_THAT(initializer_.Reason(), HasSubstr("must translate"));
 }
 
-TEST_F(InitializerTest, RefusesAStaticCamera) {
+TEST_F(InitializerTest, RejectsStaticCamera) {
   for (int i = 0; i < 20; ++i) {
     EXPECT_EQ(Add(i, PoseOnArc(0), {.pixel_noise = 0.4, .seed = static_cast<std::uint64_t>(i)}), nullptr);
   }
   EXPECT_THAT(initializer_.Reason(), HasSubstr("hardly moves"));
 }
 
-TEST_F(InitializerTest, RefusesTooLittleTexture) {
+TEST_F(InitializerTest, RejectsTooLittleTexture) {
   world_.points.resize(60);
   EXPECT_EQ(Start({}, {}), nullptr);
   EXPECT_THAT(initializer_.Reason(), HasSubstr("60 features, at least 100 needed"));
 }
 
-TEST_F(InitializerTest, StartsAnewWhereFramesHaveNothingInCommon) {
+TEST_F(InitializerTest, RestartsWhenFramesHaveNothingInCommon) {
   SyntheticWorld elsewhere = MakeSyntheticMap({.seed = 99});
   EXPECT_EQ(initializer_.Add(0, 0.0, elsewhere.See(PoseOnArc(0)).features), nullptr);
   EXPECT_EQ(Add(1, PoseOnArc(0)), nullptr);
@@ -131,15 +131,15 @@ TEST_F(InitializerTest, StartsAnewWhereFramesHaveNothingInCommon) {
   EXPECT_EQ(map->Keyframes().begin()->second.frame_index, 1);
 }
 
-TEST_F(InitializerTest, TakesANewFirstFrameAfterAWhile) {
+TEST_F(InitializerTest, ReplacesFirstFrameAfterMaxFrames) {
   EXPECT_EQ(Add(0, PoseOnArc(0)), nullptr);
-  EXPECT_EQ(Add(InitializationOptions().max_frames + 1, PoseOnArc(0)), nullptr);
+  EXPECT_EQ(Add(Initializer::kMaxFrames + 1, PoseOnArc(0)), nullptr);
   const auto map = Add(100, PoseOnArc(1));
   ASSERT_NE(map, nullptr);
   EXPECT_EQ(map->Keyframes().begin()->second.frame_index, 61);
 }
 
-TEST_F(InitializerTest, FollowsKeypointsFartherThanItsSearchReaches) {
+TEST_F(InitializerTest, FollowsKeypointsBeyondSearchRadius) {
   // 25 px from frame to frame, 200 px from the first to the last: found because each search begins where the
   // keypoint was seen last. Too little translation to end earlier.
   EXPECT_EQ(Add(0, PoseOnArc(0)), nullptr);
@@ -151,7 +151,7 @@ TEST_F(InitializerTest, FollowsKeypointsFartherThanItsSearchReaches) {
   }
 }
 
-TEST_F(InitializerTest, ForgetsTheFirstFrameWhenReset) {
+TEST_F(InitializerTest, DropsFirstFrameWhenReset) {
   EXPECT_EQ(Add(0, PoseOnArc(0)), nullptr);
   initializer_.Reset();
   EXPECT_EQ(Add(1, PoseOnArc(1)), nullptr);
@@ -160,7 +160,7 @@ TEST_F(InitializerTest, ForgetsTheFirstFrameWhenReset) {
   EXPECT_EQ(map->Keyframes().begin()->second.frame_index, 1);
 }
 
-TEST_F(InitializerTest, TakesIdsFromTheSharedSource) {
+TEST_F(InitializerTest, TakesIdsFromSharedSource) {
   const auto ids = std::make_shared<IdSource>();
   ids->next_keyframe = 40;
   ids->next_point = 4000;

@@ -23,12 +23,12 @@ class LocalMapTest : public ::testing::Test {
   SyntheticMap ring_ = MakeRingMap(ExactRing());
 };
 
-TEST_F(LocalMapTest, IsAnchoredToTheKeyframeThatSharesMostPoints) {
+TEST_F(LocalMapTest, ReferencesKeyframeThatSharesMostPoints) {
   EXPECT_EQ(FindLocalMap(View(), Points(9), 9, kAll).reference, 9);
   EXPECT_EQ(FindLocalMap(View(), Points(9), 7, kAll).reference, 9) << "wherever the search began";
 }
 
-TEST_F(LocalMapTest, HoldsThePointsOfTwoStepsOfCovisibilityEachOnce) {
+TEST_F(LocalMapTest, HoldsPointsOfTwoCovisibilityStepsOnce) {
   const TrackingView view = View();
   const LocalMap local = FindLocalMap(view, Points(9), 9, kAll);
   std::set<PointId> expected;
@@ -46,7 +46,7 @@ TEST_F(LocalMapTest, HoldsThePointsOfTwoStepsOfCovisibilityEachOnce) {
       << "and not the far side of the ring";
 }
 
-TEST_F(LocalMapTest, KeepsTheKeyframesThatShareMost) {
+TEST_F(LocalMapTest, KeepsKeyframesThatShareMost) {
   const LocalMap local = FindLocalMap(View(), Points(9), 9, 1);
   std::set<PointId> expected(Points(9).begin(), Points(9).end());
   EXPECT_EQ(std::set<PointId>(local.points.begin(), local.points.end()), expected);
@@ -57,19 +57,19 @@ TEST_F(LocalMapTest, KeepsTheKeyframesThatShareMost) {
   }
 }
 
-TEST_F(LocalMapTest, BeginsAtTheLastReferenceWhereNothingIsKnown) {
+TEST_F(LocalMapTest, StartsAtLastReferenceWithoutMatches) {
   const std::vector<PointId> nothing(50, kNoPoint);
   EXPECT_EQ(FindLocalMap(View(), nothing, 12, kAll).reference, 12);
   EXPECT_FALSE(FindLocalMap(View(), nothing, 12, kAll).points.empty());
 }
 
-TEST_F(LocalMapTest, BeginsAtTheNewestWhereTheReferenceIsGone) {
+TEST_F(LocalMapTest, StartsAtNewestKeyframeWhenReferenceIsGone) {
   ring_.map.RemoveKeyframe(12);
   EXPECT_EQ(FindLocalMap(View(), {}, 12, kAll).reference, 23);
   EXPECT_EQ(FindLocalMap(View(), {}, kNoKeyframe, kAll).reference, 23);
 }
 
-TEST_F(LocalMapTest, LeavesOutPointsThatAreGone) {
+TEST_F(LocalMapTest, ExcludesRemovedPoints) {
   const std::vector<PointId> before = Points(9);
   const PointId gone = before[3];
   ring_.map.RemovePoint(gone);

@@ -60,20 +60,20 @@ class ObjectPosesTest : public ::testing::Test {
   ObjectMapView things_ = Things();
 };
 
-TEST_F(ObjectPosesTest, FindsTheCameraFromExactBoxes) {
+TEST_F(ObjectPosesTest, FindsCameraFromExactBoxes) {
   const std::vector<Rigid3d> poses = PosesFromObjects(Boxes(PoseOnArc(2.5)), things_, map_.camera, 3);
   ASSERT_FALSE(poses.empty());
   EXPECT_LE(poses.size(), 3U);
   EXPECT_LT(CenterDistance(poses[0], PoseOnArc(2.5)), 0.02);
 }
 
-TEST_F(ObjectPosesTest, BoxesOfADetectorGiveARoughPose) {
+TEST_F(ObjectPosesTest, FindsRoughPoseFromDetectorBoxes) {
   const std::vector<Rigid3d> poses = PosesFromObjects(Boxes(PoseOnArc(2.5), 3.0), things_, map_.camera, 3);
   ASSERT_FALSE(poses.empty());
   EXPECT_LT(CenterDistance(poses[0], PoseOnArc(2.5)), 0.3);
 }
 
-TEST_F(ObjectPosesTest, NeedsThreeBoxesOfKnownThings) {
+TEST_F(ObjectPosesTest, NeedsThreeBoxesOfKnownObjects) {
   std::vector<BoxCandidate> boxes = Boxes(PoseOnArc(2.5));
   ASSERT_GE(boxes.size(), 4U);
   for (std::size_t i = 2; i < boxes.size(); ++i) {
@@ -88,7 +88,7 @@ TEST_F(ObjectPosesTest, NeedsThreeBoxesOfKnownThings) {
 }
 
 // Six things of each of 36 labels, of which the frame shows one: over a million triples, one in 216 is right.
-TEST_F(ObjectPosesTest, FindsTheCameraAmongMoreTriplesThanCanBeListed) {
+TEST_F(ObjectPosesTest, FindsCameraAmongBillionsOfTriples) {
   constexpr int kLabels = 36;
   std::mt19937 random(3);
   std::uniform_real_distribution<double> place(-0.8, 0.8);
@@ -116,7 +116,7 @@ TEST_F(ObjectPosesTest, FindsTheCameraAmongMoreTriplesThanCanBeListed) {
 }
 
 // As many triples would take over ten gigabytes.
-TEST_F(ObjectPosesTest, DozensOfThingsAndBoxesOfOneLabelTakeLittleMemory) {
+TEST_F(ObjectPosesTest, UsesLittleMemoryForDozensOfEqualLabels) {
   constexpr int kChairs = 60;
   constexpr int kBoxes = 25;
   things_.landmarks.clear();
@@ -137,7 +137,7 @@ TEST_F(ObjectPosesTest, DozensOfThingsAndBoxesOfOneLabelTakeLittleMemory) {
 }
 
 // The last keyframe is unknown and there are no words: nothing but the boxes tells where the frame is.
-TEST_F(ObjectPosesTest, BringALostFrameBackIfThePointsAgree) {
+TEST_F(ObjectPosesTest, RelocatesLostFrameWhenPointsAgree) {
   const PoseTracker tracker(map_.camera, {});
   Relocalizer relocalizer(nullptr);
   TrackingView view = MakeTrackingView(map_.map);

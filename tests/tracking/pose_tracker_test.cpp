@@ -50,7 +50,7 @@ class PoseTrackerTest : public ::testing::Test {
   std::vector<int> shown_;  // by the keypoints of the frame seen last
 };
 
-TEST_F(PoseTrackerTest, TracksByMotionToAMillimetre) {
+TEST_F(PoseTrackerTest, TracksByMotionWithinAMillimetre) {
   TrackedFrame frame = See(3.1, kPoorSight);
   ASSERT_TRUE(tracker_.TrackMotion(View(), AsTracked(world_.map, 3), {}, frame));
   EXPECT_LT(CenterDistance(frame.T_camera_map, PoseOnArc(3.1)), kMillimetre);
@@ -60,7 +60,7 @@ TEST_F(PoseTrackerTest, TracksByMotionToAMillimetre) {
   EXPECT_EQ(frame.anchor.reference, 3);
 }
 
-TEST_F(PoseTrackerTest, PredictsByTheGivenMotion) {
+TEST_F(PoseTrackerTest, PredictsByGivenMotion) {
   // The camera turns by 23 degrees: 200 px, farther than any search for a camera that stands would reach.
   const Rigid3d turn = Turn(0.4, Eigen::Vector3d::UnitX());
   TrackedFrame frame = NewFrame(world_.See(turn * PoseOnArc(3)).features);
@@ -69,13 +69,13 @@ TEST_F(PoseTrackerTest, PredictsByTheGivenMotion) {
   EXPECT_LT(CenterDistance(frame.T_camera_map, PoseOnArc(3)), kMillimetre);
 }
 
-TEST_F(PoseTrackerTest, WidensTheSearchWhereThePredictionIsPoor) {
+TEST_F(PoseTrackerTest, WidensSearchWhenPredictionIsPoor) {
   TrackedFrame frame = See(4.0);  // some 20 to 40 px away
   ASSERT_TRUE(tracker_.TrackMotion(View(), AsTracked(world_.map, 3), {}, frame));
   EXPECT_LT(CenterDistance(frame.T_camera_map, PoseOnArc(4.0)), kMillimetre);
 }
 
-TEST_F(PoseTrackerTest, ForgetsMatchesThatDoNotFit) {
+TEST_F(PoseTrackerTest, DropsMatchesThatDoNotFit) {
   TrackedFrame frame = See(3.1);
   FrameFeatures features = *frame.features;
   std::swap(features.descriptors[10], features.descriptors[11]);
@@ -89,7 +89,7 @@ TEST_F(PoseTrackerTest, ForgetsMatchesThatDoNotFit) {
   EXPECT_LT(CenterDistance(frame.T_camera_map, PoseOnArc(3.1)), 1e-5);
 }
 
-TEST_F(PoseTrackerTest, FindsNothingInAnotherWorld) {
+TEST_F(PoseTrackerTest, FindsNothingInOtherWorld) {
   const SyntheticMap elsewhere = MakeSyntheticMap({.seed = 99});
   TrackedFrame frame = NewFrame(elsewhere.See(PoseOnArc(3)).features);
   const TrackingView view = View();
@@ -100,7 +100,7 @@ TEST_F(PoseTrackerTest, FindsNothingInAnotherWorld) {
   EXPECT_FALSE(tracker_.TrackReferenceKeyframe(view, AsTracked(world_.map, 3), blank));
 }
 
-TEST_F(PoseTrackerTest, TracksAcrossALargeStepWithoutAPrediction) {
+TEST_F(PoseTrackerTest, TracksAcrossLargeStepWithoutPrediction) {
   // Half way round the cloud and turned in the image plane: no motion model leads there.
   const Rigid3d turn = Turn(0.5, Eigen::Vector3d::UnitZ()) * Turn(0.3, Eigen::Vector3d::UnitX());
   const SyntheticWorld::View seen = world_.See(turn * PoseOnArc(5.0), kPoorSight);
@@ -115,10 +115,10 @@ TEST_F(PoseTrackerTest, TracksAcrossALargeStepWithoutAPrediction) {
   EXPECT_GT(points.found.size(), 100U);
 }
 
-TEST_F(PoseTrackerTest, WithoutAPredictionTheNewestKeyframesHelp) {
+TEST_F(PoseTrackerTest, TriesNewestKeyframesWithoutPrediction) {
   // The last frame knows no point any more, and its reference keyframe is gone.
   TrackedFrame last = AsTracked(world_.map, 3);
-  last.ForgetPoints();
+  last.ClearPoints();
   last.anchor.reference = 77;
   TrackedFrame frame = See(4.6, kPoorSight);
   SeenPoints points;
@@ -129,7 +129,7 @@ TEST_F(PoseTrackerTest, WithoutAPredictionTheNewestKeyframesHelp) {
   EXPECT_FALSE(tracker_.TrackWithoutPrediction(View(), last, other, points));
 }
 
-TEST_F(PoseTrackerTest, TracksTheReferenceKeyframeAfterAnyMotion) {
+TEST_F(PoseTrackerTest, TracksReferenceKeyframeAfterAnyMotion) {
   const Rigid3d turn = Turn(0.25, Eigen::Vector3d::UnitX());
   const SyntheticWorld::View seen = world_.See(turn * PoseOnArc(4.5), kPoorSight);
   shown_ = seen.points;
@@ -140,7 +140,7 @@ TEST_F(PoseTrackerTest, TracksTheReferenceKeyframeAfterAnyMotion) {
   EXPECT_EQ(frame.anchor.reference, 3);
 }
 
-TEST_F(PoseTrackerTest, TakesTheNewestKeyframeWhereTheReferenceIsGone) {
+TEST_F(PoseTrackerTest, UsesNewestKeyframeWhenReferenceIsGone) {
   TrackedFrame last = AsTracked(world_.map, 3);
   world_.map.RemoveKeyframe(3);
   TrackedFrame frame = See(3.5);
@@ -149,7 +149,7 @@ TEST_F(PoseTrackerTest, TakesTheNewestKeyframeWhereTheReferenceIsGone) {
 }
 
 // Only every fifth point is known from the frame before; the local map finds the others.
-TEST_F(PoseTrackerTest, FindsTheLocalMapAndAnchorsTheFrame) {
+TEST_F(PoseTrackerTest, TracksLocalMapAndAnchorsFrame) {
   TrackedFrame frame = See(2.2, kPoorSight);
   frame.T_camera_map = PoseOnArc(2.21);
   frame.anchor.reference = 2;
@@ -167,7 +167,7 @@ TEST_F(PoseTrackerTest, FindsTheLocalMapAndAnchorsTheFrame) {
   EXPECT_LT(CenterDistance(Resolve(frame.anchor, reference).T_camera_map, frame.T_camera_map), 1e-9);
 }
 
-TEST_F(PoseTrackerTest, ExpectsOnlyPointsThatCanBeSeen) {
+TEST_F(PoseTrackerTest, ExpectsOnlyVisiblePoints) {
   // The camera has turned until only some of the points are in the image.
   const Rigid3d turn = Turn(0.6, Eigen::Vector3d::UnitY());
   const SyntheticWorld::View view = world_.See(turn * PoseOnArc(2));
@@ -185,18 +185,18 @@ TEST_F(PoseTrackerTest, ExpectsOnlyPointsThatCanBeSeen) {
   EXPECT_EQ(seen.visible, std::vector<PointId>(view.points.begin() + 2, view.points.end()));
 }
 
-TEST_F(PoseTrackerTest, SearchesAnewWithoutTrustInEarlierMatches) {
+TEST_F(PoseTrackerTest, DiscardsEarlierMatchesWhenSearchingAnew) {
   TrackedFrame frame = See(2.0);
   frame.T_camera_map = PoseOnArc(2.0);
   frame.anchor.reference = 2;
   std::rotate_copy(shown_.begin(), shown_.begin() + 1, shown_.end(), frame.points.begin());  // all wrong
   SeenPoints seen;
-  ASSERT_TRUE(tracker_.TrackLocalMap(View(), {.anew = true, .min_inliers = 50}, frame, seen));
+  ASSERT_TRUE(tracker_.TrackLocalMap(View(), {.discard_matches = true, .min_inliers = 50}, frame, seen));
   EXPECT_EQ(Matches(frame), 300);
   EXPECT_EQ(WrongMatches(frame), 0);
 }
 
-TEST_F(PoseTrackerTest, AsksForEnoughInliers) {
+TEST_F(PoseTrackerTest, NeedsEnoughInliers) {
   TrackedFrame frame = See(2.0);
   frame.T_camera_map = PoseOnArc(2.0);
   SeenPoints seen;
@@ -204,7 +204,7 @@ TEST_F(PoseTrackerTest, AsksForEnoughInliers) {
   EXPECT_FALSE(tracker_.TrackLocalMap(View(), {.min_inliers = 301}, frame, seen));
 }
 
-TEST_F(PoseTrackerTest, RelocatesToAMillimetre) {
+TEST_F(PoseTrackerTest, RelocatesWithinAMillimetre) {
   const TrackingView view = View();
   for (const double place : {0.3, 2.5, 4.7}) {
     const Rigid3d turn = Turn(0.2, Eigen::Vector3d::UnitZ());
@@ -242,7 +242,7 @@ TEST_F(PoseTrackerTest, CommutesWithASimilarity) {
 }
 
 // All keyframes together show what none of them shows enough of alone.
-TEST_F(PoseTrackerTest, LocatesByThePooledMatchesOfSeveralKeyframes) {
+TEST_F(PoseTrackerTest, LocatesByPooledMatchesOfSeveralKeyframes) {
   constexpr int kKeyframes = 6;
   for (const MapPoint& const_point : world_.map.Points()) {
     for (KeyframeId id = 0; id < kKeyframes; ++id) {
@@ -260,7 +260,7 @@ TEST_F(PoseTrackerTest, LocatesByThePooledMatchesOfSeveralKeyframes) {
 }
 
 // A pose that only a few points hold, far from the truth, gives way to the one that descriptors lead to.
-TEST_F(PoseTrackerTest, DoubtsAWideStepThatShowsFewOfItsPoints) {
+TEST_F(PoseTrackerTest, RechecksWideStepThatFindsFewPoints) {
   const TrackedFrame last = AsTracked(world_.map, 0);
   const Rigid3d turn = Turn(0.3, Eigen::Vector3d::UnitX());
   TrackedFrame frame = NewFrame(world_.See(turn * PoseOnArc(3.0)).features);
@@ -272,7 +272,7 @@ TEST_F(PoseTrackerTest, DoubtsAWideStepThatShowsFewOfItsPoints) {
     seen.visible.push_back(id);
   }
   seen.found.assign(seen.visible.begin(), seen.visible.begin() + frame.inliers);
-  tracker_.DoubtWideStep(View(), last, frame, seen);
+  tracker_.RecheckWideStep(View(), last, frame, seen);
   EXPECT_LT(CenterDistance(frame.T_camera_map, PoseOnArc(3.0)), kMillimetre);
   EXPECT_GT(seen.found.size(), 100U);
 }

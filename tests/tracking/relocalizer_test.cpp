@@ -58,7 +58,7 @@ class RelocalizerTest : public ::testing::Test {
   Relocalizer relocalizer_{words_};
 };
 
-TEST_F(RelocalizerTest, ProposesTheLastReferenceFirstAndThenThePlaceThatLooksAlike) {
+TEST_F(RelocalizerTest, ProposesLastReferenceThenSimilarPlaces) {
   const TrackingViewPtr view = View(ring_.map);
   const auto ids = Ids(relocalizer_.Candidates(Atlas({view}), view, AsTracked(ring_.map, 20), Beside(8)));
   ASSERT_GE(ids.size(), 2U);
@@ -68,14 +68,14 @@ TEST_F(RelocalizerTest, ProposesTheLastReferenceFirstAndThenThePlaceThatLooksAli
   EXPECT_LE(ids.size(), 6U);
 }
 
-TEST_F(RelocalizerTest, ProposesTheLastReferenceOnceAlsoWhereItLooksAlike) {
+TEST_F(RelocalizerTest, ProposesLastReferenceOnlyOnce) {
   const TrackingViewPtr view = View(ring_.map);
   const auto ids = Ids(relocalizer_.Candidates(Atlas({view}), view, AsTracked(ring_.map, 8), Beside(8)));
   EXPECT_EQ(ids.front(), 8);
   EXPECT_EQ(std::count(ids.begin(), ids.end(), 8), 1);
 }
 
-TEST_F(RelocalizerTest, LeavesOnlyTheLastReferenceWithoutWords) {
+TEST_F(RelocalizerTest, ProposesOnlyLastReferenceWithoutVocabulary) {
   Relocalizer without(nullptr);
   const TrackingViewPtr view = View(ring_.map);
   EXPECT_EQ(Ids(without.Candidates(Atlas({view}), view, AsTracked(ring_.map, 20), Beside(8))),
@@ -83,7 +83,7 @@ TEST_F(RelocalizerTest, LeavesOnlyTheLastReferenceWithoutWords) {
   EXPECT_TRUE(without.Candidates(nullptr, view, std::nullopt, Beside(8)).empty());
 }
 
-TEST_F(RelocalizerTest, ForgetsKeyframesThatWereRemoved) {
+TEST_F(RelocalizerTest, ForgetsRemovedKeyframes) {
   const TrackingViewPtr before = View(ring_.map);
   EXPECT_EQ(relocalizer_.Candidates(Atlas({before}), before, std::nullopt, Beside(8)).front().keyframe, 8);
   ring_.map.RemoveKeyframe(8);
@@ -96,12 +96,12 @@ TEST_F(RelocalizerTest, ForgetsKeyframesThatWereRemoved) {
   }
 }
 
-TEST_F(RelocalizerTest, KnowsTheNewestViewBeforeTheAtlasDoes) {
+TEST_F(RelocalizerTest, UsesNewestViewBeforeTheAtlasHasIt) {
   const TrackingViewPtr view = View(ring_.map);
   EXPECT_EQ(relocalizer_.Candidates(nullptr, view, std::nullopt, Beside(8)).front().keyframe, 8);
 }
 
-TEST_F(RelocalizerTest, ProposesPlacesOfOtherSubmapsWithTheirViews) {
+TEST_F(RelocalizerTest, ProposesPlacesOfOtherSubmaps) {
   SyntheticMap other = MakeSyntheticMap({});
   GiveWords(*words_, other.map);
   const TrackingViewPtr here = View(other.map, 100);
@@ -117,7 +117,7 @@ TEST_F(RelocalizerTest, ProposesPlacesOfOtherSubmapsWithTheirViews) {
   EXPECT_EQ(places[1].keyframe, 108);
 }
 
-TEST_F(RelocalizerTest, BringsALostFrameBackToAMillimetre) {
+TEST_F(RelocalizerTest, RelocatesLostFrameWithinAMillimetre) {
   const PoseTracker tracker(ring_.camera, {});
   const TrackingViewPtr view = View(ring_.map);
   for (const KeyframeId keyframe : {2, 8, 17}) {

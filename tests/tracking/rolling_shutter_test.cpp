@@ -102,7 +102,7 @@ TEST(RollingShutter, LearnsTheReadoutTime) {
 }
 
 // The box of what lies in one part of the image, as the rows show it and as they would be seen at once.
-TEST(RollingShutter, CarriesTheSidesOfABoxToWhereAGlobalShutterSeesThem) {
+TEST(RollingShutter, CorrectsBoxEdgesToGlobalShutter) {
   SwingingCamera world(0.027, 0.0);
   const RollingShutter shutter(TestCamera(), {.estimate = false, .readout_ms = 27.0});
   double before = 0.0;
@@ -135,7 +135,7 @@ TEST(RollingShutter, CarriesTheSidesOfABoxToWhereAGlobalShutterSeesThem) {
   EXPECT_LT(after, 0.4 * before);
 }
 
-TEST(RollingShutter, CarriesKeypointsToWhereAGlobalShutterSeesThem) {
+TEST(RollingShutter, CorrectsKeypointsToGlobalShutter) {
   SwingingCamera world(0.027, 0.0);
   RollingShutter shutter(TestCamera(), {.estimate = false, .readout_ms = 27.0});
   for (const int index : {8, 15, 31}) {
@@ -145,7 +145,7 @@ TEST(RollingShutter, CarriesKeypointsToWhereAGlobalShutterSeesThem) {
   }
 }
 
-TEST(RollingShutter, LeavesAGlobalShutterAlone) {
+TEST(RollingShutter, DoesNotCorrectGlobalShutter) {
   SwingingCamera world(0.0, 0.5);
   RollingShutter shutter(TestCamera(), {});
   LearnFrames(world, 60, shutter);
@@ -154,7 +154,7 @@ TEST(RollingShutter, LeavesAGlobalShutterAlone) {
   EXPECT_EQ(shutter.Correct(view.features, view.motion, view.observations), view.features);
 }
 
-TEST(RollingShutter, TakesNoMotionFromFramesWithWrongTimestamps) {
+TEST(RollingShutter, RejectsMotionOfFramesWithWrongTimestamps) {
   const RollingShutter at_once(TestCamera(), {});
   const RollingShutter in_rows(TestCamera(), {.estimate = false, .readout_ms = 30.0});
   const Rigid3d last{};
@@ -173,7 +173,7 @@ TEST(RollingShutter, TakesNoMotionFromFramesWithWrongTimestamps) {
 }
 
 // The correction of a ray far off the axis is large, and a saved map holds no pixel beyond kMaxKeypoint.
-TEST(RollingShutter, CarriesNoKeypointOutOfReach) {
+TEST(RollingShutter, LeavesKeypointsThatWouldLeaveTheImage) {
   const RollingShutter shutter(TestCamera(), {.estimate = false, .readout_ms = 27.0});
   FrameFeatures features;
   features.keypoints.push_back({{kMaxKeypoint - 1.0, 200.0}, {630.0, 470.0}, 0.0F, 0});
@@ -189,7 +189,7 @@ TEST(RollingShutter, CarriesNoKeypointOutOfReach) {
   }
 }
 
-TEST(RollingShutter, KnowsNothingFromACameraThatStands) {
+TEST(RollingShutter, LearnsNothingFromStaticCamera) {
   SwingingCamera world(0.027, 0.5);
   RollingShutter shutter(TestCamera(), {});
   for (int i = 1; i <= 60; ++i) {
@@ -199,21 +199,21 @@ TEST(RollingShutter, KnowsNothingFromACameraThatStands) {
   EXPECT_EQ(shutter.Readout(), 0.0);
 }
 
-TEST(RollingShutter, KeepsAKnownReadoutTimeWhereItShallNotLearn) {
+TEST(RollingShutter, KeepsKnownReadoutTimeWhenEstimationIsOff) {
   SwingingCamera world(0.0, 0.5);
   RollingShutter shutter(TestCamera(), {.estimate = false, .readout_ms = 20.0});
   LearnFrames(world, 30, shutter);
   EXPECT_DOUBLE_EQ(shutter.Readout(), 0.020);
 }
 
-TEST(RollingShutter, BeginsWithTheCamerasReadoutTimeUnlessTheOptionSaysAnother) {
+TEST(RollingShutter, StartsWithReadoutTimeOfOptionOrCamera) {
   Camera camera = TestCamera();
   camera.readout_ms = 25.0;
   EXPECT_DOUBLE_EQ(RollingShutter(camera, {}).Readout(), 0.025);
   EXPECT_DOUBLE_EQ(RollingShutter(camera, {.readout_ms = 18.0}).Readout(), 0.018);
 }
 
-TEST(RollingShutter, LearnsWhereTheCameraFileIsWrong) {
+TEST(RollingShutter, CorrectsWrongReadoutTimeOfCameraFile) {
   SwingingCamera world(0.0, 0.5);
   Camera camera = TestCamera();
   camera.readout_ms = 25.0;

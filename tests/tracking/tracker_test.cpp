@@ -105,7 +105,7 @@ class TrackerTest : public ::testing::Test {
   int pending_ = 0;
 };
 
-TEST_F(TrackerTest, BeginsAMapOnceAndTracksFromThenOn) {
+TEST_F(TrackerTest, BeginsOneMapAndTracksInIt) {
   std::vector<Eigen::Vector3d> estimate;
   std::vector<Eigen::Vector3d> truth;
   const std::vector<Rigid3d> path = HandHeldPath(kFrames);
@@ -142,7 +142,7 @@ class FisheyeTrackerTest : public TrackerTest {
   FisheyeTrackerTest() : TrackerTest({}, FisheyeLens()) {}
 };
 
-TEST_F(FisheyeTrackerTest, TracksAsWithoutDistortion) {
+TEST_F(FisheyeTrackerTest, TracksAsWellAsWithoutDistortion) {
   const ThroughLens through_lens(FisheyeLens(), TexturedWorld().GetCamera());
   std::vector<Eigen::Vector3d> estimate;
   std::vector<Eigen::Vector3d> truth;
@@ -157,7 +157,7 @@ TEST_F(FisheyeTrackerTest, TracksAsWithoutDistortion) {
   EXPECT_LT(AlignedError(estimate, truth), 0.015);
 }
 
-TEST_F(TrackerTest, SaysThatItIsLostAndFindsBack) {
+TEST_F(TrackerTest, ReportsLossAndRelocalizes) {
   const int next = Begin();
   Track(next);
   for (int i = next + 1; i < next + 4; ++i) {
@@ -180,7 +180,7 @@ TEST_F(TrackerTest, SaysThatItIsLostAndFindsBack) {
 }
 
 // Whatever comes: one flat image, noise, an image that is nearly too small, frames that go back in time.
-TEST_F(TrackerTest, NeverThrows) {
+TEST_F(TrackerTest, DoesNotThrowOnRandomImages) {
   cv::RNG random(5);
   const auto trouble = [&](std::int64_t index) {
     Frame noise = BlankFrame(index);
@@ -205,9 +205,9 @@ TEST_F(TrackerTest, NeverThrows) {
   EXPECT_TRUE(tracker_.Lost());
 }
 
-class TrackerKeyframes : public TrackerTest {
+class RegularKeyframesTest : public TrackerTest {
  protected:
-  TrackerKeyframes() : TrackerTest(Regular()) {}
+  RegularKeyframesTest() : TrackerTest(Regular()) {}
   static TrackingOptions Regular() {
     TrackingOptions options;
     options.keyframes.max_interval = 5;
@@ -217,7 +217,7 @@ class TrackerKeyframes : public TrackerTest {
   }
 };
 
-TEST_F(TrackerKeyframes, AreMadeWhenTheIntervalHasPassed) {
+TEST_F(RegularKeyframesTest, MakesKeyframeAfterTheInterval) {
   const int begin = Begin();  // the frame before this one is a keyframe
   for (int i = begin; i < begin + 12; ++i) {
     const TrackingReport report = Track(i);
@@ -228,7 +228,7 @@ TEST_F(TrackerKeyframes, AreMadeWhenTheIntervalHasPassed) {
   }
 }
 
-TEST_F(TrackerKeyframes, WaitWhileTheMappingThreadIsBusy) {
+TEST_F(RegularKeyframesTest, WaitsWhileMappingIsBusy) {
   const int begin = Begin();
   pending_ = 1;
   for (int i = begin; i < begin + 8; ++i) {
@@ -238,9 +238,9 @@ TEST_F(TrackerKeyframes, WaitWhileTheMappingThreadIsBusy) {
   EXPECT_TRUE(Track(begin + 8).keyframe);
 }
 
-class TrackerUrgentKeyframes : public TrackerTest {
+class UrgentKeyframesTest : public TrackerTest {
  protected:
-  TrackerUrgentKeyframes() : TrackerTest(Urgent()) {}
+  UrgentKeyframesTest() : TrackerTest(Urgent()) {}
   static TrackingOptions Urgent() {
     TrackingOptions options;
     options.keyframes.tracked_share = 1.0;
@@ -249,7 +249,7 @@ class TrackerUrgentKeyframes : public TrackerTest {
   }
 };
 
-TEST_F(TrackerUrgentKeyframes, AreMadeUnlessTheMappingThreadIsFarBehind) {
+TEST_F(UrgentKeyframesTest, MakesKeyframeUnlessMappingLagsFarBehind) {
   const int begin = Begin();
   pending_ = 3;
   EXPECT_FALSE(Track(begin).keyframe);
@@ -259,7 +259,7 @@ TEST_F(TrackerUrgentKeyframes, AreMadeUnlessTheMappingThreadIsFarBehind) {
   EXPECT_FALSE(Track(begin + 3).keyframe) << "two frames in a row";
 }
 
-TEST_F(TrackerTest, FollowsAMapThatWasMoved) {
+TEST_F(TrackerTest, FollowsMovedMap) {
   const int next = Begin();
   const Sim3d S_new_old{
       2.5,
@@ -283,9 +283,9 @@ TEST_F(TrackerTest, FollowsAMapThatWasMoved) {
   EXPECT_EQ(tracker_.Counters().losses, 0);
 }
 
-class TrackerSubmaps : public TrackerTest {
+class TrackerSubmapsTest : public TrackerTest {
  protected:
-  TrackerSubmaps() : TrackerTest(Impatient()) {}
+  TrackerSubmapsTest() : TrackerTest(Impatient()) {}
   static TrackingOptions Impatient() {
     TrackingOptions options;
     options.submap_after = 2;
@@ -301,7 +301,7 @@ class TrackerSubmaps : public TrackerTest {
   }
 };
 
-TEST_F(TrackerSubmaps, BeginWhereTheOldOneIsNotFoundAgain) {
+TEST_F(TrackerSubmapsTest, BeginsSubmapWhenRelocalizationFails) {
   const int next = BeginElsewhere(Begin());
   EXPECT_FALSE(tracker_.Lost());
   EXPECT_EQ(tracker_.Counters().losses, 1);
@@ -312,7 +312,7 @@ TEST_F(TrackerSubmaps, BeginWhereTheOldOneIsNotFoundAgain) {
   EXPECT_GT(maps_.at(1)->OldestKeyframe(), maps_.at(0)->NewestKeyframe()) << "ids are shared";
 }
 
-TEST_F(TrackerSubmaps, AreFollowedIntoTheOneThatTheyAreMergedInto) {
+TEST_F(TrackerSubmapsTest, FollowsMergeIntoOtherSubmap) {
   const int next = BeginElsewhere(Begin());
   const Sim3d S_0_1{
       0.5, Eigen::Quaterniond(Eigen::AngleAxisd(1.0, Eigen::Vector3d::UnitY())), {9.0, 0.0, 0.0}};
@@ -328,7 +328,7 @@ TEST_F(TrackerSubmaps, AreFollowedIntoTheOneThatTheyAreMergedInto) {
   EXPECT_LT(testing::CenterDistance(PoseOf(report), MoveCamera(T_camera_1, S_0_1)), 0.02);
 }
 
-TEST_F(TrackerTest, GivesBoxesThatComeLaterToTheirFrame) {
+TEST_F(TrackerTest, AssignsLateBoxesToTheirFrame) {
   const int next = Begin();
   for (int i = next; i < next + 3; ++i) {
     Frame frame = Frames()[static_cast<std::size_t>(i)];

@@ -9,7 +9,7 @@
 
 #include "app/viewer/model/run_history.h"
 #include "slam/snapshot/snapshot.h"
-#include "slam/tracking/frame_view.h"
+#include "slam/tracking/tracking_report.h"
 
 namespace sqslam::viewer {
 

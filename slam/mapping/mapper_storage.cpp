@@ -1,4 +1,4 @@
-// Serialization of the state that Mapper keeps between runs.
+// Saves and restores the live map, to continue it in another run.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,13 +9,14 @@
 #include "slam/mapping/mapper.h"
 #include "slam/snapshot/byte_archive.h"
 #include "slam/util/raise_keys.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 
 std::string Mapper::Save() const {
   ByteWriter writer;
-  const auto main =
-      std::ranges::max_element(submaps_, {}, [](const auto& submap) { return submap.second.NumFrames(); });
+  const auto main = std::ranges::max_element(
+      submaps_, {}, [](const auto& submap) { return submap.second.Frames().size(); });
   writer(submaps_.size(), main->first, last_loop_, loop_edges_, atlas_.origins);
   for (const auto& [number, submap] : submaps_) {
     submap.Save(writer);
@@ -39,12 +40,12 @@ void Mapper::State::Check(const ByteReader& reader) const {
   for (const Submap& submap : submaps) {
     if (submap.Number() < 0 || !origins.contains(submap.Number()) ||
         !numbers.insert(submap.Number()).second) {
-      reader.Refuse(fmt::format("has no place for its part {}", submap.Number()));
+      reader.Refuse(fmt::format("lists submap {} twice or without its origin", submap.Number()));
     }
   }
   for (const auto& [number, origin] : origins) {
     if (!numbers.contains(origin.submap) || !(origin.S_map_origin.scale > 0.0)) {
-      reader.Refuse(fmt::format("lacks the part that holds part {}", number));
+      reader.Refuse(fmt::format("lacks the submap that submap {} was merged into, or its scale", number));
     }
   }
   const auto known = [this](KeyframeId id) {
@@ -53,7 +54,7 @@ void Mapper::State::Check(const ByteReader& reader) const {
   if (!reader.AtEnd() || !numbers.contains(active) || !std::ranges::all_of(loop_edges, [&](const auto& edge) {
         return known(edge.first) && known(edge.second);
       })) {
-    reader.Refuse("is broken");
+    reader.Refuse("lacks its main submap or a keyframe of a loop, or continues after its end");
   }
 }
 
@@ -80,12 +81,13 @@ IdShift Mapper::ShiftFor(const State& state, const IdSource& ids) const {
   for (const auto& [number, submap] : submaps_) {
     shift.object = std::max(shift.object, submap.Objects().View()->IdBound());
   }
-  constexpr double kGap = 1.0;  // s
+  constexpr double kMinGap = 1.0;  // s, between the frames of the two maps
   const auto [end_frame, end_time] = *NewestFrame();
   for (const Submap& submap : state.submaps) {
-    const auto [frame, time] = submap.OldestFrameTime();
-    shift.frame = std::max(shift.frame, end_frame + 1 - frame);
-    shift.time = std::max(shift.time, time > end_time ? 0.0 : end_time + kGap - time);
+    const auto& [index, oldest] = *submap.Frames().begin();
+    shift.frame = std::max(shift.frame, end_frame + 1 - index);
+    shift.time =
+        std::max(shift.time, oldest.timestamp > end_time ? 0.0 : end_time + kMinGap - oldest.timestamp);
   }
   return shift;
 }
@@ -108,8 +110,8 @@ Mapper::Restored Mapper::Restore(std::string_view bytes, const std::string& what
     result.time_shift = shift.time;
   }
   result.submap = state.active;
-  const auto frame = [](const Submap& submap) { return submap.OldestFrameTime().first; };
-  result.oldest_frame = frame(*std::ranges::min_element(state.submaps, {}, frame));
+  result.oldest_frame = std::ranges::min(
+      ToVector(state.submaps, [](const Submap& submap) { return submap.Frames().begin()->first; }));
   last_loop_ = std::max(last_loop_, state.last_loop);
   loop_edges_.merge(state.loop_edges);
   atlas_.origins.merge(state.origins);
@@ -125,52 +127,9 @@ Mapper::Restored Mapper::Restore(std::string_view bytes, const std::string& what
     atlas_.submaps[number] = submap.MakeView();
   }
   active_ = &submaps_.at(state.active);
-  shown_.frame_index = active_->NewestFrame();
+  shown_.frame_index = active_->Frames().rbegin()->first;
   PublishView();
   return result;
-}
-
-bool Mapper::TieToOthers(std::int64_t submap) {
-  active_ = &submaps_.at(submap);
-  const std::vector<const Map*> maps = MapsActiveFirst();
-  std::vector<KeyframeId> own;
-  std::optional<LoopCandidate> best;
-  for (const auto& [id, keyframe] : active_->Map().Keyframes()) {
-    own.push_back(id);
-    std::optional<LoopCandidate> loop = places_.Recognize(maps, id);
-    if (loop && !active_->Map().HasKeyframe(loop->known) &&
-        (!best || loop->confirmed.size() > best->confirmed.size())) {
-      best = std::move(loop);
-    }
-  }
-  if (!best) {
-    return false;
-  }
-  MergeSubmaps(*best, SubmapWith(best->known));
-  ++counters_.merges;
-  // The two sides overlap in more than one place: the first pass fuses where they already align, and the
-  // second, after an adjustment, the rest.
-  for (int pass = 0; pass < 2; ++pass) {
-    for (const KeyframeId id : own) {
-      if (const auto loop = places_.Recognize({&active_->Map()}, id)) {
-        FuseLoop(active_->Map(), camera_, *loop, options_.mapping.loops);
-        loop_edges_.insert(std::minmax(loop->current, loop->known));
-      }
-    }
-    active_->Bend([this](Map&) { OptimizeGlobally(false); });
-  }
-  PublishView();
-  return true;
-}
-
-std::optional<std::pair<std::int64_t, double>> Mapper::NewestFrame() const {
-  std::optional<std::pair<std::int64_t, double>> newest;
-  for (const auto& [number, submap] : submaps_) {
-    const auto& [index, timestamp] = submap.NewestFrameTime();
-    newest = {std::max(newest ? newest->first : 0, index),
-              std::max(newest ? newest->second : 0.0, timestamp)};
-  }
-  return newest;
 }
 
 }  // namespace sqslam
