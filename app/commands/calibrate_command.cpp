@@ -42,7 +42,6 @@ struct CalibrateArguments {
   std::string output;
   std::string figure;
   std::string print_board;
-  std::vector<std::string> set;
   bool quiet = false;
 };
 
@@ -96,8 +95,7 @@ std::string Hint(const CalibrateArguments& a, const Search& search) {
   CalibrationBoard other = a.board;
   other.columns += 1;
   other.rows += 1;
-  if (search.last.empty() || other.kind != CalibrationBoard::Kind::kChessboard ||
-      !FindBoard(search.last, other)) {
+  if (search.last.empty() || other.kind != BoardKind::kChessboard || !FindBoard(search.last, other)) {
     return "";
   }
   return fmt::format("; did you count inner corners? --columns {} --rows {} counts squares", other.columns,
@@ -141,8 +139,6 @@ void Report(const CalibrateArguments& a, const Calibration& c, const std::string
 int CalibrateCamera(const CalibrateArguments& given) {
   CalibrateArguments a = given;
   CheckBoard(a.board);
-  CalibrationOptions options;
-  SetOptions(a.set, options);
   if (!a.print_board.empty()) {
     CheckFigurePath(a.print_board);
     PrintBoard(a);
@@ -169,7 +165,7 @@ int CalibrateCamera(const CalibrateArguments& given) {
     throw InputError("{}: a {} was found in {} of {} frames, expected at least {}{}", a.sequence.input,
                      BoardText(a.board), search.views.size(), search.frames, kLeast, Hint(a, search));
   }
-  Calibration c = Calibrate(search.views, a.board, {sequence.camera.width, sequence.camera.height}, options);
+  Calibration c = Calibrate(search.views, a.board, {sequence.camera.width, sequence.camera.height});
   c.camera.fps = sequence.camera.fps;
   const std::string text = Text(c, search, a.board);
   WriteCamera(output, c.camera, text);
@@ -192,8 +188,6 @@ void AddCalibrateCommand(Command& program) {
   command.Option("--square-mm MM", a.board.square_mm, "Side length of a square");
   command.Option("--marker-mm MM", a.board.marker_mm, "ChArUco: side length of a marker");
   command.Option("--dictionary NAME", a.board.dictionary, "ChArUco: marker dictionary of OpenCV");
-  command.Option("--set KEY=VALUE", a.set,
-                 "Override max_views, max_view_error or max_corner_error; may be repeated");
   command.Group("Output");
   command.Option("--output,-o FILE", a.output, "camera.yaml to write");
   command.Option("--figure FILE", a.figure,
