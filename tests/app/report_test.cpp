@@ -214,6 +214,9 @@ TEST(EvalCommand, WritesEvalJsonAndReportsErrors) {
   EXPECT_THAT(good.out, HasSubstr("10 of 10 (100.0 %)"));
   EXPECT_TRUE(fs::exists(result / "eval.json"));
 
+  const auto dense = RunProgram(command + " --dense");
+  EXPECT_EQ(dense.exit_code, 3);
+  EXPECT_THAT(dense.err, HasSubstr("dense.ply: no such file; expected true surface points"));
   EXPECT_EQ(RunProgram("eval " + result.string()).exit_code, 2);
   EXPECT_EQ(RunProgram(command + " --set min_iuo=0.2").exit_code, 2);
   std::ofstream(sequence / "objects_gt.json") << "[{\"id\": 1}]";
