@@ -8,11 +8,11 @@
 #include <set>
 
 #include "slam/io/sequence.h"
+#include "slam/util/error.h"
 #include "slam/util/json_file.h"
 #include "slam/util/largest.h"
 #include "slam/util/markup.h"
 #include "slam/util/text_lines.h"
-#include "slam/util/throw_if.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -204,7 +204,7 @@ CellCommands CommandsOf(const ExperimentConfig& config, const PreparedSequence& 
   AddIf(!sequence.format.empty(), "--format", sequence.format, run);
   AddIf(!sequence.camera.empty(), "--camera", ResolvePath(config, sequence.camera).string(), run);
   AddIf(limited || !prepared.detections.empty(), "--detections",
-        limited ? folder.Boxes(NameOfBoxes(cell)).string() : prepared.detections.string(), run);
+        limited ? folder.Boxes(cell).string() : prepared.detections.string(), run);
   AddIf(sequence.start > 0, "--start", std::to_string(sequence.start), run);
   AddIf(!sequence.frames.empty(), "--frames", sequence.frames, run);
   AddIf(sequence.stride > 1, "--stride", std::to_string(sequence.stride), run);
@@ -240,15 +240,8 @@ nlohmann::ordered_json SettingsOf(const ExperimentConfig& config, const Prepared
       {"inputs", sequence.inputs}};
 }
 
-std::string NameOfBoxes(const ExperimentCell& cell) {
-  return fmt::format("{}+{}", cell.sequence, cell.max_objects);  // sequence names have no '+'
-}
-
-fs::path BoxesOf(const PreparedSequence& sequence) {
-  const fs::path boxes = sequence.detections.empty() ? sequence.path / "boxes.txt" : sequence.detections;
-  ThrowIf<InputError>(!fs::is_regular_file(boxes), "{}: max_objects needs a boxes.txt, expected one there",
-                      boxes.string());
-  return boxes;
+fs::path ExperimentFolder::Boxes(const ExperimentCell& cell) const {
+  return path / "boxes" / fmt::format("{}+{}.txt", cell.sequence, cell.max_objects);
 }
 
 void WriteCellRecord(const fs::path& run, const nlohmann::ordered_json& settings, int jobs,

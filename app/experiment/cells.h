@@ -34,7 +34,7 @@ struct ExperimentFolder {
 
   std::filesystem::path Run(const ExperimentCell& cell) const { return path / "runs" / cell.name; }
   std::filesystem::path Log(const ExperimentCell& cell) const { return path / "runs" / (cell.name + ".log"); }
-  std::filesystem::path Boxes(const std::string& name) const { return path / "boxes" / (name + ".txt"); }
+  std::filesystem::path Boxes(const ExperimentCell& cell) const;  // limited to those of max_objects
   std::filesystem::path Rendered(const std::string& name) const { return path / "sequences" / name; }
 };
 
@@ -62,12 +62,6 @@ CellCommands CommandsOf(const ExperimentConfig& config, const PreparedSequence& 
 // folder is. A result made with other settings is made again.
 nlohmann::ordered_json SettingsOf(const ExperimentConfig& config, const PreparedSequence& sequence,
                                   const CellCommands& commands, const ExperimentFolder& folder);
-
-// Returns the name of a cell's limited boxes for ExperimentFolder::Boxes; no sequence has this name.
-std::string NameOfBoxes(const ExperimentCell& cell);
-
-// Returns the boxes.txt of a sequence, for max_objects. Throws InputError if there is no such file.
-std::filesystem::path BoxesOf(const PreparedSequence& sequence);
 
 // A finished cell, as far as the tables need it.
 struct CellResult {

@@ -62,9 +62,13 @@ void RenderSequence(const ExperimentPlan& plan, const ExperimentCell& cell, cons
 
 // Writes the boxes of a cell with limited max_objects. Throws InputError.
 void WriteLimitedBoxes(const ExperimentPlan& plan, const ExperimentCell& cell) {
-  const fs::path path = plan.folder.Boxes(NameOfBoxes(cell));
-  fs::create_directories(path.parent_path());
-  WriteFileAtomically(path, LimitBoxes(BoxesOf(plan.sequences.at(cell.sequence)), cell.max_objects));
+  const PreparedSequence& sequence = plan.sequences.at(cell.sequence);
+  const fs::path boxes = sequence.detections.empty() ? sequence.path / "boxes.txt" : sequence.detections;
+  ThrowIf<InputError>(!fs::is_regular_file(boxes), "{}: max_objects needs a boxes.txt, expected one there",
+                      boxes.string());
+  const fs::path limited = plan.folder.Boxes(cell);
+  fs::create_directories(limited.parent_path());
+  WriteFileAtomically(limited, LimitBoxes(boxes, cell.max_objects));
 }
 
 // Runs and scores a cell whose inputs are there, and marks it as finished. Throws InputError if the folder
