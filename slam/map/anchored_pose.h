@@ -1,5 +1,9 @@
 #pragma once
 
+#include <map>
+#include <optional>
+#include <vector>
+
 #include "slam/geometry/rigid3.h"
 #include "slam/map/ids.h"
 
@@ -29,6 +33,33 @@ inline ScaledPose Resolve(const AnchoredPose& anchor, const ScaledPose& referenc
   Rigid3d T_camera_reference = anchor.T_camera_reference;
   T_camera_reference.translation *= reference.scale / anchor.scale;
   return {T_camera_reference * reference.T_camera_map, reference.scale};
+}
+
+// Pose of a keyframe that the map no longer holds.
+struct RemovedKeyframe {
+  AnchoredPose pose;  // relative to its parent, which may have been removed later
+  double scale = 1.0;
+
+  static void VisitState(auto& self, auto&& visit) { visit(self.pose, self.scale); }
+};
+
+using RemovedKeyframes = std::map<KeyframeId, RemovedKeyframe>;
+
+// Returns the pose of a present or removed keyframe. `present(id)`: the pose of a present one, else nullopt.
+// Throws std::out_of_range if the keyframe is neither.
+ScaledPose PoseOf(const RemovedKeyframes& removed, KeyframeId id, const auto& present) {
+  std::vector<const RemovedKeyframe*> way;  // from the keyframe to its nearest present ancestor
+  std::optional<ScaledPose> pose = present(id);
+  while (!pose) {
+    way.push_back(&removed.at(id));
+    id = way.back()->pose.reference;
+    pose = present(id);
+  }
+  for (; !way.empty(); way.pop_back()) {
+    const double scale = way.back()->scale * pose->scale / way.back()->pose.scale;
+    pose = {Resolve(way.back()->pose, *pose).T_camera_map, scale};
+  }
+  return *pose;
 }
 
 }  // namespace sqslam

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "slam/features/matching.h"
+#include "slam/util/raise_keys.h"
 #include "slam/util/statistics.h"
 #include "slam/util/to_vector.h"
 
@@ -159,8 +160,8 @@ void Map::RemoveKeyframe(KeyframeId id) {
   }
   const KeyframeId parent = keyframe.parent;
   const Keyframe& anchor = At(parent);
-  removed_.Add(
-      id, {{parent, keyframe.T_camera_map * anchor.T_camera_map.Inverse(), anchor.scale}, keyframe.scale});
+  removed_[id] = {{parent, keyframe.T_camera_map * anchor.T_camera_map.Inverse(), anchor.scale},
+                  keyframe.scale};
   for (const PointId point : std::vector(keyframe.points)) {
     RemoveObservation(point, id);
   }
@@ -198,7 +199,7 @@ void Map::UpdateAppearance(PointId id) {
 
 void Map::UpdateNormalAndRange(PointId id) {
   // A point may be matched 25 % nearer or farther than the pyramid covers.
-  constexpr double kSlack = 1.25;
+  constexpr double kRangeFactor = 1.25;
   if (!IsAlive(id) || Point(id).observations.empty()) {
     return;
   }
@@ -211,8 +212,8 @@ void Map::UpdateNormalAndRange(PointId id) {
   const Observation& first = point.observations.front();
   const double distance = (point.p_map - At(first.keyframe).Center()).norm();
   point.level_zero_distance = distance * levels_.Scale(KeypointOf(first).octave);
-  point.max_distance = kSlack * point.level_zero_distance;
-  point.min_distance = point.level_zero_distance / levels_.Scale(levels_.Count() - 1) / kSlack;
+  point.max_distance = kRangeFactor * point.level_zero_distance;
+  point.min_distance = point.level_zero_distance / levels_.Scale(levels_.Count() - 1) / kRangeFactor;
 }
 
 void Map::UpdateCovisibility(KeyframeId id) {
@@ -265,16 +266,45 @@ void Map::Transform(const Sim3d& S_new_old) {
   }
 }
 
-KeyframeId Map::IdBound() const { return std::max(NewestKeyframe() + 1, removed_.IdBound()); }
+KeyframeId Map::IdBound() const {
+  return std::max(NewestKeyframe(), removed_.empty() ? kNoKeyframe : removed_.rbegin()->first) + 1;
+}
 
 void Map::Absorb(Map&& other) {
   keyframes_.merge(other.keyframes_);
-  removed_.Absorb(std::move(other.removed_));
+  removed_.merge(other.removed_);
   points_.Absorb(std::move(other.points_));
 }
 
+void Map::Renumber(const IdShift& shift) {
+  RaiseKeys(keyframes_, shift.keyframe);
+  for (auto& [id, keyframe] : keyframes_) {
+    keyframe.id += shift.keyframe;
+    keyframe.parent += keyframe.parent == kNoKeyframe ? 0 : shift.keyframe;
+    keyframe.frame_index += shift.frame;
+    keyframe.timestamp += shift.time;
+    RaiseKeys(keyframe.covisibility, shift.keyframe);
+    for (PointId& point : keyframe.points) {
+      point += point == kNoPoint ? 0 : shift.point;
+    }
+  }
+  RaiseKeys(removed_, shift.keyframe);
+  for (auto& [id, removed] : removed_) {
+    removed.pose.reference += shift.keyframe;
+  }
+  points_.RaiseIds(shift.point);
+  for (const MapPoint& const_point : points_) {
+    MapPoint& point = points_.At(const_point.id + shift.point);
+    point.id += shift.point;
+    point.first_keyframe += shift.keyframe;
+    for (Observation& o : point.observations) {
+      o.keyframe += shift.keyframe;
+    }
+  }
+}
+
 ScaledPose Map::PoseOf(KeyframeId id) const {
-  return removed_.PoseOf(id, [this](KeyframeId present) {
+  return sqslam::PoseOf(removed_, id, [this](KeyframeId present) {
     const auto it = keyframes_.find(present);
     return it != keyframes_.end() ? std::optional(it->second.Pose()) : std::nullopt;
   });

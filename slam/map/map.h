@@ -14,7 +14,6 @@
 #include "slam/geometry/rigid3.h"
 #include "slam/map/anchored_pose.h"
 #include "slam/map/point_table.h"
-#include "slam/map/removed_keyframes.h"
 #include "slam/recognition/vocabulary.h"
 
 namespace sqslam {
@@ -106,9 +105,18 @@ struct Keyframe {
   }
 };
 
+// Shifts that make the ids of one run unique beside those of another.
+struct IdShift {
+  KeyframeId keyframe = 0;
+  PointId point = 0;
+  int object = 0;
+  std::int64_t submap = 0;
+  std::int64_t frame = 0;
+  double time = 0.0;  // seconds
+};
+
 // Keyframes and map points with consistent mutual references. Owned by one thread; others get TrackingView
-// and MapSnapshot. Ids are never reused. Iteration is in the order of ids, for repeatable runs. Memory
-// follows what is alive: a fused point leaves eight bytes (see ForgetFusedFrom()), a removed one two bits.
+// and MapSnapshot. Ids are never reused. Iteration is in the order of ids, for repeatable runs.
 class Map {
  public:
   // `ids`: shared with the other submaps of a run; null: the map's own.
@@ -122,8 +130,6 @@ class Map {
   void RemoveObservation(PointId point, KeyframeId keyframe);  // and the point if fewer than 2 are left
   void RemovePoint(PointId point);
   void Fuse(PointId dropped, PointId kept);
-  // Drops the records of fusion of the ids from `first` on, which must not have been published yet.
-  void ForgetFusedFrom(PointId first) { points_.ForgetReplacedFrom(first); }
   void RemoveKeyframe(KeyframeId keyframe);  // its pose stays known, relative to its parent
 
   // Makes a keyframe the root of its spanning tree, and hangs the tree below `parent`, if given: a keyframe
@@ -141,6 +147,8 @@ class Map {
   // Takes over the content of another map with the same IdSource, which must be in this map's frame already.
   void Absorb(Map&& other);
 
+  void Renumber(const IdShift& shift);  // all ids, and the indices and times of its frames
+
   bool HasKeyframe(KeyframeId id) const { return keyframes_.contains(id); }
   Keyframe& At(KeyframeId id) { return keyframes_.at(id); }
   const Keyframe& At(KeyframeId id) const { return keyframes_.at(id); }
@@ -157,7 +165,7 @@ class Map {
 
   // Returns the pose of a present or removed keyframe.
   ScaledPose PoseOf(KeyframeId id) const;
-  bool Knows(KeyframeId id) const { return keyframes_.contains(id) || removed_.Contains(id); }
+  bool Knows(KeyframeId id) const { return keyframes_.contains(id) || removed_.contains(id); }
 
   const std::map<KeyframeId, Keyframe>& Keyframes() const { return keyframes_; }
   const PointTable<MapPoint>& Points() const { return points_; }
@@ -200,7 +208,7 @@ struct ViewKeyframe {
 struct TrackingView {
   std::int64_t submap = 0;
   std::map<KeyframeId, ViewKeyframe> keyframes;
-  RemovedKeyframes removed;  // shared with the map
+  RemovedKeyframes removed;
   PointTable<ViewPoint> points;
   bool gravity_known = false;
   std::shared_ptr<const ObjectMapView> objects;
@@ -208,9 +216,9 @@ struct TrackingView {
   PointId Resolve(PointId id) const { return points.Resolve(id); }
   bool Has(PointId id) const { return points.IsAlive(id); }
   const ViewPoint& Point(PointId id) const { return points.At(id); }
-  bool Knows(KeyframeId id) const { return keyframes.contains(id) || removed.Contains(id); }
+  bool Knows(KeyframeId id) const { return keyframes.contains(id) || removed.contains(id); }
   ScaledPose PoseOf(KeyframeId id) const {  // of a present or removed keyframe
-    return removed.PoseOf(id, [this](KeyframeId present) {
+    return sqslam::PoseOf(removed, id, [this](KeyframeId present) {
       const auto it = keyframes.find(present);
       return it != keyframes.end() ? std::optional(it->second.pose) : std::nullopt;
     });

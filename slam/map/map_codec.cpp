@@ -83,23 +83,24 @@ void CheckKeyframes(const ByteReader& reader, const Map& map) {
       sound = sound && other != id && map.HasKeyframe(other) && map.At(other).covisibility.contains(id);
     }
     if (!sound) {
-      reader.Refuse(fmt::format("has an impossible keyframe {}", id));
+      reader.Refuse(fmt::format("has a keyframe {} with an invalid id, pose, scale or link", id));
     }
   }
   std::set<KeyframeId> placed;  // removed keyframes whose references lead to an existing one
-  for (const auto& [first, first_removed] : map.Removed().All()) {
+  for (const auto& [first, first_removed] : map.Removed()) {
     std::set<KeyframeId> way;
     KeyframeId id = first;
     while (!map.HasKeyframe(id) && !placed.contains(id)) {
-      const RemovedKeyframe* removed = map.Removed().Find(id);
-      if (removed == nullptr || !way.insert(id).second || !IsPose(removed->pose.T_camera_reference) ||
-          !(removed->pose.scale > 0.0) || !(removed->scale > 0.0)) {
-        reader.Refuse(fmt::format("has no place for the removed keyframe {}", first));
+      const auto removed = map.Removed().find(id);
+      if (removed == map.Removed().end() || !way.insert(id).second ||
+          !IsPose(removed->second.pose.T_camera_reference) || !(removed->second.pose.scale > 0.0) ||
+          !(removed->second.scale > 0.0)) {
+        reader.Refuse(fmt::format("has a removed keyframe {} without a valid pose", first));
       }
-      id = removed->pose.reference;
+      id = removed->second.pose.reference;
     }
     if (map.HasKeyframe(first)) {
-      reader.Refuse(fmt::format("has removed the keyframe {} that is there", first));
+      reader.Refuse(fmt::format("lists keyframe {} as removed, but it exists", first));
     }
     placed.merge(way);
   }
@@ -119,7 +120,7 @@ void TieObservations(const ByteReader& reader, Map& map) {
       }
     }
     if (!sound) {
-      reader.Refuse(fmt::format("has an impossible map point {}", point.id));
+      reader.Refuse(fmt::format("has a map point {} with an invalid id, position or observation", point.id));
     }
   }
 }
@@ -137,7 +138,7 @@ void ReadMap(ByteReader& reader, const Camera& camera, Map& map) {
   Map::VisitState(map, reader);
   CheckKeyframes(reader, map);
   if (!map.Points().IsSound()) {
-    reader.Refuse("has map points whose ids lead nowhere");
+    reader.Refuse("has a map point table with ids that lead to no point");
   }
   for (const auto& [id, const_keyframe] : map.Keyframes()) {
     Keyframe& keyframe = map.At(id);

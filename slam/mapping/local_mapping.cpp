@@ -235,10 +235,8 @@ std::vector<PointId> CreateNewPoints(Map& map, const Camera& camera, KeyframeId 
 }
 
 std::vector<PointId> AddNewPoints(Map& map, const Camera& camera, KeyframeId id) {
-  const PointId first = map.Points().IdBound();
   std::vector<PointId> created = CreateNewPoints(map, camera, id);
   FuseWithNeighbours(map, camera, id);
-  map.ForgetFusedFrom(first);
   return created;
 }
 

@@ -5,7 +5,6 @@
 #include <set>
 #include <vector>
 
-#include "slam/map/renumber.h"
 #include "slam/mapping/mapper.h"
 #include "slam/snapshot/byte_archive.h"
 #include "slam/util/raise_keys.h"

@@ -8,7 +8,6 @@
 #include <unordered_map>
 
 #include "slam/map/map_codec.h"
-#include "slam/map/renumber.h"
 #include "slam/objects/size_shape.h"
 #include "slam/snapshot/snapshot_codec.h"
 #include "slam/util/raise_keys.h"
@@ -60,7 +59,7 @@ void Submap::Save(ByteWriter& writer) const {
 
 void Submap::Renumber(const IdShift& shift) {
   number_ += shift.submap;
-  sqslam::Renumber(shift, *map_);
+  map_->Renumber(shift);
   RaiseKeys(young_points_, shift.point);
   RaiseKeys(frames_, shift.frame);
   for (auto& [index, frame] : frames_) {

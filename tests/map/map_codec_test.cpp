@@ -46,7 +46,7 @@ Map Read(const std::string& bytes, const Camera& camera) {
   return map;
 }
 
-TEST(MapCodec, IsTheSameMapAfterwards) {
+TEST(MapCodec, RestoresMap) {
   const SyntheticMap world = LivedIn();
   const std::string bytes = Written(world.map);
   const Map read = Read(bytes, world.camera);
@@ -77,7 +77,7 @@ TEST(MapCodec, IsTheSameMapAfterwards) {
   EXPECT_TRUE(read.PoseOf(3).T_camera_map.Matrix().isApprox(world.map.PoseOf(3).T_camera_map.Matrix()));
 }
 
-TEST(MapCodec, RefusesBytesThatWereCutOff) {
+TEST(MapCodec, RefusesTruncatedBytes) {
   const SyntheticMap world = LivedIn();
   const std::string bytes = Written(world.map);
   for (std::size_t size = 0; size < bytes.size(); size += 1 + bytes.size() / 97) {
@@ -86,7 +86,7 @@ TEST(MapCodec, RefusesBytesThatWereCutOff) {
 }
 
 // Damage that it does not notice (a coordinate, a bit of a descriptor) must at least give a map.
-TEST(MapCodec, DamagedBytesGiveAnErrorOrASoundMap) {
+TEST(MapCodec, ReadsDamagedBytesAsErrorOrValidMap) {
   const SyntheticMap world = LivedIn();
   const std::string bytes = Written(world.map);
   std::mt19937 random(3);
@@ -103,17 +103,6 @@ TEST(MapCodec, DamagedBytesGiveAnErrorOrASoundMap) {
     }
   }
   EXPECT_GT(refused, 20);
-}
-
-TEST(PointTable, KnowsIdsThatLeadInACircle) {
-  PointTable<int> table;
-  table.Add(0, 5);
-  table.Add(1, 6);
-  EXPECT_TRUE(table.IsSound());
-  table.Remove(0, 1);
-  EXPECT_TRUE(table.IsSound());
-  table.Remove(1, 0);
-  EXPECT_FALSE(table.IsSound());
 }
 
 }  // namespace

@@ -54,14 +54,14 @@ TEST(Map, ResolvesChainsOfFusions) {
   EXPECT_EQ(world.map.Resolve(1), kNoPoint);
 }
 
-TEST(Map, ARemovedKeyframeMovesWithItsParent) {
+TEST(Map, MovesRemovedKeyframeWithParent) {
   SyntheticMap world = MakeSyntheticMap({});
   Map& map = world.map;
   const Rigid3d before = map.PoseOf(4).T_camera_map;
   map.RemoveKeyframe(4);
   EXPECT_FALSE(map.HasKeyframe(4));
   EXPECT_TRUE(map.PoseOf(4).T_camera_map.Matrix().isApprox(before.Matrix(), 1e-12));
-  map.RemoveKeyframe(map.Removed().At(4).pose.reference);
+  map.RemoveKeyframe(map.Removed().at(4).pose.reference);
   EXPECT_TRUE(map.PoseOf(4).T_camera_map.Matrix().isApprox(before.Matrix(), 1e-12));
 }
 
@@ -87,7 +87,7 @@ void MakeChain(Map& map) {
   }
 }
 
-TEST(SpanningTree, IsRootedAnewByTurningTheEdgesOnTheWayUp) {
+TEST(SpanningTree, ReversesEdgesWhenRerooted) {
   static_assert(kNoKeyframe == -1);
   SyntheticMap world = MakeSyntheticMap({});
   Map& map = world.map;
@@ -103,7 +103,7 @@ TEST(SpanningTree, IsRootedAnewByTurningTheEdgesOnTheWayUp) {
   EXPECT_EQ(CountRoots(map), 1);
 }
 
-TEST(SpanningTree, StaysOneTreeWithoutItsRoot) {
+TEST(SpanningTree, StaysOneTreeWhenRootIsRemoved) {
   SyntheticMap world = MakeSyntheticMap({});
   Map& map = world.map;
   MakeChain(map);
@@ -117,7 +117,7 @@ TEST(SpanningTree, StaysOneTreeWithoutItsRoot) {
   EXPECT_EQ(map.At(3).parent, kNoKeyframe);
 }
 
-TEST(SpanningTree, ARootGetsNoParentFromBelow) {
+TEST(SpanningTree, GivesRootNoParentFromBelow) {
   SyntheticMap world = MakeSyntheticMap({});
   Map& map = world.map;
   MakeChain(map);
@@ -145,7 +145,7 @@ TEST(Map, TransformKeepsEveryProjection) {
                   .isApprox(culled * world.points[0], 1e-9));
 }
 
-TEST(Map, AnchoredFramesFollowAChangeOfScale) {
+TEST(Map, AnchoredFramesFollowChangeOfScale) {
   SyntheticMap world = MakeSyntheticMap({});
   Map& map = world.map;
   const Rigid3d T_frame_2{Eigen::Quaterniond(Eigen::AngleAxisd(0.2, Eigen::Vector3d::UnitY())),
@@ -156,7 +156,7 @@ TEST(Map, AnchoredFramesFollowAChangeOfScale) {
       3.0, Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitZ())), {1.0, 2.0, 3.0}};
   map.RemoveKeyframe(2);  // its pose lives on with its parent
   map.Transform(S_new_old);
-  map.RemoveKeyframe(map.Removed().At(2).pose.reference);
+  map.RemoveKeyframe(map.Removed().at(2).pose.reference);
   map.Transform(S_new_old);
   const ScaledPose pose = Resolve(anchor, map.PoseOf(2));
   EXPECT_NEAR(pose.scale, 9.0, 1e-12);
@@ -165,7 +165,7 @@ TEST(Map, AnchoredFramesFollowAChangeOfScale) {
       (pose.T_camera_map * (S_new_old * (S_new_old * world.points[7]))).isApprox(9.0 * p_frame, 1e-9));
 }
 
-TEST(Map, AbsorbsAnotherMapOfTheSameRun) {
+TEST(Map, AbsorbsMapOfSameRun) {
   const auto ids = std::make_shared<IdSource>();
   const ScaleLevels levels{OrbOptions{}};
   auto features = std::make_shared<FrameFeatures>();
@@ -201,7 +201,7 @@ TEST(Map, CovisibilityCountsSharedPoints) {
   EXPECT_EQ(world.map.At(5).covisibility.at(0), 299);
 }
 
-TEST(TrackingView, IsACopyThatLaterEditsDoNotReach) {
+TEST(TrackingView, DoesNotChangeWithMap) {
   SyntheticMap world = MakeSyntheticMap({});
   world.map.RemoveKeyframe(3);
   const TrackingView view = MakeTrackingView(world.map);
@@ -212,7 +212,7 @@ TEST(TrackingView, IsACopyThatLaterEditsDoNotReach) {
   EXPECT_EQ(view.keyframes.size(), 5U);
   EXPECT_TRUE(view.PoseOf(3).T_camera_map.Matrix().isApprox(world.T_camera_map[3].Matrix(), 1e-9));
   world.map.RemoveKeyframe(2);
-  EXPECT_EQ(view.removed.Size(), 1);
+  EXPECT_EQ(view.removed.size(), 1U);
   EXPECT_TRUE(view.keyframes.contains(2));
 }
 

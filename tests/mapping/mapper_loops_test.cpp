@@ -33,7 +33,7 @@ TEST_F(MapperWithWords, ClosesLoop) {
   for (const auto& [id, keyframe] : View().keyframes) {
     ring.map.At(id).T_camera_map = keyframe.pose.T_camera_map;
   }
-  for (const auto& [id, removed] : View().removed.All()) {
+  for (const auto& [id, removed] : View().removed) {
     ring.map.At(id).T_camera_map = View().PoseOf(id).T_camera_map;
   }
   EXPECT_LT(CenterError(ring), before / 5.0);

@@ -94,7 +94,7 @@ TEST_F(MapperTest, SavesMapWheneverItHasGrown) {
   Mapper other(world_.camera, options_, nullptr,
                {[this](AtlasViewPtr atlas) { atlas_ = std::move(atlas); }, {}, {}}, times_);
   other.Restore(kept_.front(), "the kept map", std::make_shared<IdSource>());
-  EXPECT_GE(View().keyframes.size() + static_cast<std::size_t>(View().removed.Size()), 10U);
+  EXPECT_GE(View().keyframes.size() + View().removed.size(), 10U);
   EXPECT_LT(CenterDistance(View().PoseOf(5).T_camera_map, PoseOnArc(5.0)), 10.0 * kOneMillimetre);
 }
 
@@ -128,8 +128,8 @@ TEST_F(MapperTest, RemovesRedundantKeyframesButKeepsTheirPoses) {
   Begin();
   Walk(5);
   EXPECT_EQ(View().keyframes.size(), 3U);
-  ASSERT_EQ(View().removed.Size(), 3);
-  for (const auto& [id, removed] : View().removed.All()) {
+  ASSERT_EQ(View().removed.size(), 3U);
+  for (const auto& [id, removed] : View().removed) {
     EXPECT_LT(CenterDistance(View().PoseOf(id).T_camera_map, PoseOnArc(static_cast<double>(id))),
               10.0 * kOneMillimetre);
   }
