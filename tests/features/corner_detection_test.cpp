@@ -25,7 +25,7 @@ std::vector<cv::Point> PlacesOf(const std::vector<cv::KeyPoint>& corners) {
   return places;
 }
 
-TEST(CornerDetector, FindsCornersRelativeToTheInnerAreaUpToItsEdges) {
+TEST(CornerDetector, FindsCornersUpToEdgesOfInnerArea) {
   cv::Mat image = GrayImage();
   const std::vector<cv::Point> dots{{0, 0}, {127, 0}, {40, 20}, {0, 63}, {127, 63}};
   for (const cv::Point& dot : dots) {
@@ -35,7 +35,7 @@ TEST(CornerDetector, FindsCornersRelativeToTheInnerAreaUpToItsEdges) {
   EXPECT_EQ(PlacesOf(CornerDetector(20, 7).Detect(image, kInner)), dots);
 }
 
-TEST(CornerDetector, TriesTheLowerThresholdOnlyInEmptyCells) {
+TEST(CornerDetector, TriesLowerThresholdOnlyInEmptyCells) {
   cv::Mat image = GrayImage();
   AddDot(image, {40, 10}, 80);   // cell (1, 0) has a strong corner
   AddDot(image, {50, 20}, 12);   // so that this one is not wanted
@@ -54,13 +54,13 @@ TEST(CornerDetector, FindsEachCornerOnceWhereCellsMeet) {
   EXPECT_EQ(PlacesOf(CornerDetector(20, 7).Detect(image, kInner)), (std::vector<cv::Point>{{32, 10}}));
 }
 
-TEST(CornerDetector, FindsNothingInAnAreaSmallerThanACell) {
+TEST(CornerDetector, FindsNothingInAreaSmallerThanCell) {
   cv::Mat image = GrayImage();
   AddDot(image, {10, 10}, 80);
   EXPECT_TRUE(CornerDetector(20, 7).Detect(image, {10, 10, 31, 64}).empty());
 }
 
-TEST(CornerDetector, ForgetsTheImageBefore) {
+TEST(CornerDetector, DiscardsCornersOfPreviousImage) {
   cv::Mat image = GrayImage();
   AddDot(image, {40, 10}, 80);
   CornerDetector detector(20, 7);

@@ -24,7 +24,7 @@ cv::Mat Quadrant(const cv::Point2d& corner) {
   return image;
 }
 
-TEST(RefineCorner, FollowsACornerBetweenThePixels) {
+TEST(RefineCorner, FollowsCornerBetweenPixels) {
   const cv::Point2f before = RefineCorner(Quadrant({19.0, 19.0}), kMiddle);
   for (const cv::Point2d shift : {cv::Point2d(0.25, 0.0), cv::Point2d(0.0, -0.25), cv::Point2d(0.375, 0.25),
                                   cv::Point2d(-0.375, -0.375)}) {
@@ -34,7 +34,7 @@ TEST(RefineCorner, FollowsACornerBetweenThePixels) {
   }
 }
 
-TEST(RefineCorner, LeavesASymmetricCornerInItsMiddle) {
+TEST(RefineCorner, KeepsSymmetricCorner) {
   cv::Mat image(kSize, kSize, CV_8UC1, cv::Scalar(50));
   image.at<std::uint8_t>(kMiddle) = 250;
   const cv::Point2f offset = RefineCorner(image, kMiddle);
@@ -42,12 +42,12 @@ TEST(RefineCorner, LeavesASymmetricCornerInItsMiddle) {
   EXPECT_FLOAT_EQ(offset.y, 0.0F);
 }
 
-TEST(RefineCorner, StaysWhereThereIsNoTop) {
+TEST(RefineCorner, KeepsPixelWithoutMaximum) {
   const cv::Mat flat(kSize, kSize, CV_8UC1, cv::Scalar(128));
   EXPECT_EQ(RefineCorner(flat, kMiddle), cv::Point2f());
 }
 
-TEST(RefineCorner, NeverGoesFar) {
+TEST(RefineCorner, LimitsOffset) {
   cv::Mat noise(kSize, kSize, CV_8UC1);
   cv::RNG random(1);
   random.fill(noise, cv::RNG::UNIFORM, 0, 256);

@@ -62,7 +62,7 @@ class MatchingTest : public ::testing::Test {
   cv::Mat turn_;
 };
 
-TEST_F(MatchingTest, MatchAllFindsATurnedImage) {
+TEST_F(MatchingTest, MatchAllFindsRotatedImage) {
   const auto matches = MatchAll(first_, second_, {}, {}, kStrictDistance, 0.8);
   ASSERT_GE(matches.size(), 100U);
   int right = 0;
@@ -72,7 +72,7 @@ TEST_F(MatchingTest, MatchAllFindsATurnedImage) {
   EXPECT_GE(right, 0.95 * static_cast<double>(matches.size()));
 }
 
-TEST_F(MatchingTest, MatchAllHonoursTheMask) {
+TEST_F(MatchingTest, MatchAllRespectsMask) {
   std::vector<bool> use(first_.Size(), false);
   use[5] = use[17] = true;
   for (const auto& [i, j] : MatchAll(first_, second_, use, {}, 256, 1.0)) {
@@ -100,7 +100,7 @@ TEST_F(MatchingTest, MatchPredictionsUsesEachKeypointOnceAndRespectsTakenOnes) {
   EXPECT_GE(matches.size(), first_.Size() * 9 / 10);
 }
 
-TEST(ConsistentRotations, DropsPairsOffTheDominantRotation) {
+TEST(ConsistentRotations, DropsPairsOffDominantRotation) {
   std::vector<std::pair<float, float>> angles(40, {50.0F, 20.0F});
   angles.emplace_back(200.0F, 20.0F);
   const std::vector<int> kept = ConsistentRotations(angles);

@@ -36,7 +36,7 @@ TEST(OrbExtractor, SpreadsFeaturesOverImageAndScales) {
   EXPECT_GE(per_octave[4], 10);
 }
 
-TEST(OrbExtractor, LeavesOutWhatIsIgnoredAndSpreadsOverTheRest) {
+TEST(OrbExtractor, SkipsIgnoredRegionAndSpreadsOverRest) {
   const TexturedWorld world;
   const Frame frame = world.Render(0, {});
   cv::Mat ignored = cv::Mat::zeros(frame.gray.size(), CV_8UC1);
@@ -48,7 +48,7 @@ TEST(OrbExtractor, LeavesOutWhatIsIgnoredAndSpreadsOverTheRest) {
   EXPECT_GT(features.Size(), 6 * ExtractFirstImage().Size() / 10);
 }
 
-TEST(OrbExtractor, MayHaveMoreLevelsThanTheImageHasRoomFor) {
+TEST(OrbExtractor, AcceptsMoreLevelsThanFitTheImage) {
   const FrameFeatures features = ExtractFirstImage({.scale_factor = 2.0, .levels = 12});
   EXPECT_GE(features.Size(), 300U);
 }
@@ -60,7 +60,7 @@ TEST(OrbExtractor, RepeatsItself) {
   EXPECT_EQ(first.descriptors, second.descriptors);
 }
 
-TEST(OrbExtractor, FindsNothingOnAFlatImage) {
+TEST(OrbExtractor, FindsNothingInUniformImage) {
   const cv::Mat gray(240, 320, CV_8UC1, cv::Scalar(128));
   const cv::Mat bgr(240, 320, CV_8UC3, cv::Scalar::all(128));
   const FrameFeatures features = OrbExtractor({}).Extract(gray, bgr, TexturedWorld().GetCamera());
@@ -68,7 +68,7 @@ TEST(OrbExtractor, FindsNothingOnAFlatImage) {
 }
 
 // A level's pixels must be carried to the full image about the right centre: any shift would show twice.
-TEST(OrbExtractor, FindsTheSamePlacesInAMirroredImage) {
+TEST(OrbExtractor, FindsSamePlacesInMirroredImage) {
   const TexturedWorld world;
   const Frame frame = world.Render(0, {});
   cv::Mat gray;
@@ -96,7 +96,7 @@ TEST(OrbExtractor, FindsTheSamePlacesInAMirroredImage) {
   }
 }
 
-TEST(OrbExtractor, UndistortsKeypointsAndKeepsTheRawPixel) {
+TEST(OrbExtractor, UndistortsKeypointsAndKeepsRawPixel) {
   const TexturedWorld world;
   Camera camera = world.GetCamera();
   camera.distortion = {0.1, -0.05, 0.0, 0.0, 0.0};
@@ -110,7 +110,7 @@ TEST(OrbExtractor, UndistortsKeypointsAndKeepsTheRawPixel) {
 
 // The lens model folds over: near the image's corners no ray has the pixel, and what undistorting it gives is
 // beyond what a saved map holds.
-TEST(OrbExtractor, LeavesOutWhatTheLensModelCarriesOutOfReach) {
+TEST(OrbExtractor, SkipsKeypointsThatUndistortOutOfReach) {
   const Camera camera{1920, 1080, 900.0, 900.0, 960.0, 540.0, {-0.5, 3.0, 0.0, 0.0, -15.0}};
   constexpr int kSide = 11;
   cv::Mat gray(camera.height, camera.width, CV_8UC1, cv::Scalar(90));
@@ -151,7 +151,7 @@ TEST(KeypointGrid, VisitsAllKeypointsWithinTheRadius) {
   }
 }
 
-TEST(ScaleLevels, PredictTheOctaveOfAPatchByItsDistance) {
+TEST(ScaleLevels, PredictsOctaveByDistance) {
   const ScaleLevels levels{OrbOptions{}};
   EXPECT_EQ(levels.PredictOctave(10.0, 10.0), 0);
   EXPECT_EQ(levels.PredictOctave(10.0 / levels.Scale(3) * 1.001, 10.0), 3);

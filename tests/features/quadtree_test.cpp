@@ -19,12 +19,12 @@ std::vector<cv::KeyPoint> RandomCorners(int count, const cv::Rect& area) {
   return corners;
 }
 
-TEST(DistributeByQuadtree, LeavesFewCornersAsTheyAre) {
+TEST(DistributeByQuadtree, KeepsAllOfFewCorners) {
   const std::vector<cv::KeyPoint> corners = RandomCorners(20, {0, 0, 100, 50});
   EXPECT_EQ(DistributeByQuadtree(corners, {100, 50}, 20).size(), 20U);
 }
 
-TEST(DistributeByQuadtree, ThinsACrowdAndKeepsTheLonely) {
+TEST(DistributeByQuadtree, ThinsDenseCornersAndKeepsIsolatedOnes) {
   std::vector<cv::KeyPoint> corners = RandomCorners(500, {0, 0, 60, 60});
   corners.emplace_back(cv::Point2f(500.0F, 200.0F), 1.0F, -1.0F, 0.5F);  // weaker than almost all
   const std::vector<cv::KeyPoint> kept = DistributeByQuadtree(corners, {600, 240}, 50);
@@ -34,7 +34,7 @@ TEST(DistributeByQuadtree, ThinsACrowdAndKeepsTheLonely) {
   EXPECT_EQ(std::count_if(kept.begin(), kept.end(), is_lonely), 1);
 }
 
-TEST(DistributeByQuadtree, KeepsTheStrongestOfCornersAtOnePlace) {
+TEST(DistributeByQuadtree, KeepsStrongestCornerOfOnePlace) {
   std::vector<cv::KeyPoint> corners(10, cv::KeyPoint(10.0F, 10.0F, 1.0F));
   corners[4].response = 9.0F;
   const std::vector<cv::KeyPoint> kept = DistributeByQuadtree(corners, {64, 64}, 5);
