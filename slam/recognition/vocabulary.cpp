@@ -44,6 +44,14 @@ void Append(std::string& bytes, const auto* values, std::size_t count) {
   bytes.append(reinterpret_cast<const char*>(values), count * sizeof(*values));
 }
 
+std::string Contents(const WordTree& tree, const std::vector<float>& idf) {
+  std::string bytes;
+  Append(bytes, tree.ChildCounts().data(), tree.Nodes());
+  Append(bytes, tree.Centers().data() + 1, tree.Nodes() - 1);
+  Append(bytes, idf.data(), idf.size());
+  return bytes;
+}
+
 void Take(std::string_view& bytes, auto* values, std::size_t count) {
   std::memcpy(values, bytes.data(), count * sizeof(*values));
   bytes.remove_prefix(count * sizeof(*values));
@@ -132,13 +140,7 @@ BagOfWords Vocabulary::Transform(const std::vector<Descriptor>& descriptors) con
   return bag;
 }
 
-std::string Vocabulary::Fingerprint() const {
-  std::string bytes;
-  Append(bytes, tree_.ChildCounts().data(), Nodes());
-  Append(bytes, tree_.Centers().data() + 1, Nodes() - 1);
-  Append(bytes, idf_.data(), idf_.size());
-  return fmt::format("{:08x}", Checksum(bytes));
-}
+std::string Vocabulary::Fingerprint() const { return fmt::format("{:08x}", Checksum(Contents(tree_, idf_))); }
 
 bool Vocabulary::IsVocabularyFile(const std::filesystem::path& path) {
   std::string start(kMagic.size(), '\0');
@@ -155,9 +157,7 @@ void Vocabulary::Save(const std::filesystem::path& path) const {
   header.descriptors = trained_descriptors_;
   std::string bytes;
   Append(bytes, &header, 1);
-  Append(bytes, tree_.ChildCounts().data(), Nodes());
-  Append(bytes, tree_.Centers().data() + 1, Nodes() - 1);
-  Append(bytes, idf_.data(), idf_.size());
+  bytes += Contents(tree_, idf_);
   const std::uint32_t checksum = Checksum(bytes);
   Append(bytes, &checksum, 1);
   WriteFileAtomically(path, bytes);

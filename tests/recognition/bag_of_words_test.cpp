@@ -10,7 +10,7 @@
 namespace sqslam::testing {
 namespace {
 
-TEST(Similarity, IsOneMinusHalfTheDistanceInL1) {
+TEST(Similarity, EqualsOneMinusHalfL1Distance) {
   const BagOfWords v{{{1, 0.5F}, {4, 0.25F}, {7, 0.25F}}};
   const BagOfWords w{{{1, 0.25F}, {5, 0.5F}, {7, 0.25F}}};
   // |v - w| = 0.25 + 0.25 + 0.5 + 0
@@ -21,7 +21,7 @@ TEST(Similarity, IsOneMinusHalfTheDistanceInL1) {
   EXPECT_EQ(Similarity(v, {}), 0.0);
 }
 
-TEST(Vocabulary, BagsAreSortedAndAddUpToOne) {
+TEST(Vocabulary, SortsBagsAndNormalisesWeights) {
   const auto images = ClusteredImages(20, 100, 60, 1);
   const Vocabulary vocabulary = Vocabulary::Train(images, {.branching = 6, .depth = 3});
   for (const auto& image : images) {
@@ -39,7 +39,7 @@ TEST(Vocabulary, BagsAreSortedAndAddUpToOne) {
   EXPECT_TRUE(vocabulary.Transform({}).words.empty());
 }
 
-TEST(Vocabulary, RareWordsWeighMore) {
+TEST(Vocabulary, WeighsRareWordsMore) {
   std::mt19937 random(3);
   const Descriptor common = RandomDescriptor(random);
   const Descriptor rare = RandomDescriptor(random);
@@ -58,7 +58,7 @@ TEST(Vocabulary, RareWordsWeighMore) {
               1e-3);
 }
 
-TEST(Vocabulary, DisturbedDescriptorsKeepMostOfTheirWords) {
+TEST(Vocabulary, KeepsMostWordsOfDisturbedDescriptors) {
   const auto images = ClusteredImages(20, 100, 60, 1);
   const Vocabulary vocabulary = Vocabulary::Train(images, {.branching = 8, .depth = 2});
   std::mt19937 random(9);
@@ -70,7 +70,7 @@ TEST(Vocabulary, DisturbedDescriptorsKeepMostOfTheirWords) {
   EXPECT_GT(Similarity(query, vocabulary.Transform(images[4])), 0.75);
 }
 
-TEST(Vocabulary, CannotBeLearnedFromNothing) {
+TEST(Vocabulary, RefusesTrainingWithoutDescriptors) {
   EXPECT_THROW(Vocabulary::Train({}, {}), InputError);
   EXPECT_THROW(Vocabulary::Train({{}, {}}, {}), InputError);
 }

@@ -33,7 +33,7 @@ class PlaceIndexTest : public ::testing::Test {
   PlaceIndex index_;
 };
 
-TEST_F(PlaceIndexTest, FindsNothingInAnEmptyIndexOrWithoutSharedWords) {
+TEST_F(PlaceIndexTest, FindsNothingWithoutSharedWords) {
   EXPECT_THAT(index_.Query(query_), IsEmpty());
   index_.Add(1, Bag({20, 21}));
   EXPECT_THAT(index_.Query(query_), IsEmpty());
@@ -42,20 +42,20 @@ TEST_F(PlaceIndexTest, FindsNothingInAnEmptyIndexOrWithoutSharedWords) {
   EXPECT_THAT(index_.Query(query_), IsEmpty());
 }
 
-TEST_F(PlaceIndexTest, ItselfScoresOne) {
+TEST_F(PlaceIndexTest, ScoresIdenticalPlaceOne) {
   index_.Add(7, bag_);
   const auto candidates = index_.Query(query_);
   ASSERT_THAT(Ids(candidates), ElementsAre(7));
   EXPECT_NEAR(candidates[0].score, 1.0, 1e-6);
 }
 
-TEST_F(PlaceIndexTest, ScoresAreThoseOfTheBags) {
+TEST_F(PlaceIndexTest, ScoresBySimilarityOfBags) {
   const BagOfWords other = Bag({1, 2, 3, 4, 5, 6, 7, 8, 50, 51});
   index_.Add(3, other);
   EXPECT_NEAR(index_.Query(query_).at(0).score, Similarity(bag_, other), 1e-9);
 }
 
-TEST_F(PlaceIndexTest, LikelierPlacesComeFirstAndTiesGoById) {
+TEST_F(PlaceIndexTest, RanksByScoreThenId) {
   index_.Add(5, Bag({1, 2, 3, 4, 5, 6, 7, 8, 9, 30}));
   index_.Add(9, bag_);
   index_.Add(4, Bag({1, 2, 3, 4, 5, 6, 7, 8, 9, 30}));
@@ -64,7 +64,7 @@ TEST_F(PlaceIndexTest, LikelierPlacesComeFirstAndTiesGoById) {
   EXPECT_THAT(Ids(index_.Query(query_)), ElementsAre(9, 4));
 }
 
-TEST_F(PlaceIndexTest, PlacesThatShareFewerThanFourFifthsOfTheMostSharedWordsAreLeftOut) {
+TEST_F(PlaceIndexTest, SkipsPlacesWithTooFewSharedWords) {
   query_.min_group_score = 0.0;
   index_.Add(1, bag_);                           // 10 shared
   index_.Add(2, Bag({1, 2, 3, 4, 5, 6, 7, 8}));  // 8
@@ -72,7 +72,7 @@ TEST_F(PlaceIndexTest, PlacesThatShareFewerThanFourFifthsOfTheMostSharedWordsAre
   EXPECT_THAT(Ids(index_.Query(query_)), ElementsAre(1, 2));
 }
 
-TEST_F(PlaceIndexTest, ExcludedPlacesAreNotFoundAndDoNotRaiseTheBar) {
+TEST_F(PlaceIndexTest, IgnoresExcludedPlaces) {
   index_.Add(1, bag_);
   index_.Add(2, Bag({1, 2, 3, 20, 21}));
   EXPECT_THAT(Ids(index_.Query(query_)), ElementsAre(1));
@@ -80,7 +80,7 @@ TEST_F(PlaceIndexTest, ExcludedPlacesAreNotFoundAndDoNotRaiseTheBar) {
   EXPECT_THAT(Ids(index_.Query(query_)), ElementsAre(2));
 }
 
-TEST_F(PlaceIndexTest, PlacesBelowTheWantedScoreAreLeftOut) {
+TEST_F(PlaceIndexTest, SkipsPlacesBelowMinScore) {
   index_.Add(1, Bag({1, 2, 3, 4, 5, 20, 21, 22, 23, 24}));
   query_.min_score = 0.49;
   EXPECT_THAT(Ids(index_.Query(query_)), ElementsAre(1));
@@ -88,7 +88,7 @@ TEST_F(PlaceIndexTest, PlacesBelowTheWantedScoreAreLeftOut) {
   EXPECT_THAT(index_.Query(query_), IsEmpty());
 }
 
-TEST_F(PlaceIndexTest, CovisiblePlacesSupportEachOtherAndGiveOneCandidate) {
+TEST_F(PlaceIndexTest, GroupsCovisiblePlacesIntoOneCandidate) {
   index_.Add(1, Bag({1, 2, 3, 4, 5, 6, 7, 8, 30, 31}));  // 0.8, alone
   index_.Add(10, Bag({1, 2, 3, 4, 5, 6, 7, 8, 9, 32}));  // 0.9, and its neighbours
   index_.Add(11, Bag({1, 2, 3, 4, 5, 6, 7, 8, 33, 34}));
@@ -103,7 +103,7 @@ TEST_F(PlaceIndexTest, CovisiblePlacesSupportEachOtherAndGiveOneCandidate) {
   EXPECT_NEAR(candidates[0].group_score, 0.9 + 0.8 + 0.8, 1e-6);
 }
 
-TEST_F(PlaceIndexTest, RemovedPlacesAreGone) {
+TEST_F(PlaceIndexTest, DoesNotFindRemovedPlaces) {
   index_.Add(1, bag_);
   index_.Add(2, bag_);
   index_.Remove(1);
@@ -115,7 +115,7 @@ TEST_F(PlaceIndexTest, RemovedPlacesAreGone) {
   EXPECT_THAT(Ids(index_.Query(query_)), ElementsAre(2, 3));
 }
 
-TEST_F(PlaceIndexTest, WordsOfRemovedPlacesTakeNoMemory) {
+TEST_F(PlaceIndexTest, DropsWordsOfRemovedPlaces) {
   index_.Add(1, Bag({1, 2, 3}));
   index_.Add(2, Bag({3, 4}));
   index_.Remove(1);
@@ -126,14 +126,14 @@ TEST_F(PlaceIndexTest, WordsOfRemovedPlacesTakeNoMemory) {
   EXPECT_EQ(index_.NumWords(), 0U);
 }
 
-TEST_F(PlaceIndexTest, AddingAgainReplaces) {
+TEST_F(PlaceIndexTest, ReplacesPlaceWhenAddedAgain) {
   index_.Add(1, bag_);
   index_.Add(1, Bag({20, 21}));
   EXPECT_EQ(index_.Size(), 1u);
   EXPECT_THAT(index_.Query(query_), IsEmpty());
 }
 
-TEST_F(PlaceIndexTest, CopiesAreIndependent) {
+TEST_F(PlaceIndexTest, CopiesDoNotShareState) {
   index_.Add(1, bag_);
   PlaceIndex copy = index_;
   copy.Remove(1);
@@ -142,7 +142,7 @@ TEST_F(PlaceIndexTest, CopiesAreIndependent) {
   EXPECT_THAT(Ids(copy.Query(query_)), ElementsAre(2));
 }
 
-TEST_F(PlaceIndexTest, TheOrderOfAddingDoesNotMatter) {
+TEST_F(PlaceIndexTest, ResultDoesNotDependOnOrderOfAdding) {
   const auto bag_of = [](PlaceId id) {
     const auto w = static_cast<WordId>(id % 3);
     return Bag({1, 2, 3, 4, 5, 6, 7, 8 + w, 20 + w});

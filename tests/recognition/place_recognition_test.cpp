@@ -19,7 +19,7 @@ Rigid3d PoseAt(int place, double aside) {
 }
 
 // Every texture of that world is of the same kind, and the vocabulary is small: other places score high too.
-TEST(PlaceRecognition, TheSamePlaceFromElsewhereRanksAboveOtherPlaces) {
+TEST(PlaceRecognition, RanksSamePlaceFirst) {
   const TexturedWorld world;
   OrbExtractor extractor({.num_features = 600});
   const auto descriptors_at = [&](const Rigid3d& pose) {

@@ -15,14 +15,14 @@ namespace {
 
 const std::filesystem::path kSource = SQSLAM_SOURCE_DIR;
 
-TEST(ShippedVocabulary, IsSmallAndRich) {
+TEST(ShippedVocabulary, HasManyWordsInSmallFile) {
   EXPECT_LE(std::filesystem::file_size(kSource / "assets/vocabulary.bin"), 8U << 20U);
   const Vocabulary vocabulary = Vocabulary::Load(kSource / "assets/vocabulary.bin");
   EXPECT_EQ(vocabulary.Depth(), 5);
   EXPECT_GT(vocabulary.Words(), 50000u);
 }
 
-TEST(ShippedVocabulary, TellsAKitchenFromAnOfficeAndFindsPlacesInIt) {
+TEST(ShippedVocabulary, DistinguishesKitchenFromOfficeAndFindsPlaces) {
   const std::filesystem::path data = kSource / "../shared/data";
   if (!std::filesystem::exists(data / "redkitchen/rgb/000000.jpg") ||
       !std::filesystem::exists(data / "tsukuba/rgb/00000.jpg")) {

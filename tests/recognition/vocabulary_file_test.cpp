@@ -45,7 +45,7 @@ class VocabularyFile : public ::testing::Test {
   std::string bytes_;
 };
 
-TEST_F(VocabularyFile, ComesBackBitForBit) {
+TEST_F(VocabularyFile, ReadsBackBitForBit) {
   const Vocabulary loaded = Vocabulary::Load(path_);
   EXPECT_EQ(loaded.Words(), vocabulary_.Words());
   EXPECT_EQ(loaded.Nodes(), vocabulary_.Nodes());
@@ -59,7 +59,7 @@ TEST_F(VocabularyFile, ComesBackBitForBit) {
   EXPECT_EQ(ReadFile(folder_.Path() / "again.bin", ""), bytes_);
 }
 
-TEST_F(VocabularyFile, TrainingIsTheSameForASeed) {
+TEST_F(VocabularyFile, RepeatsTrainingForSeed) {
   const auto bytes_for_seed = [&](std::uint64_t seed) {
     Vocabulary::Train(images_, {.branching = 5, .depth = 3, .seed = seed}).Save(folder_.Path() / "other.bin");
     return ReadFile(folder_.Path() / "other.bin", "");
@@ -68,14 +68,14 @@ TEST_F(VocabularyFile, TrainingIsTheSameForASeed) {
   EXPECT_NE(bytes_for_seed(2), bytes_);
 }
 
-TEST_F(VocabularyFile, IsKnownByItsFirstBytes) {
+TEST_F(VocabularyFile, RecognisesFilesByFirstBytes) {
   EXPECT_TRUE(Vocabulary::IsVocabularyFile(path_));
   EXPECT_FALSE(Vocabulary::IsVocabularyFile(folder_.Write("short", "SQS")));
   EXPECT_FALSE(Vocabulary::IsVocabularyFile(folder_.Write("other", "SQLite format 3")));
   EXPECT_FALSE(Vocabulary::IsVocabularyFile(folder_.Path() / "nothing"));
 }
 
-TEST_F(VocabularyFile, WhatIsNoVocabularyIsRefused) {
+TEST_F(VocabularyFile, RefusesOtherFiles) {
   EXPECT_THAT(InputErrorOf([&] { Vocabulary::Load(folder_.Path() / "nothing.bin"); }),
               HasSubstr("nothing.bin: cannot be read"));
   EXPECT_THAT(ErrorOf("", false), HasSubstr("is no vocabulary"));
@@ -84,20 +84,20 @@ TEST_F(VocabularyFile, WhatIsNoVocabularyIsRefused) {
   EXPECT_THAT(ErrorOf(other, false), HasSubstr("is no vocabulary"));
 }
 
-TEST_F(VocabularyFile, AnotherVersionIsRefused) {
+TEST_F(VocabularyFile, RefusesOtherVersion) {
   std::string other = bytes_;
   other[8] = 7;
   EXPECT_THAT(ErrorOf(other, true), AllOf(HasSubstr("version 7"), HasSubstr("expected version 1")));
 }
 
-TEST_F(VocabularyFile, EveryCutIsRefused) {
+TEST_F(VocabularyFile, RefusesTruncatedFiles) {
   for (std::size_t size = 0; size < bytes_.size(); size += size < 2 * kHeader ? 1 : 997) {
     EXPECT_NE(ErrorOf(bytes_.substr(0, size), false), "(no InputError)") << size;
   }
   EXPECT_THAT(ErrorOf(bytes_ + "x", false), HasSubstr("bytes where its header promises"));
 }
 
-TEST_F(VocabularyFile, AFlippedBitIsRefused) {
+TEST_F(VocabularyFile, RefusesFlippedBit) {
   for (std::size_t at = kHeader; at < bytes_.size(); at += 501) {
     std::string other = bytes_;
     other[at] = static_cast<char>(other[at] ^ 4);
@@ -105,7 +105,7 @@ TEST_F(VocabularyFile, AFlippedBitIsRefused) {
   }
 }
 
-TEST_F(VocabularyFile, LinksThatMakeNoTreeAreRefusedEvenUnderAGoodChecksum) {
+TEST_F(VocabularyFile, RefusesInvalidTreeWithValidChecksum) {
   std::string beyond = bytes_;
   beyond[kHeader] = static_cast<char>(200);
   EXPECT_THAT(ErrorOf(beyond, true), HasSubstr("children beyond the last node"));
@@ -118,7 +118,7 @@ TEST_F(VocabularyFile, LinksThatMakeNoTreeAreRefusedEvenUnderAGoodChecksum) {
   EXPECT_THAT(ErrorOf(fewer_leaves, true), HasSubstr("leaves for"));
 }
 
-TEST_F(VocabularyFile, WeightsThatAreNoNumbersAreRefused) {
+TEST_F(VocabularyFile, RefusesNonFiniteWeights) {
   for (const float weight : {-1.0F, std::numeric_limits<float>::quiet_NaN()}) {
     std::string other = bytes_;
     std::memcpy(other.data() + other.size() - 8, &weight, 4);
@@ -126,7 +126,7 @@ TEST_F(VocabularyFile, WeightsThatAreNoNumbersAreRefused) {
   }
 }
 
-TEST_F(VocabularyFile, AnEmptyTreeIsRefused) {
+TEST_F(VocabularyFile, RefusesEmptyTree) {
   std::string empty = bytes_.substr(0, kHeader) + "sum_";
   std::memset(empty.data() + 12, 0, 8);
   EXPECT_THAT(ErrorOf(empty, true), HasSubstr("has no nodes"));

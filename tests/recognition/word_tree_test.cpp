@@ -11,7 +11,7 @@
 namespace sqslam::testing {
 namespace {
 
-TEST(DescriptorBits, TheNearestIsTheOneByHammingDistance) {
+TEST(DescriptorBits, FindsNearestByHammingDistance) {
   std::mt19937 random(1);
   std::vector<Descriptor> descriptors(20);
   std::generate(descriptors.begin(), descriptors.end(), [&] { return RandomDescriptor(random); });
@@ -32,7 +32,7 @@ TEST(DescriptorBits, TheNearestIsTheOneByHammingDistance) {
   }
 }
 
-TEST(DescriptorBits, TheMajorityIsCountedBitByBit) {
+TEST(DescriptorBits, CountsMajorityBitByBit) {
   for (const int count : {1, 2, 3, 8, 101}) {
     std::mt19937 random(static_cast<unsigned>(count));
     std::vector<DescriptorBits> bits;
@@ -59,7 +59,7 @@ WordTree HandMadeTree() {
   return {{2, 0, 2, 0, 0}, {zeros, zeros, ones, low, high}};
 }
 
-TEST(WordTree, DescendsToTheNearestLeafOfAHandMadeTree) {
+TEST(WordTree, DescendsToNearestLeaf) {
   const WordTree tree = HandMadeTree();
   EXPECT_EQ(tree.Words(), 3u);
   EXPECT_EQ(tree.Depth(), 2);
@@ -68,7 +68,7 @@ TEST(WordTree, DescendsToTheNearestLeafOfAHandMadeTree) {
   EXPECT_EQ(tree.WordOf({0, 0xFULL, ~0ULL, ~0ULL}), 2u);
 }
 
-TEST(WordTree, RefusesCountsThatMakeNoTree) {
+TEST(WordTree, RefusesInvalidChildCounts) {
   const auto make = [](std::vector<std::uint8_t> counts) {
     std::vector<DescriptorBits> centers(counts.size());
     return WordTree(std::move(counts), std::move(centers));
@@ -81,7 +81,7 @@ TEST(WordTree, RefusesCountsThatMakeNoTree) {
   EXPECT_NO_THROW(make({2, 0, 0}));
 }
 
-TEST(WordTree, TrainingFindsClustersThatAreThere) {
+TEST(WordTree, TrainingFindsClusters) {
   constexpr int kClusters = 6;
   constexpr int kMembers = 30;
   std::mt19937 random(5);
@@ -105,14 +105,14 @@ TEST(WordTree, TrainingFindsClustersThatAreThere) {
   EXPECT_EQ(words.size(), static_cast<std::size_t>(kClusters));
 }
 
-TEST(WordTree, EqualDescriptorsAreNotSplit) {
+TEST(WordTree, DoesNotSplitEqualDescriptors) {
   EXPECT_EQ(WordTree::Train(std::vector<DescriptorBits>(50, {1, 2, 3, 4}), {}).Words(), 1u);
   const WordTree two = WordTree::Train({{1, 2, 3, 4}, {5, 6, 7, 8}, {1, 2, 3, 4}}, {});
   EXPECT_EQ(two.Words(), 2u);
   EXPECT_EQ(two.Depth(), 1);
 }
 
-TEST(WordTree, TrainingKeepsToBranchingAndDepth) {
+TEST(WordTree, TrainingRespectsBranchingAndDepth) {
   std::vector<DescriptorBits> descriptors;
   for (const auto& image : ClusteredImages(10, 100, 40, 3)) {
     std::transform(image.begin(), image.end(), std::back_inserter(descriptors), ToBits);
