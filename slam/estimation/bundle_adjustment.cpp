@@ -10,6 +10,23 @@
 namespace sqslam {
 namespace {
 
+// Adds the frames' poses and their observations of the problem's points, which constrain the points better
+// than keyframes alone. The frames are not part of the map and are discarded with the problem.
+void AddFrames(std::span<const BundleFrame> frames, BundleProblem& problem) {
+  for (const BundleFrame& frame : frames) {
+    for (const BundleFrame::Match& match : frame.matches) {
+      const auto point = std::ranges::lower_bound(problem.points, match.point, {}, &BundlePoint::id);
+      if (point != problem.points.end() && point->id == match.point) {
+        problem.observations.push_back({problem.poses.size(),
+                                        static_cast<std::size_t>(point - problem.points.begin()), match.pixel,
+                                        match.sigma, true});
+      }
+    }
+    problem.poses.push_back({kNoKeyframe, false, frame.T_camera_map});
+  }
+  std::ranges::stable_sort(problem.observations, {}, &BundleObservation::point);
+}
+
 BundleAdjustmentReport Run(Map& map, BundleProblem problem, const BundleSolverOptions& options,
                            const std::function<bool()>& interrupt, const JointObjects& objects) {
   AddObjects(objects.terms, objects.options, map, problem);
@@ -68,30 +85,14 @@ BundleProblem ExtractBundleProblem(const Map& map, const Camera& camera) {
   return ExtractBundleProblem(map, camera, free, fixed);
 }
 
-void AddFrames(std::span<const BundleFrame> frames, BundleProblem& problem) {
-  for (const BundleFrame& frame : frames) {
-    for (const BundleFrame::Match& match : frame.matches) {
-      const auto point = std::ranges::lower_bound(problem.points, match.point, {}, &BundlePoint::id);
-      if (point != problem.points.end() && point->id == match.point) {
-        problem.observations.push_back({problem.poses.size(),
-                                        static_cast<std::size_t>(point - problem.points.begin()), match.pixel,
-                                        match.sigma, true});
-      }
-    }
-    problem.poses.push_back({kNoKeyframe, false, frame.T_camera_map});
-  }
-  std::ranges::stable_sort(problem.observations, {}, &BundleObservation::point);
-}
-
 void AddObjects(std::span<const ObjectTerm> objects, const JointObjectOptions& options, const Map& map,
                 BundleProblem& problem) {
+  constexpr double kShapeSigma = 0.1;  // radial distance of a point to the surface, mean half sizes
   for (const ObjectTerm& term : objects) {
     BundleObject object;
     object.id = term.id;
     object.superquadric = term.superquadric;
-    object.sigma = options.sigma * term.superquadric.shape.half_size.mean();
-    object.huber = options.huber;
-    object.prior = options.prior;
+    object.sigma = kShapeSigma * term.superquadric.shape.half_size.mean();
     for (std::size_t i = 0; i < term.points.size(); ++i) {
       const PointId id = term.points[i];
       const auto it = std::ranges::lower_bound(problem.points, id, {}, &BundlePoint::id);
@@ -145,6 +146,7 @@ BundleAdjustmentReport LocalBundleAdjustment(Map& map, const Camera& camera,
                                              const BundleAdjustmentOptions& options,
                                              const std::function<bool()>& interrupt,
                                              const JointObjects& objects) {
+  constexpr int kMaxFixed = 20;  // keyframes outside of the window
   const std::set<KeyframeId> inside(window.begin(), window.end());
   std::vector<KeyframeId> free(inside.begin(), inside.end());
   std::map<KeyframeId, int> outside;  // keyframe -> observations of these points
@@ -159,7 +161,7 @@ BundleAdjustmentReport LocalBundleAdjustment(Map& map, const Camera& camera,
   }
   auto ranked = ToVector(outside, [](const auto& seen) { return std::pair(seen.second, seen.first); });
   std::ranges::sort(ranked, std::greater<>());
-  std::vector<KeyframeId> fixed = ToVector(ranked | std::views::take(options.max_fixed) | std::views::values);
+  std::vector<KeyframeId> fixed = ToVector(ranked | std::views::take(kMaxFixed) | std::views::values);
   // The gauge (pose and scale) needs two fixed keyframes: the two oldest while the map is small.
   while (fixed.size() < 2 && free.size() > 1) {
     fixed.push_back(free.front());
@@ -169,19 +171,19 @@ BundleAdjustmentReport LocalBundleAdjustment(Map& map, const Camera& camera,
 }
 
 BundleAdjustmentReport GlobalBundleAdjustment(Map& map, const Camera& camera, int iterations,
-                                              const BundleAdjustmentOptions& options,
                                               const JointObjects& objects,
                                               std::span<const BundleFrame> frames) {
   BundleProblem problem = ExtractBundleProblem(map, camera);
   AddFrames(frames, problem);
-  return Run(map, std::move(problem), {iterations, iterations, options.threads}, {}, objects);
+  return Run(map, std::move(problem), {iterations, iterations}, {}, objects);
 }
 
-LearntCamera LearnCamera(Map& map, const Camera& camera, const CameraLearningOptions& options, int threads) {
+LearntCamera LearnCamera(Map& map, const Camera& camera, const CameraLearningOptions& options) {
+  constexpr int kIterations = 30;  // solver steps of each round
   BundleProblem problem = ExtractBundleProblem(map, camera);
   problem.learnt = BundleCamera{.distortion = options.what == LearntPart::kFocalAndRadial};
-  SolveBundle(problem, {options.iterations, options.iterations, threads}, {});
-  LearntCamera learnt{camera, problem.camera.fx, FocalDeviation(problem, options.iterations), false};
+  SolveBundle(problem, {kIterations, kIterations}, {});
+  LearntCamera learnt{camera, problem.camera.fx, FocalDeviation(problem, kIterations), false};
   learnt.trusted = learnt.focal_deviation <= options.max_deviation * learnt.focal;
   if (learnt.trusted) {
     ApplyBundle(problem, map);

@@ -50,9 +50,10 @@ struct BundleObject {
   PosedSuperquadric superquadric;
   std::vector<Point> points;
   std::vector<HeldPoint> held_points;
-  double sigma = 1.0;     // standard deviation of the radial distance of a point of weight 1, map units
-  double huber = 1.0;     // threshold in units of sigma
-  double prior = 1.0;     // see JointObjectOptions
+  double sigma = 1.0;  // standard deviation of the radial distance of a point of weight 1, map units
+  // Standard deviation of the object's change: place (in mean half sizes), logarithm of the half sizes, yaw
+  // (rad), exponents. The paper has no such prior.
+  double prior = 0.1;
   bool improved = false;  // fits the adjusted points better than before
 };
 
@@ -82,24 +83,13 @@ constexpr auto EnumNames(JointMode) { return std::array{"none", "local", "final"
 // The paper's joint optimisation of shape, camera poses and points (section "Size And Shape").
 struct JointObjectOptions {
   JointMode mode = JointMode::kNone;
-  double sigma = 0.1;  // standard deviation of a point's radial distance to the surface, mean half sizes
-  double huber = 1.0;  // distance in units of sigma from which the cost grows linearly
-  double prior = 0.1;  // standard deviation of the change of an object: place (in mean half sizes), logarithm
-                       // of the half sizes, yaw (rad), exponents; large: none, as in the paper
   int min_points = 20;        // minimum number of map points of an object in the problem
   int min_observations = 10;  // minimum number of boxes of an object
 
   bool Local() const { return mode == JointMode::kLocal || mode == JointMode::kBoth; }
   bool Final() const { return mode == JointMode::kFinal || mode == JointMode::kBoth; }
 
-  void VisitFields(auto&& visit) {
-    visit("mode", mode);
-    visit("sigma", sigma, 1e-4, 100.0);
-    visit("huber", huber, 0.01, 1000.0);
-    visit("prior", prior, 1e-4, 1e6);
-    visit("min_points", min_points, 3, 100000);
-    visit("min_observations", min_observations, 1, 100000);
-  }
+  void VisitFields(auto&& visit) { visit("mode", mode); }
 };
 
 // An object as input to bundle adjustment.
@@ -113,7 +103,6 @@ struct ObjectTerm {
 struct BundleSolverOptions {
   int iterations = 5;        // of the first round, which is robust (Huber)
   int final_iterations = 6;  // of the second round, after outliers are marked
-  int threads = 1;           // used by the solver
 };
 
 // Extracts the keyframes `free` (variable) and `fixed`, every point that a free one sees, and all
@@ -135,17 +124,13 @@ struct BundleFrame {
   std::vector<Match> matches;
 };
 
-// Adds the frames' poses and their observations of the problem's points, which constrain the points better
-// than keyframes alone. The frames are not part of the map and are discarded with the problem.
-void AddFrames(std::span<const BundleFrame> frames, BundleProblem& problem);
-
 // Adds the objects with enough points in the problem, in the order given.
 void AddObjects(std::span<const ObjectTerm> objects, const JointObjectOptions& options, const Map& map,
                 BundleProblem& problem);
 
 // Minimises reprojection and shape errors over free poses, points and objects, and marks outlier observations
 // (95 % quantile). Calls `stop` after each iteration; if it returns true, the problem keeps the current state
-// and the result is false. Modifies nothing but the problem. Bit-reproducible with one thread.
+// and the result is false. Modifies nothing but the problem. Bit-reproducible.
 bool SolveBundle(BundleProblem& problem, const BundleSolverOptions& options,
                  const std::function<bool()>& stop);
 
@@ -160,14 +145,10 @@ int ApplyBundle(const BundleProblem& problem, Map& map);
 
 struct BundleAdjustmentOptions : BundleSolverOptions {
   int max_keyframes = 16;  // variable keyframes of a local bundle adjustment, on either side of a merge
-  int max_fixed = 20;      // additional fixed keyframes
 
   void VisitFields(auto&& visit) {
     visit("max_keyframes", max_keyframes, 2, 100);
-    visit("max_fixed", max_fixed, 1, 100);
     visit("iterations", iterations, 1, 100);
-    visit("final_iterations", final_iterations, 1, 100);
-    visit("threads", threads, 1, 64);
   }
 };
 
@@ -199,7 +180,6 @@ BundleAdjustmentReport LocalBundleAdjustment(Map& map, const Camera& camera,
 
 // The same over the whole map, with the oldest keyframe fixed.
 BundleAdjustmentReport GlobalBundleAdjustment(Map& map, const Camera& camera, int iterations,
-                                              const BundleAdjustmentOptions& options,
                                               const JointObjects& objects = {},
                                               std::span<const BundleFrame> frames = {});
 
@@ -210,12 +190,10 @@ constexpr auto EnumNames(LearntPart) { return std::array{"none", "focal", "focal
 // Options of camera self-calibration from a map.
 struct CameraLearningOptions {
   LearntPart what = LearntPart::kNone;
-  int iterations = 30;          // solver steps of each round
   double max_deviation = 0.02;  // largest accepted standard deviation, in focal lengths
 
   void VisitFields(auto&& visit) {
     visit("what", what);
-    visit("iterations", iterations, 1, 1000);
     visit("max_deviation", max_deviation, 0.0, 1.0);
   }
 };
@@ -231,6 +209,6 @@ struct LearntCamera {
 // Runs a bundle adjustment over the whole map with a free focal length. If the result is trusted, the map is
 // changed to the refined camera, whose radial coefficient may differ from the one that keypoints were
 // undistorted with: a map that is to be kept should learn the focal length alone.
-LearntCamera LearnCamera(Map& map, const Camera& camera, const CameraLearningOptions& options, int threads);
+LearntCamera LearnCamera(Map& map, const Camera& camera, const CameraLearningOptions& options);
 
 }  // namespace sqslam

@@ -6,6 +6,11 @@
 #include <cmath>
 
 namespace sqslam {
+namespace {
+
+constexpr double kHuber = 1.0;  // shape errors grow linearly from here, standard deviations
+
+}  // namespace
 
 ObjectBlocks::ObjectBlocks(BundleProblem& problem) : problem_(problem) {
   for (const BundleObject& object : problem.objects) {
@@ -14,7 +19,7 @@ ObjectBlocks::ObjectBlocks(BundleProblem& problem) : problem_(problem) {
     for (std::size_t i = kBlockExponents; i < block.size(); ++i) {
       block[i] = std::clamp(block[i], kMinShapeExponent, kMaxShapeExponent);
     }
-    losses_.push_back(std::make_unique<ceres::HuberLoss>(object.huber));
+    losses_.push_back(std::make_unique<ceres::HuberLoss>(kHuber));
   }
 }
 
@@ -71,7 +76,7 @@ void ObjectBlocks::Read() {
 
 double ShapeCost(const BundleObject& object, const BundleProblem& problem) {
   const Rigid3d T_object_map = object.superquadric.T_map_object.Inverse();
-  const ceres::HuberLoss huber(object.huber);
+  const ceres::HuberLoss huber(kHuber);
   double sum = 0.0;
   const auto add = [&](const Eigen::Vector3d& p_map, double weight) {
     const double distance = object.superquadric.shape.RadialDistance(T_object_map * p_map) / object.sigma;
@@ -90,7 +95,7 @@ double ShapeCost(const BundleObject& object, const BundleProblem& problem) {
   return sum;
 }
 
-void ObjectBlocks::Judge() {
+void ObjectBlocks::KeepImprovements() {
   for (std::size_t i = 0; i < blocks_.size(); ++i) {
     BundleObject& object = problem_.objects[i];
     BundleObject before = object;

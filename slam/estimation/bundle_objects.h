@@ -61,7 +61,7 @@ class ObjectBlocks {
   void Read();  // copies the blocks into the problem
 
   // Keeps each superquadric that fits the points better than its start, and restores the others.
-  void Judge();
+  void KeepImprovements();
 
  private:
   void AddResiduals(std::size_t object, ceres::Problem& solver, ceres::ParameterBlockOrdering& ordering);

@@ -42,7 +42,7 @@ class BundleSolver {
   }
 
   // Returns false if the solver was interrupted.
-  bool Round(int iterations, bool robust, int threads, const std::function<bool()>& stop) {
+  bool Round(int iterations, bool robust, const std::function<bool()>& stop) {
     ceres::Problem::Options problem_options;
     problem_options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
     problem_options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
@@ -60,7 +60,7 @@ class BundleSolver {
     const auto free = std::ranges::count(bundle_.poses, false, &BundlePose::fixed);
     options.linear_solver_type = free < 40 ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
     options.max_num_iterations = iterations;
-    options.num_threads = threads;
+    options.num_threads = 1;
     options.function_tolerance = bundle_.learnt ? 1e-7 : 1e-5;  // the focal length converges last
     options.logging_type = ceres::SILENT;
     Interrupter interrupter(stop);
@@ -74,7 +74,7 @@ class BundleSolver {
     }
     objects_.Read();
     if (bundle_.learnt) {
-      TakeCamera();
+      ApplyCamera();
     }
     cost_ = summary.final_cost;
     if (!held_focal_) {
@@ -85,7 +85,7 @@ class BundleSolver {
 
   double Cost() const { return cost_; }  // half the sum of squares of the last round, priors included
 
-  void JudgeObjects() { objects_.Judge(); }
+  void KeepObjectImprovements() { objects_.KeepImprovements(); }
 
  private:
   std::shared_ptr<ceres::ParameterBlockOrdering> AddParameterBlocks(ceres::Problem& problem,
@@ -134,7 +134,7 @@ class BundleSolver {
   }
 
   // Takes over the estimated camera and undistorts the observations with it.
-  void TakeCamera() {
+  void ApplyCamera() {
     const auto [log_focal, radial] = camera_block_;
     Camera& camera = bundle_.camera;
     const double scale = std::exp(log_focal);
@@ -157,12 +157,12 @@ class BundleSolver {
   }
 
   void AddResiduals(ceres::Problem& problem, ceres::LossFunction* loss) {
-    constexpr double kNearest = 1e-5;
+    constexpr double kMinPointDepth = 1e-5;
     for (const BundleObservation& o : bundle_.observations) {
       BundlePoint& point = bundle_.points[o.point];
       double* const pose = pose_blocks_[o.pose].data();
       // Points behind the camera have no reprojection; MarkOutliers() rejects their observations.
-      if (o.inlier && point.alive && (FromBlock(pose) * point.p_map).z() > kNearest) {
+      if (o.inlier && point.alive && (FromBlock(pose) * point.p_map).z() > kMinPointDepth) {
         const PixelMeasurement measured(bundle_.camera, o.pixel, o.sigma);
         if (bundle_.learnt) {
           problem.AddResidualBlock(new CameraReprojectionCost(measured), loss, pose, point.p_map.data(),
@@ -205,9 +205,9 @@ class BundleSolver {
 bool SolveBundle(BundleProblem& problem, const BundleSolverOptions& options,
                  const std::function<bool()>& stop) {
   BundleSolver solver(problem);
-  const bool finished = solver.Round(options.iterations, true, options.threads, stop) &&
-                        solver.Round(options.final_iterations, false, options.threads, stop);
-  solver.JudgeObjects();
+  const bool finished =
+      solver.Round(options.iterations, true, stop) && solver.Round(options.final_iterations, false, stop);
+  solver.KeepObjectImprovements();
   return finished;
 }
 
@@ -216,7 +216,7 @@ double FocalDeviation(const BundleProblem& solved, int iterations) {
   const auto cost_at = [&](double step) {
     BundleProblem problem = solved;
     BundleSolver solver(problem, step);
-    solver.Round(iterations, false, 1, {});
+    solver.Round(iterations, false, {});
     return solver.Cost();
   };
   const double at = cost_at(0.0);

@@ -5,35 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <stdexcept>
-#include <string>
 
 #include "slam/geometry/lie.h"
 
 namespace sqslam {
-namespace {
-
-std::map<std::int64_t, std::size_t> IndexById(const std::vector<PoseGraphNode>& nodes) {
-  std::map<std::int64_t, std::size_t> index;
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    if (!index.emplace(nodes[i].id, i).second) {
-      throw std::invalid_argument("pose graph: node " + std::to_string(nodes[i].id) + " is given twice");
-    }
-  }
-  return index;
-}
-
-std::size_t Find(const std::map<std::int64_t, std::size_t>& index, std::int64_t id) {
-  const auto found = index.find(id);
-  if (found == index.end()) {
-    throw std::invalid_argument("pose graph: an edge names node " + std::to_string(id) +
-                                ", which is not given");
-  }
-  return found->second;
-}
-
-}  // namespace
-
 Sim3Block ToBlock(const Sim3d& S_camera_map) {
   const auto& q = S_camera_map.rotation;
   const auto& t = S_camera_map.translation;
@@ -46,17 +21,16 @@ Sim3d Sim3FromBlock(const double* block) {
 }
 
 bool Sim3Manifold::Plus(const double* x, const double* delta, double* x_plus_delta) const {
-  Vector7d tangent = Vector7d::Zero();
-  std::copy_n(delta, TangentSize(), tangent.data());
+  const Eigen::Map<const Vector7d> tangent(delta);
   Sim3Block moved = ToBlock(ExpSim3(tangent) * Sim3FromBlock(x));
-  moved[7] = x[7] + tangent[6];  // exact: a fixed scale does not change by a bit
+  moved[7] = x[7] + tangent[6];  // more precise than the logarithm of the scale
   std::ranges::copy(moved, x_plus_delta);
   return true;
 }
 
 bool Sim3Manifold::Minus(const double* y, const double* x, double* y_minus_x) const {
-  const Vector7d difference = LogSim3(Sim3FromBlock(y) * Sim3FromBlock(x).Inverse());
-  std::copy_n(difference.data(), TangentSize(), y_minus_x);
+  Eigen::Map<Vector7d> difference(y_minus_x);
+  difference = LogSim3(Sim3FromBlock(y) * Sim3FromBlock(x).Inverse());
   return true;
 }
 
@@ -86,18 +60,17 @@ bool RelativeSim3Cost::Evaluate(double const* const* parameters, double* residua
   return true;
 }
 
-PoseGraphReport OptimizePoseGraph(std::vector<PoseGraphNode>& nodes, const std::vector<PoseGraphEdge>& edges,
-                                  const PoseGraphOptions& options) {
-  const std::map<std::int64_t, std::size_t> index = IndexById(nodes);
+void OptimizePoseGraph(std::vector<PoseGraphNode>& nodes, const std::vector<PoseGraphEdge>& edges) {
+  constexpr int kIterations = 20;
+  std::map<std::int64_t, std::size_t> index;
   std::vector<Sim3Block> blocks;  // contiguous, because Ceres orders parameter blocks by address
   for (const PoseGraphNode& node : nodes) {
+    index[node.id] = blocks.size();
     blocks.push_back(ToBlock(node.S_camera_map));
   }
   ceres::Problem::Options problem_options;
-  problem_options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   problem_options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  ceres::HuberLoss huber(options.huber > 0.0 ? options.huber : 1.0);
-  Sim3Manifold manifold(options.fix_scale);
+  Sim3Manifold manifold;
   ceres::Problem problem(problem_options);
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     problem.AddParameterBlock(blocks[i].data(), 8, &manifold);
@@ -106,26 +79,21 @@ PoseGraphReport OptimizePoseGraph(std::vector<PoseGraphNode>& nodes, const std::
     }
   }
   for (const PoseGraphEdge& edge : edges) {
-    problem.AddResidualBlock(new RelativeSim3Cost(edge.S_j_i, edge.weight),
-                             options.huber > 0.0 ? &huber : nullptr, blocks[Find(index, edge.i)].data(),
-                             blocks[Find(index, edge.j)].data());
+    problem.AddResidualBlock(new RelativeSim3Cost(edge.S_j_i, edge.weight), nullptr,
+                             blocks[index.at(edge.i)].data(), blocks[index.at(edge.j)].data());
   }
-  ceres::Solver::Options solver_options;
-  solver_options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-  solver_options.max_num_iterations = options.iterations;
-  solver_options.num_threads = options.threads;
-  solver_options.logging_type = ceres::SILENT;
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+  options.max_num_iterations = kIterations;
+  options.num_threads = 1;
+  options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
-  ceres::Solve(solver_options, &problem, &summary);
-  const bool usable = summary.IsSolutionUsable();
-  for (std::size_t i = 0; usable && i < nodes.size(); ++i) {
+  ceres::Solve(options, &problem, &summary);
+  for (std::size_t i = 0; summary.IsSolutionUsable() && i < nodes.size(); ++i) {
     if (!nodes[i].fixed) {
-      const double scale = nodes[i].S_camera_map.scale;
       nodes[i].S_camera_map = Sim3FromBlock(blocks[i].data());
-      nodes[i].S_camera_map.scale = options.fix_scale ? scale : nodes[i].S_camera_map.scale;
     }
   }
-  return {summary.initial_cost, summary.final_cost, static_cast<int>(summary.iterations.size()) - 1, usable};
 }
 
 }  // namespace sqslam

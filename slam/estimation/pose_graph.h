@@ -11,20 +11,6 @@
 
 namespace sqslam {
 
-struct PoseGraphOptions {
-  int iterations = 20;  // solver steps at most
-  double huber = 0.0;   // residual norm at weight 1 from which the cost of an edge grows linearly; 0: never
-  bool fix_scale = false;  // nodes keep their scale; for maps whose scale is known
-  int threads = 1;         // used by the solver
-
-  void VisitFields(auto&& visit) {
-    visit("iterations", iterations, 1, 1000);
-    visit("huber", huber, 0.0, 1000.0);
-    visit("fix_scale", fix_scale);
-    visit("threads", threads, 1, 64);
-  }
-};
-
 struct PoseGraphNode {
   std::int64_t id = -1;
   Sim3d S_camera_map;
@@ -39,20 +25,11 @@ struct PoseGraphEdge {
   double weight = 1.0;  // of the squared residual
 };
 
-struct PoseGraphReport {
-  double initial_cost = 0.0;  // half the weighted sum of squared residuals
-  double final_cost = 0.0;
-  int iterations = 0;
-  bool usable = false;  // false: the solver failed and the nodes are unchanged
-};
-
 // Minimises the weighted sum of |Log(S_j_i * S_i_map * S_j_map^-1)|^2 over the edges (essential graph over
 // Sim(3): Strasdat, Montiel, Davison, "Scale Drift-Aware Large Scale Monocular SLAM", RSS 2010). Fix at least
 // one node, or the gauge (position, direction and scale) is undetermined. Results do not depend on memory
-// addresses: with one thread they are bit-reproducible. Throws std::invalid_argument for a duplicate id or an
-// edge with an unknown one.
-PoseGraphReport OptimizePoseGraph(std::vector<PoseGraphNode>& nodes, const std::vector<PoseGraphEdge>& edges,
-                                  const PoseGraphOptions& options);
+// addresses: they are bit-reproducible. Leaves the nodes unchanged if the solver fails.
+void OptimizePoseGraph(std::vector<PoseGraphNode>& nodes, const std::vector<PoseGraphEdge>& edges);
 
 // A similarity as a Ceres parameter block: quaternion x y z w, translation, logarithm of the scale.
 using Sim3Block = std::array<double, 8>;
@@ -60,11 +37,10 @@ using Sim3Block = std::array<double, 8>;
 Sim3Block ToBlock(const Sim3d& S_camera_map);
 Sim3d Sim3FromBlock(const double* block);
 
-// Left perturbation S' = Exp(delta) S of a Sim3Block, delta as in lie.h, without its last coordinate if the
-// scale is fixed. Cost functions write that column anyway.
+// Left perturbation S' = Exp(delta) S of a Sim3Block, delta as in lie.h.
 class Sim3Manifold final : public PerturbationManifold {
  public:
-  explicit Sim3Manifold(bool fix_scale) : PerturbationManifold(8, fix_scale ? 6 : 7) {}
+  Sim3Manifold() : PerturbationManifold(8, 7) {}
   bool Plus(const double* x, const double* delta, double* x_plus_delta) const override;
   bool Minus(const double* y, const double* x, double* y_minus_x) const override;
 };

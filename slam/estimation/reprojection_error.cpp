@@ -26,7 +26,7 @@ void Accumulate(const Camera& camera, const Rigid3d& T_camera_map, const PointOb
 int OptimizePose(const Camera& camera, std::vector<PointObservation>& observations, Rigid3d& T_camera_map) {
   constexpr int kRounds = 4;
   constexpr int kIterations = 6;
-  constexpr double kConverged = 1e-7;
+  constexpr double kMinStep = 1e-7;
   int inliers = 0;
   for (int round = 0; round < kRounds; ++round) {
     const bool robust = round < kRounds - 1;
@@ -44,7 +44,7 @@ int OptimizePose(const Camera& camera, std::vector<PointObservation>& observatio
         return 0;
       }
       T_camera_map = Perturb(T_camera_map, step);
-      if (step.squaredNorm() < kConverged * kConverged) {
+      if (step.squaredNorm() < kMinStep * kMinStep) {
         break;
       }
     }

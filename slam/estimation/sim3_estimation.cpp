@@ -36,21 +36,16 @@ double DistanceError(const Sim3d& S_1_2, const Sim3Match& match) {
          kDistanceSigma;
 }
 
-struct Hypothesis {
-  Sim3Estimate estimate;
-  double cost = std::numeric_limits<double>::infinity();  // squared errors, truncated for outliers
-};
-
-Hypothesis Judge(const Camera& camera, const std::vector<Sim3Match>& matches, const Sim3d& S_1_2) {
+Sim3Estimate Evaluate(const Camera& camera, const std::vector<Sim3Match>& matches, const Sim3d& S_1_2) {
   const Sim3d S_2_1 = S_1_2.Inverse();
-  Hypothesis judged{{S_1_2, std::vector<bool>(matches.size()), 0}, 0.0};
+  Sim3Estimate evaluated{S_1_2, std::vector<bool>(matches.size()), 0, 0.0};
   for (std::size_t i = 0; i < matches.size(); ++i) {
     const MatchErrors errors = ErrorsOf(camera, S_1_2, S_2_1, matches[i]);
-    judged.estimate.inliers[i] = errors.Fits();
-    judged.estimate.num_inliers += errors.Fits() ? 1 : 0;
-    judged.cost += errors.Fits() ? errors.image1 + errors.image2 : 2.0 * kChi2TwoDof99;
+    evaluated.inliers[i] = errors.Fits();
+    evaluated.num_inliers += errors.Fits() ? 1 : 0;
+    evaluated.cost += errors.Fits() ? errors.image1 + errors.image2 : 2.0 * kChi2TwoDof99;
   }
-  return judged;
+  return evaluated;
 }
 
 std::optional<Sim3d> AlignTriple(const std::vector<Sim3Match>& matches,
@@ -64,13 +59,14 @@ std::optional<Sim3d> AlignTriple(const std::vector<Sim3Match>& matches,
   return AlignSimilarity(source, target);
 }
 
-// Returns the number of samples after which one has no outliers, with the given confidence.
-double DrawsNeeded(int inliers, std::size_t matches, double confidence) {
+// Returns the number of samples after which one probably has no outliers.
+double DrawsNeeded(int inliers, std::size_t matches) {
+  constexpr double kConfidence = 0.99;
   const double share = static_cast<double>(inliers) / static_cast<double>(matches);
   const double triple = share * share * share;
   return triple >= 1.0   ? 1.0
          : triple <= 0.0 ? std::numeric_limits<double>::infinity()
-                         : std::log(1.0 - confidence) / std::log1p(-triple);
+                         : std::log(1.0 - kConfidence) / std::log1p(-triple);
 }
 
 // Draws three different indices below `count`.
@@ -154,7 +150,7 @@ Sim3Equations Linearize(const Camera& camera, const std::vector<Sim3Match>& matc
 bool Minimize(const Camera& camera, const std::vector<Sim3Match>& matches, const std::vector<bool>& use,
               bool robust, Sim3d& S_1_2) {
   constexpr int kIterations = 20;
-  constexpr double kConverged = 1e-9;  // relative fall of the cost
+  constexpr double kMinCostChange = 1e-9;  // relative fall of the cost
   double damping = 1e-6;
   double cost = Cost(camera, matches, use, S_1_2, robust);
   Sim3Equations equations = Linearize(camera, matches, use, S_1_2, robust);
@@ -172,7 +168,7 @@ bool Minimize(const Camera& camera, const std::vector<Sim3Match>& matches, const
       damping *= 10.0;
       continue;
     }
-    const bool converged = cost - moved_cost <= kConverged * cost;
+    const bool converged = cost - moved_cost <= kMinCostChange * cost;
     S_1_2 = moved;
     cost = moved_cost;
     if (converged) {
@@ -198,18 +194,18 @@ bool Improve(const Camera& camera, const std::vector<Sim3Match>& matches, bool r
 
 // Local optimisation of a hypothesis (Chum, Matas, Kittler, "Locally Optimized RANSAC", 2003): refines it by
 // the reprojection errors of its loose inliers while the cost decreases.
-void Polish(const Camera& camera, const std::vector<Sim3Match>& matches, Hypothesis& best) {
+void Polish(const Camera& camera, const std::vector<Sim3Match>& matches, Sim3Estimate& best) {
   constexpr int kRounds = 5;
-  constexpr double kLoose = 4.0;  // squared errors up to this multiple of the inlier bound
+  constexpr double kMaxError = 4.0 * kChi2TwoDof99;  // squared, of a loose inlier
   for (int round = 0; round < kRounds; ++round) {
-    Sim3d S = best.estimate.S_camera1_camera2;
+    Sim3d S = best.S_camera1_camera2;
     const bool improved = Improve(camera, matches, true, S, [](std::size_t, const MatchErrors& errors) {
-      return std::max(errors.image1, errors.image2) <= kLoose * kChi2TwoDof99;
+      return std::max(errors.image1, errors.image2) <= kMaxError;
     });
     if (!improved) {
       return;
     }
-    Hypothesis next = Judge(camera, matches, S);
+    Sim3Estimate next = Evaluate(camera, matches, S);
     if (next.cost >= best.cost) {
       return;
     }
@@ -219,30 +215,31 @@ void Polish(const Camera& camera, const std::vector<Sim3Match>& matches, Hypothe
 
 }  // namespace
 
-std::optional<Sim3Estimate> EstimateSim3(const Camera& camera, const std::vector<Sim3Match>& matches,
-                                         const Sim3Options& options) {
-  if (matches.size() < kSampleSize || static_cast<int>(matches.size()) < options.min_inliers) {
+std::optional<Sim3Estimate> EstimateSim3(const Camera& camera, const std::vector<Sim3Match>& matches) {
+  constexpr int kMaxDraws = 300;
+  if (matches.size() < std::size_t{kMinSim3Inliers}) {
     return std::nullopt;
   }
-  std::mt19937_64 random(options.seed);
-  Hypothesis best;
-  double needed = options.ransac_iterations;
-  for (int i = 0; i < options.ransac_iterations && i < needed; ++i) {
+  std::mt19937_64 random(1);
+  Sim3Estimate best;
+  best.cost = std::numeric_limits<double>::infinity();
+  double needed = kMaxDraws;
+  for (int i = 0; i < kMaxDraws && i < needed; ++i) {
     const std::optional<Sim3d> S = AlignTriple(matches, DrawTriple(matches.size(), random));
     if (!S) {
       continue;  // the points are collinear
     }
-    Hypothesis candidate = Judge(camera, matches, *S);
+    Sim3Estimate candidate = Evaluate(camera, matches, *S);
     if (candidate.cost < best.cost) {
       best = std::move(candidate);
       Polish(camera, matches, best);
-      needed = DrawsNeeded(best.estimate.num_inliers, matches.size(), options.confidence);
+      needed = DrawsNeeded(best.num_inliers, matches.size());
     }
   }
-  if (best.estimate.num_inliers < std::max(options.min_inliers, 3)) {
+  if (best.num_inliers < kMinSim3Inliers) {
     return std::nullopt;
   }
-  return best.estimate;
+  return best;
 }
 
 int RefineSim3(const Camera& camera, const std::vector<Sim3Match>& matches, Sim3d& S_camera1_camera2,
@@ -259,9 +256,9 @@ int RefineSim3(const Camera& camera, const std::vector<Sim3Match>& matches, Sim3
     if (!improved) {
       return 0;
     }
-    Hypothesis judged = Judge(camera, matches, S);
-    inliers = std::move(judged.estimate.inliers);
-    count = judged.estimate.num_inliers;
+    Sim3Estimate evaluated = Evaluate(camera, matches, S);
+    inliers = std::move(evaluated.inliers);
+    count = evaluated.num_inliers;
   }
   S_camera1_camera2 = S;
   return count;

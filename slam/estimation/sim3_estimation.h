@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -10,19 +9,7 @@
 
 namespace sqslam {
 
-struct Sim3Options {
-  int ransac_iterations = 300;  // samples at most
-  double confidence = 0.99;     // probability of an outlier-free sample at which RANSAC stops early
-  int min_inliers = 20;         // matches that must agree with the similarity
-  std::uint64_t seed = 1;       // of the random samples
-
-  void VisitFields(auto&& visit) {
-    visit("ransac_iterations", ransac_iterations, 1, 100000);
-    visit("confidence", confidence, 0.5, 0.999999);
-    visit("min_inliers", min_inliers, 3, 10000);
-    visit("seed", seed);
-  }
-};
+inline constexpr int kMinSim3Inliers = 20;  // matches that must agree with a similarity
 
 // A point observed by two cameras whose maps have drifted apart, as before a loop closure: each camera has
 // its own map point for it.
@@ -39,15 +26,15 @@ struct Sim3Estimate {
   Sim3d S_camera1_camera2;
   std::vector<bool> inliers;  // one per match
   int num_inliers = 0;
+  double cost = 0.0;  // squared errors, truncated for outliers
 };
 
 // Estimates the similarity between two cameras from matched map points: RANSAC over triples in closed form
 // (Umeyama 1991), each better hypothesis refined by the reprojection errors of its loose inliers (Chum et al.
 // 2003). A match is an inlier if each point, moved into the other camera, is in front of it and reprojects
-// within the 99 % quantile of the pixel noise (as in Mur-Artal and Tardos, ORB-SLAM2, 2017). Deterministic
-// for a seed. Empty if there are fewer than min_inliers.
-std::optional<Sim3Estimate> EstimateSim3(const Camera& camera, const std::vector<Sim3Match>& matches,
-                                         const Sim3Options& options);
+// within the 99 % quantile of the pixel noise (as in Mur-Artal and Tardos, ORB-SLAM2, 2017). Deterministic.
+// Empty if there are fewer than kMinSim3Inliers.
+std::optional<Sim3Estimate> EstimateSim3(const Camera& camera, const std::vector<Sim3Match>& matches);
 
 // Refines S_camera1_camera2 by the reprojection errors of the inliers in both images, and loosely by the
 // distances of the points, over all seven degrees of freedom (Levenberg-Marquardt, analytic Jacobians, the

@@ -18,6 +18,9 @@ namespace {
 
 constexpr double kVariance = 1.0;  // px^2, of a matched corner
 constexpr double kRansacConfidence = 0.999;
+constexpr double kMinTranslationFlow = 1.5;  // px, median flow after removing the best pure rotation
+constexpr double kHomographyShare = 0.45;    // of both scores, above which the homography is chosen
+constexpr double kMaxSecondBest = 0.75;      // share of the best solution's points: another one is ambiguous
 
 double HomographyError(const Eigen::Matrix3d& H21, const Eigen::Vector2d& p1, const Eigen::Vector2d& p2) {
   return ((H21 * p1.homogeneous()).hnormalized() - p2).squaredNorm() / kVariance;
@@ -122,20 +125,19 @@ TwoViewReport ChooseMotion(const Camera& camera, const std::vector<TwoViewMatch>
       ToVector(motions, [&](const Rigid3d& motion) { return Reconstruct(camera, matches, inliers, motion); });
   std::ranges::stable_sort(candidates, std::greater{}, &Candidate::good);
   if (candidates.empty() || candidates.front().good == 0) {
-    return {std::nullopt, "the motion has no translation (pure rotation or static camera)", 0.0};
+    return {std::nullopt, "the motion has no translation (pure rotation or static camera)"};
   }
   const Candidate& best = candidates.front();
   const auto num_inliers = std::ranges::count(inliers, true);
   TwoViewReport report;
-  report.parallax = best.parallax;
   if (best.parallax < options.min_parallax) {
     report.refusal = "too little parallax (the camera must translate, not only rotate)";
   } else if (best.good < options.min_points || best.good < 0.8 * static_cast<double>(num_inliers)) {
     report.refusal = "too few points could be triangulated";
-  } else if (candidates.size() > 1 && candidates[1].good > options.max_second_best * best.good) {
+  } else if (candidates.size() > 1 && candidates[1].good > kMaxSecondBest * best.good) {
     report.refusal = "the motion is ambiguous (a plane seen from afar)";
   } else {
-    report.geometry = TwoViewGeometry{best.T_camera2_camera1, best.points, from_homography, best.parallax};
+    report.geometry = TwoViewGeometry{best.T_camera2_camera1, best.points, from_homography};
   }
   return report;
 }
@@ -169,12 +171,12 @@ double FlowWithoutRotation(const Camera& camera, const std::vector<TwoViewMatch>
 
 TwoViewReport EstimateTwoView(const Camera& camera, const std::vector<TwoViewMatch>& matches,
                               const TwoViewOptions& options) {
-  constexpr std::size_t kFewest = 20;
-  if (matches.size() < kFewest) {
-    return {std::nullopt, "too few matches between two frames (too little texture)", 0.0};
+  constexpr std::size_t kMinMatches = 20;
+  if (matches.size() < kMinMatches) {
+    return {std::nullopt, "too few matches between two frames (too little texture)"};
   }
-  if (FlowWithoutRotation(camera, matches) < options.min_translation_flow) {
-    return {std::nullopt, "the camera only turns (it must translate)", 0.0};
+  if (FlowWithoutRotation(camera, matches) < kMinTranslationFlow) {
+    return {std::nullopt, "the camera only turns (it must translate)"};
   }
   const auto points1 =
       ToVector(matches, [](const TwoViewMatch& m) { return cv::Point2d(m.pixel1.x(), m.pixel1.y()); });
@@ -210,9 +212,9 @@ TwoViewReport EstimateTwoView(const Camera& camera, const std::vector<TwoViewMat
   }
   const double both = homography.score + fundamental.score;
   if (both <= 0.0) {
-    return {std::nullopt, "no motion explains the matches between two frames", 0.0};
+    return {std::nullopt, "no motion explains the matches between two frames"};
   }
-  if (fundamental.inliers.empty() || homography.score / both > options.homography_share) {
+  if (fundamental.inliers.empty() || homography.score / both > kHomographyShare) {
     return ChooseMotion(camera, matches, homography.inliers, MotionsFromHomography(H_cv, K_cv), true,
                         options);
   }

@@ -11,19 +11,10 @@
 namespace sqslam {
 
 struct TwoViewOptions {
-  double min_parallax = 1.5;          // degrees, median over the triangulated points
-  double min_translation_flow = 1.5;  // px, median flow after removing the best pure rotation
-  int min_points = 50;                // triangulated points
-  double homography_share = 0.45;     // score_H / (score_H + score_F) above which the homography is chosen
-  double max_second_best = 0.75;      // ambiguous if another solution has more than this share of its points
+  double min_parallax = 1.5;  // degrees, median over the triangulated points
+  int min_points = 50;        // triangulated points
 
-  void VisitFields(auto&& visit) {
-    visit("min_parallax", min_parallax, 0.1, 20.0);
-    visit("min_translation_flow", min_translation_flow, 0.0, 100.0);
-    visit("min_points", min_points, 20, 1000);
-    visit("homography_share", homography_share, 0.0, 1.0);
-    visit("max_second_best", max_second_best, 0.1, 1.0);
-  }
+  void VisitFields(auto&& visit) { visit("min_parallax", min_parallax, 0.1, 20.0); }
 };
 
 struct TwoViewMatch {
@@ -35,13 +26,11 @@ struct TwoViewGeometry {
   Rigid3d T_camera2_camera1;                           // translation of unit length
   std::vector<std::optional<Eigen::Vector3d>> points;  // per match, in the frame of camera 1
   bool from_homography = false;
-  double parallax = 0.0;  // degrees, median
 };
 
 struct TwoViewReport {
   std::optional<TwoViewGeometry> geometry;
-  std::string refusal;    // if geometry is empty: the reason, for users
-  double parallax = 0.0;  // degrees, median, of the best solution even if refused
+  std::string refusal;  // if geometry is empty: the reason, for users
 };
 
 // Returns the median distance in pixels between the second pixels and the first ones rotated by the

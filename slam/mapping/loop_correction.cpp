@@ -178,7 +178,7 @@ void CorrectLoop(Map& map, const Camera& camera, const LoopCandidate& loop, Loop
     nodes.push_back({id, S_camera_map, id == loop.known});
   }
   edges.insert(std::minmax(loop.current, loop.known));
-  OptimizePoseGraph(nodes, EssentialGraph(map, before, corrected, new_links, edges), {});
+  OptimizePoseGraph(nodes, EssentialGraph(map, before, corrected, new_links, edges));
   // The group was moved above: start from its present poses.
   Similarities from;
   Similarities to;

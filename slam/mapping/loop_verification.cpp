@@ -102,7 +102,7 @@ class LoopVerifier {
     if (static_cast<int>(matches.size()) < kMinMatches) {
       return std::nullopt;
     }
-    std::optional<Sim3Estimate> estimate = EstimateSim3(camera_, matches, {});
+    std::optional<Sim3Estimate> estimate = EstimateSim3(camera_, matches);
     if (!estimate) {
       return std::nullopt;
     }

@@ -342,7 +342,7 @@ void Mapper::AdjustInBackground() {
   if (iterations > 0) {
     adjustment_.Start({active_->Number(), atlas_.origins.at(active_->Number()).S_map_origin,
                        ExtractBundleProblem(active_->Map(), camera_)},
-                      {iterations, iterations, 1});
+                      {iterations, iterations});
   }
 }
 

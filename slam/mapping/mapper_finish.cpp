@@ -158,7 +158,7 @@ void Mapper::OptimizeGlobally(bool with_objects, bool with_frames) {
   const std::vector<ObjectTerm> terms =
       with_objects ? active_->ObjectTerms(options.joint_objects) : std::vector<ObjectTerm>();
   const BundleAdjustmentReport report = GlobalBundleAdjustment(
-      active_->Map(), camera_, kFinalIterations, options.bundle_adjustment, {terms, options.joint_objects},
+      active_->Map(), camera_, kFinalIterations, {terms, options.joint_objects},
       active_->FramesBetween(with_frames ? options.final_frames : 0));
   active_->CorrectObjects(report.objects, camera_);
 }

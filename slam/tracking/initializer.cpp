@@ -111,7 +111,7 @@ std::unique_ptr<Map> Initializer::Build(const TwoViewGeometry& geometry,
       map->AddObservation(point, second, matches[i].second);
     }
   }
-  GlobalBundleAdjustment(*map, camera_, kBundleIterations, {});
+  GlobalBundleAdjustment(*map, camera_, kBundleIterations);
   if (map->NumPoints() < options_.two_view.min_points) {
     return nullptr;
   }

@@ -23,27 +23,23 @@ Vector7d RandomTangent(std::mt19937& random, double size) {
 
 TEST(Sim3Manifold, MinusUndoesPlus) {
   std::mt19937 random(1);
-  for (const bool fix_scale : {false, true}) {
-    const Sim3Manifold manifold(fix_scale);
-    for (const double size : {1e-12, 1e-3, 0.4}) {  // of the step
-      const Sim3Block x = ToBlock(ExpSim3(RandomTangent(random, 1.0)));
-      Vector7d delta = RandomTangent(random, size);
-      delta[6] = fix_scale ? 0.0 : delta[6];
-      Sim3Block y;
-      ASSERT_TRUE(manifold.Plus(x.data(), delta.data(), y.data()));
-      Vector7d found = Vector7d::Zero();
-      ASSERT_TRUE(manifold.Minus(y.data(), x.data(), found.data()));
-      EXPECT_LT((found - delta).norm(), 1e-14 + 1e-12 * delta.norm());
-      EXPECT_EQ(y[7] == x[7], fix_scale);
-    }
+  const Sim3Manifold manifold;
+  for (const double size : {1e-12, 1e-3, 0.4}) {  // of the step
+    const Sim3Block x = ToBlock(ExpSim3(RandomTangent(random, 1.0)));
+    const Vector7d delta = RandomTangent(random, size);
+    Sim3Block y;
+    ASSERT_TRUE(manifold.Plus(x.data(), delta.data(), y.data()));
+    Vector7d found;
+    ASSERT_TRUE(manifold.Minus(y.data(), x.data(), found.data()));
+    EXPECT_LT((found - delta).norm(), 1e-14 + 1e-12 * delta.norm());
   }
 }
 
-TEST(Sim3Manifold, ItsJacobiansUndoEachOther) {
+TEST(Sim3Manifold, JacobiansUndoEachOther) {
   const Sim3Block x = ToBlock(Sim3d{});
-  Eigen::Matrix<double, 8, 6, Eigen::RowMajor> plus;
-  Eigen::Matrix<double, 6, 8, Eigen::RowMajor> minus;
-  const Sim3Manifold manifold(true);
+  Eigen::Matrix<double, 8, 7, Eigen::RowMajor> plus;
+  Eigen::Matrix<double, 7, 8, Eigen::RowMajor> minus;
+  const Sim3Manifold manifold;
   manifold.PlusJacobian(x.data(), plus.data());
   manifold.MinusJacobian(x.data(), minus.data());
   EXPECT_TRUE((minus * plus).isIdentity());
@@ -52,7 +48,7 @@ TEST(Sim3Manifold, ItsJacobiansUndoEachOther) {
 // Central differences over the manifold's own Plus: the Jacobians that the solver sees.
 TEST(RelativeSim3Cost, JacobiansAgreeWithNumericOnes) {
   std::mt19937 random(2);
-  const Sim3Manifold manifold(false);
+  const Sim3Manifold manifold;
   constexpr double kStep = 1e-6;
   for (int round = 0; round < 20; ++round) {
     const Sim3d S_i = ExpSim3(RandomTangent(random, 0.7));
@@ -129,29 +125,27 @@ double CenterError(const Ring& ring) {
   return std::sqrt(squared / static_cast<double>(ring.nodes.size()));
 }
 
-TEST(OptimizePoseGraph, ALoopEdgeTakesTheDriftAway) {
+TEST(OptimizePoseGraph, LoopEdgeRemovesDrift) {
   Ring ring = MakeRing();
   const double before = CenterError(ring);
   const double scale_before = ring.nodes.back().S_camera_map.scale;
   ring.edges.push_back(ring.loop);
-  const PoseGraphReport report = OptimizePoseGraph(ring.nodes, ring.edges, {});
-  EXPECT_TRUE(report.usable);
-  EXPECT_LT(report.final_cost, 0.01 * report.initial_cost);
+  OptimizePoseGraph(ring.nodes, ring.edges);
   EXPECT_LT(CenterError(ring), before / 20.0) << "before: " << before;
   EXPECT_GT(scale_before, 1.4);
   EXPECT_NEAR(ring.nodes.back().S_camera_map.scale, 1.0, 0.02);
 }
 
-TEST(OptimizePoseGraph, EdgesThatFitLeaveTheNodesInPlace) {
+TEST(OptimizePoseGraph, KeepsNodesThatFitTheirEdges) {
   Ring ring = MakeRing();
   const std::vector<PoseGraphNode> before = ring.nodes;
-  OptimizePoseGraph(ring.nodes, ring.edges, {});
+  OptimizePoseGraph(ring.nodes, ring.edges);
   for (std::size_t i = 0; i < before.size(); ++i) {
     EXPECT_TRUE(ring.nodes[i].S_camera_map.Matrix().isApprox(before[i].S_camera_map.Matrix(), 1e-9));
   }
 }
 
-TEST(OptimizePoseGraph, CommutesWithASimilarityOfTheMapFrame) {
+TEST(OptimizePoseGraph, CommutesWithSimilarityOfMapFrame) {
   Ring ring = MakeRing();
   ring.edges.push_back(ring.loop);
   Ring moved = ring;
@@ -160,61 +154,33 @@ TEST(OptimizePoseGraph, CommutesWithASimilarityOfTheMapFrame) {
   for (PoseGraphNode& node : moved.nodes) {
     node.S_camera_map = node.S_camera_map * S_old_new;
   }
-  OptimizePoseGraph(ring.nodes, ring.edges, {});
-  OptimizePoseGraph(moved.nodes, moved.edges, {});
+  OptimizePoseGraph(ring.nodes, ring.edges);
+  OptimizePoseGraph(moved.nodes, moved.edges);
   for (std::size_t i = 0; i < ring.nodes.size(); ++i) {
     EXPECT_TRUE(moved.nodes[i].S_camera_map.Matrix().isApprox(
         (ring.nodes[i].S_camera_map * S_old_new).Matrix(), 1e-6));
   }
 }
 
-TEST(OptimizePoseGraph, FixedNodesDoNotMove) {
+TEST(OptimizePoseGraph, KeepsFixedNodes) {
   Ring ring = MakeRing();
   ring.edges.push_back(ring.loop);
   ring.nodes[7].fixed = true;
   const std::vector<PoseGraphNode> before = ring.nodes;
-  OptimizePoseGraph(ring.nodes, ring.edges, {});
+  OptimizePoseGraph(ring.nodes, ring.edges);
   for (const std::size_t i : {0, 7}) {
     EXPECT_EQ(ring.nodes[i].S_camera_map.Matrix(), before[i].S_camera_map.Matrix());
   }
   EXPECT_FALSE(ring.nodes[8].S_camera_map.Matrix().isApprox(before[8].S_camera_map.Matrix(), 1e-6));
 }
 
-TEST(OptimizePoseGraph, KeepsScalesWhereAsked) {
-  Ring ring = MakeRing();
-  ring.edges.push_back(ring.loop);
-  const std::vector<PoseGraphNode> before = ring.nodes;
-  PoseGraphOptions options;
-  options.fix_scale = true;
-  const PoseGraphReport report = OptimizePoseGraph(ring.nodes, ring.edges, options);
-  EXPECT_LT(report.final_cost, report.initial_cost);
-  for (std::size_t i = 0; i < before.size(); ++i) {
-    EXPECT_EQ(ring.nodes[i].S_camera_map.scale, before[i].S_camera_map.scale);
-  }
-}
-
-TEST(OptimizePoseGraph, AHuberLossWeakensAWrongEdge) {
-  Ring plain = MakeRing();
-  plain.edges.push_back(plain.loop);
-  PoseGraphEdge wrong{105, 125, Sim3d{}, 1.0};  // the two look at each other from 10 apart
-  wrong.S_j_i.translation = {0, 0, 3};
-  plain.edges.push_back(wrong);
-  Ring robust = plain;
-  OptimizePoseGraph(plain.nodes, plain.edges, {});
-  PoseGraphOptions options;
-  options.huber = 0.02;
-  options.iterations = 100;
-  OptimizePoseGraph(robust.nodes, robust.edges, options);
-  EXPECT_LT(CenterError(robust), 0.6 * CenterError(plain));
-}
-
 TEST(OptimizePoseGraph, RepeatsToTheLastBit) {
   Ring first = MakeRing();
   first.edges.push_back(first.loop);
   Ring second = first;
-  OptimizePoseGraph(first.nodes, first.edges, {});
+  OptimizePoseGraph(first.nodes, first.edges);
   const std::vector<double> in_between(12345);  // other addresses
-  OptimizePoseGraph(second.nodes, second.edges, {});
+  OptimizePoseGraph(second.nodes, second.edges);
   for (std::size_t i = 0; i < first.nodes.size(); ++i) {
     const Sim3Block a = ToBlock(first.nodes[i].S_camera_map);
     const Sim3Block b = ToBlock(second.nodes[i].S_camera_map);
@@ -222,12 +188,9 @@ TEST(OptimizePoseGraph, RepeatsToTheLastBit) {
   }
 }
 
-TEST(OptimizePoseGraph, RefusesUnknownAndDoubleNodes) {
+TEST(OptimizePoseGraph, RefusesEdgesToUnknownNodes) {
   Ring ring = MakeRing();
-  std::vector<PoseGraphEdge> edges{{100, 999, Sim3d{}, 1.0}};
-  EXPECT_THROW(OptimizePoseGraph(ring.nodes, edges, {}), std::invalid_argument);
-  ring.nodes.push_back(ring.nodes.front());
-  EXPECT_THROW(OptimizePoseGraph(ring.nodes, ring.edges, {}), std::invalid_argument);
+  EXPECT_THROW(OptimizePoseGraph(ring.nodes, {{100, 999, Sim3d{}, 1.0}}), std::out_of_range);
 }
 
 }  // namespace

@@ -40,7 +40,7 @@ TEST(PoseJacobian, AgreesWithNumericOne) {
   }
 }
 
-TEST(OptimizePose, FindsThePoseAndTheOutliers) {
+TEST(OptimizePose, FindsPoseAndOutliers) {
   const SyntheticMap world = MakeSyntheticMap({});
   std::vector<PointObservation> observations = ObservationsOf(world, 2);
   std::mt19937 random(1);
@@ -61,7 +61,7 @@ TEST(OptimizePose, FindsThePoseAndTheOutliers) {
   }
 }
 
-TEST(OptimizePose, ReportsNoInliersWhereNothingFits) {
+TEST(OptimizePose, ReportsNoInliersWhenNothingFits) {
   const SyntheticMap world = MakeSyntheticMap({});
   std::vector<PointObservation> observations = ObservationsOf(world, 0);
   std::mt19937 random(2);
@@ -73,7 +73,7 @@ TEST(OptimizePose, ReportsNoInliersWhereNothingFits) {
   EXPECT_LT(OptimizePose(world.camera, observations, pose), 20);
 }
 
-TEST(Triangulate, IsExactWithoutNoise) {
+TEST(Triangulate, ReturnsExactPointWithoutNoise) {
   const SyntheticMap world = MakeSyntheticMap({});
   for (const Eigen::Vector3d& p : world.points) {
     const Eigen::Vector3d c1 = world.T_camera_map[0] * p;

@@ -52,13 +52,13 @@ class TwoViewTest : public ::testing::Test {
   Rigid3d T_2_1_{Eigen::Quaterniond(Eigen::AngleAxisd(0.08, Eigen::Vector3d::UnitY())), {-0.4, 0.05, 0.1}};
 };
 
-TEST_F(TwoViewTest, TakesTheFundamentalMatrixForADeepScene) {
+TEST_F(TwoViewTest, ChoosesFundamentalMatrixForDeepScene) {
   const TwoViewReport report = EstimateTwoView(camera_, Project(Cloud(), T_2_1_), {});
   ExpectMotion(report, T_2_1_);
   EXPECT_FALSE(report.geometry->from_homography);
 }
 
-TEST_F(TwoViewTest, TakesTheHomographyForAPlaneAndIsRightWhereItDecides) {
+TEST_F(TwoViewTest, ChoosesHomographyForPlane) {
   const TwoViewReport report = EstimateTwoView(camera_, Project(Plane(), T_2_1_), {});
   if (report.geometry) {
     EXPECT_TRUE(report.geometry->from_homography);
@@ -68,7 +68,7 @@ TEST_F(TwoViewTest, TakesTheHomographyForAPlaneAndIsRightWhereItDecides) {
   }
 }
 
-TEST_F(TwoViewTest, SurvivesWrongMatches) {
+TEST_F(TwoViewTest, ToleratesWrongMatches) {
   std::vector<TwoViewMatch> matches = Project(Cloud(), T_2_1_);
   for (std::size_t i = 0; i < matches.size() / 5; ++i) {
     matches[i].pixel2 += Eigen::Vector2d(80.0 * uniform_(random_), 80.0 * uniform_(random_));
@@ -76,7 +76,7 @@ TEST_F(TwoViewTest, SurvivesWrongMatches) {
   ExpectMotion(EstimateTwoView(camera_, matches, {}), T_2_1_);
 }
 
-TEST_F(TwoViewTest, RefusesAPureRotation) {
+TEST_F(TwoViewTest, RefusesPureRotation) {
   const Rigid3d rotation{Eigen::Quaterniond(Eigen::AngleAxisd(0.15, Eigen::Vector3d::UnitY())),
                          {0.0, 0.0, 0.0}};
   const TwoViewReport report = EstimateTwoView(camera_, Project(Cloud(), rotation), {});
@@ -84,7 +84,7 @@ TEST_F(TwoViewTest, RefusesAPureRotation) {
   EXPECT_FALSE(report.refusal.empty());
 }
 
-TEST_F(TwoViewTest, FlowWithoutRotationSeesTranslationOnly) {
+TEST_F(TwoViewTest, FlowWithoutRotationMeasuresTranslationOnly) {
   const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.15, Eigen::Vector3d(0.2, 1.0, 0.1).normalized()));
   EXPECT_LT(FlowWithoutRotation(camera_, Project(Cloud(), {turn, {0.0, 0.0, 0.0}})), 0.7);
   EXPECT_GT(FlowWithoutRotation(camera_, Project(Cloud(), {turn, {0.2, 0.0, 0.0}})), 3.0);

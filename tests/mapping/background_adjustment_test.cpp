@@ -103,7 +103,7 @@ TEST(ApplyAdjustment, AdaptsToMovedAndGrownMap) {
   SyntheticMap world = MakeSyntheticMap({.keyframes = 6, .points = 200});
   Disturb(world.map);
   BundleProblem problem = ExtractBundleProblem(world.map, world.camera);
-  ASSERT_TRUE(SolveBundle(problem, {20, 20, 1}, {}));
+  ASSERT_TRUE(SolveBundle(problem, {20, 20}, {}));
 
   const Sim3d S_new_old{
       1.7,
