@@ -1,121 +1,78 @@
 #include "slam/dense/cloud_pieces.h"
 
-#include <algorithm>
 #include <cmath>
-#include <unordered_map>
-#include <vector>
 
+#include "slam/dense/voxel_table.h"
 #include "slam/util/disjoint_sets.h"
 
 namespace sqslam {
-namespace {
 
-// A cube of space with a power of two as its edge: each cube lies within one of the next level.
-struct Cube {
-  static constexpr std::int64_t kMost = (1 << 18) - 1;  // coordinates are packed into 19 bits, levels into 7
-  static constexpr int kLevels = 64;
+// Returns the cube of a pixel's point, 2 to 4 pixels wide at its depth.
+CloudPieces::Cube CloudPieces::CubeOf(const DepthMap& map, int x, int y) {
+  const int level = std::ilogb(map.depth.at<float>(y, x) / map.camera.fx) + 2;
+  const auto [i, j, k] = CubeAt(map.PointAt(x, y).array() * std::ldexp(1.0, -level));
+  return {level, i, j, k};
+}
 
-  int level = 0;  // log2 of the edge
-  std::int64_t x = 0, y = 0, z = 0;
-
-  std::uint64_t Key() const {
-    std::uint64_t key = static_cast<std::uint64_t>(std::clamp(level + kLevels, 0, 2 * kLevels - 1));
-    for (const std::int64_t place : {x, y, z}) {
-      key = key << 19U | static_cast<std::uint64_t>(std::clamp(place, -kMost, kMost) + kMost);
-    }
-    return key;
-  }
-  static Cube FromKey(std::uint64_t key) {
-    const auto place = [key](unsigned shift) {
-      return static_cast<std::int64_t>(key >> shift & 0x7FFFFU) - kMost;
-    };
-    return {static_cast<int>(key >> 57U) - kLevels, place(38), place(19), place(0)};
-  }
-  Cube Parent() const { return {level + 1, x >> 1, y >> 1, z >> 1}; }
-
-  // Returns the cube of a pixel's point, 2 to 4 pixels wide at its depth.
-  static Cube Of(const DepthMap& map, int u, int v) {
-    const double pixel = map.depth.at<float>(v, u) / map.camera.fx;
-    const int level = std::ilogb(pixel) + 2;
-    const Eigen::Array3d place = (map.PointAt(u, v).array() * std::ldexp(1.0, -level)).floor();
-    const auto within = [](double value) {
-      return static_cast<std::int64_t>(std::clamp(value, -double(kMost), double(kMost)));
-    };
-    return {level, within(place.x()), within(place.y()), within(place.z())};
-  }
-};
-
-constexpr double kPixelsPerCube = 9.0;  // of a surface, on average
-
-template <typename Take>
-void ForEachPoint(const DepthMap& map, const Take& take) {
+void CloudPieces::Add(const DepthMap& map) {
+  std::vector<Cube> found;
   for (int y = 0; y < map.depth.rows; ++y) {
     for (int x = 0; x < map.depth.cols; ++x) {
       if (map.depth.at<float>(y, x) > 0.0F) {
-        take(x, y, Cube::Of(map, x, y).Key());
+        found.push_back(CubeOf(map, x, y));
       }
     }
   }
-}
-
-}  // namespace
-
-void CloudPieces::Add(const DepthMap& map) {
-  std::vector<std::uint64_t> keys;
-  ForEachPoint(map, [&keys](int, int, std::uint64_t key) {
-    if (keys.empty() || keys.back() != key) {
-      keys.push_back(key);
-    }
-  });
-  std::ranges::sort(keys);
-  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
   const std::lock_guard lock(mutex_);
-  cubes_.insert(keys.begin(), keys.end());
+  for (const Cube& cube : found) {
+    if (index_.Insert(cube).second) {
+      cubes_.push_back(cube);
+    }
+  }
 }
 
 void CloudPieces::Join(double min_pixels) {
-  constexpr int kCoarser = 3;  // levels between connected cubes: one surface seen from different distances
-  const std::vector<std::uint64_t> keys(cubes_.begin(), cubes_.end());
-  const auto count = static_cast<std::int32_t>(keys.size());
-  std::unordered_map<std::uint64_t, std::int32_t> numbers(2 * keys.size());
-  for (std::int32_t i = 0; i < count; ++i) {
-    numbers.emplace(keys[i], i);
-  }
-  DisjointSets sets(keys.size());
-  const auto join = [&](std::int32_t i, const Cube& other) {
-    if (const auto found = numbers.find(other.Key()); found != numbers.end()) {
-      sets.Join(i, found->second);
-    }
-  };
-  for (std::int32_t i = 0; i < count; ++i) {
-    const Cube cube = Cube::FromKey(keys[i]);
+  constexpr double kPixelsPerCube = 9.0;  // of a surface, on average
+  constexpr int kLevelsAbove =
+      3;  // levels between connected cubes: one surface seen from different distances
+  DisjointSets sets(cubes_.size());
+  for (std::int32_t i = 0; i < static_cast<std::int32_t>(cubes_.size()); ++i) {
+    const auto join = [&](const Cube& other) {
+      if (const std::uint32_t found = IndexOf(other); found != KeyIndex<4>::kNone) {
+        sets.Join(i, static_cast<std::int32_t>(found));
+      }
+    };
+    auto [level, x, y, z] = cubes_[static_cast<std::size_t>(i)];
     for (int step = 14; step < 27; ++step) {  // half of the neighbours: the other half join this cube
-      join(i, {cube.level, cube.x + step / 9 - 1, cube.y + step / 3 % 3 - 1, cube.z + step % 3 - 1});
+      join({level, x + step / 9 - 1, y + step / 3 % 3 - 1, z + step % 3 - 1});
     }
-    Cube around = cube;
-    for (int level = 0; level < kCoarser; ++level) {
-      around = around.Parent();
-      join(i, around);
+    for (int coarser = 1; coarser <= kLevelsAbove; ++coarser) {
+      join({level + coarser, x >> coarser, y >> coarser, z >> coarser});
     }
   }
-  std::vector<int> sizes(keys.size());
-  for (std::int32_t i = 0; i < count; ++i) {
-    ++sizes[sets.Root(i)];
+  std::vector<int> sizes(cubes_.size());
+  for (std::size_t i = 0; i < cubes_.size(); ++i) {
+    ++sizes[static_cast<std::size_t>(sets.Root(static_cast<std::int32_t>(i)))];
   }
-  for (std::int32_t i = 0; i < count; ++i) {
-    if (kPixelsPerCube * sizes[sets.Root(i)] < min_pixels) {
-      cubes_.erase(keys[i]);
-    }
+  for (std::size_t i = 0; i < cubes_.size(); ++i) {
+    const auto root = static_cast<std::size_t>(sets.Root(static_cast<std::int32_t>(i)));
+    small_.push_back(kPixelsPerCube * sizes[root] < min_pixels);
   }
 }
 
 void CloudPieces::DropSmall(DepthMap& map) const {
-  ForEachPoint(map, [&](int x, int y, std::uint64_t key) {
-    if (!cubes_.contains(key)) {
-      map.depth.at<float>(y, x) = 0.0F;
-      map.views.at<std::uint8_t>(y, x) = 0;
+  for (int y = 0; y < map.depth.rows; ++y) {
+    for (int x = 0; x < map.depth.cols; ++x) {
+      if (!(map.depth.at<float>(y, x) > 0.0F)) {
+        continue;
+      }
+      const std::uint32_t cube = IndexOf(CubeOf(map, x, y));
+      if (cube == KeyIndex<4>::kNone || small_[cube]) {  // none: a recording rounds depths
+        map.depth.at<float>(y, x) = 0.0F;
+        map.views.at<std::uint8_t>(y, x) = 0;
+      }
     }
-  });
+  }
 }
 
 }  // namespace sqslam

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <cstdint>
 #include <mutex>
-#include <unordered_set>
+#include <vector>
 
 #include "slam/snapshot/depth_map.h"
+#include "slam/util/key_index.h"
 
 namespace sqslam {
 
@@ -23,8 +23,16 @@ class CloudPieces {
   void DropSmall(DepthMap& map) const;
 
  private:
+  // Logarithm of the edge to base 2, then x, y, z in edges: each cube lies within one of the next level.
+  using Cube = KeyIndex<4>::Key;
+
+  static Cube CubeOf(const DepthMap& map, int x, int y);
+  std::uint32_t IndexOf(const Cube& cube) const { return index_.Find(KeyIndex<4>::HashOf(cube), cube); }
+
   std::mutex mutex_;
-  std::unordered_set<std::uint64_t> cubes_;  // after Join: only those of large pieces
+  KeyIndex<4> index_;  // of the cubes
+  std::vector<Cube> cubes_;
+  std::vector<bool> small_;  // by cube: it belongs to a small piece
 };
 
 }  // namespace sqslam

@@ -24,9 +24,9 @@ static_assert(std::endian::native == std::endian::little, "the file is written i
 // Returns a tangent of the surface: between the pixels at (dx, dy) before and after this one, or from it to
 // the one that shows the same surface; zero if neither does.
 Eigen::Vector3d Tangent(const DepthMap& map, int x, int y, int dx, int dy) {
-  constexpr double kSteepest = 5.0;  // largest slope of a surface (tangent); beyond is another surface
+  constexpr double kMaxSlope = 5.0;  // tangent; beyond is another surface
   const double z = map.depth.at<float>(y, x);
-  const double step = kSteepest * std::max(dx, dy) / map.camera.fx * z;
+  const double step = kMaxSlope * std::max(dx, dy) / map.camera.fx * z;
   const auto shows = [&](int u, int v) {
     return u >= 0 && v >= 0 && u < map.depth.cols && v < map.depth.rows && map.depth.at<float>(v, u) > 0.0F &&
            std::abs(map.depth.at<float>(v, u) - z) <= step;
@@ -53,15 +53,7 @@ std::string HeaderOf(std::size_t points) {
       kFilledByPlane, points);
 }
 
-template <std::size_t kNumbers = 3>
-std::array<std::int32_t, kNumbers> CubeAt(const Eigen::Array3d& place) {
-  const Eigen::Array3d within = place.floor().max(-2147483000.0).min(2147483000.0);
-  return {static_cast<std::int32_t>(within.x()), static_cast<std::int32_t>(within.y()),
-          static_cast<std::int32_t>(within.z())};
-}
-
-constexpr double kOneSurface = 0.8;  // least cosine between normals of one surface
-constexpr double kSheet = 4.0;       // edge of the cubes that a sheet is averaged over, in cubes of the cloud
+constexpr double kSheetCubes = 4.0;  // edge of the cubes that a sheet is averaged over, in cubes of the cloud
 
 // Mean plane of the points in a cube with normals towards one side: weighted sums.
 struct Sheet {
@@ -87,9 +79,8 @@ std::int32_t SideOf(const Eigen::Vector3d& normal) {
 }
 
 SheetTable::Key SheetKey(const Eigen::Array3d& place, std::int32_t side) {
-  SheetTable::Key key = CubeAt<4>(place);
-  key[3] = side;
-  return key;
+  const auto [x, y, z] = CubeAt(place);
+  return {x, y, z, side};
 }
 
 struct OrientedPoint {
@@ -103,34 +94,24 @@ struct MeanSheet {
   double weight = 0.0;  // 0: there are none
 };
 
-// Averages the sheets in the eight cubes around `place` that have this side and face as the point does, with
-// a cosine above `alike`.
-MeanSheet SheetsAround(const SheetTable& sheets, double edge, const Eigen::Vector3d& place, std::int32_t side,
-                       const OrientedPoint& point, double alike) {
-  const Eigen::Array3d cube = place.array() / edge - 0.5;
+// Averages the sheets in the eight cubes around a point that have its side and face as it does.
+MeanSheet SheetsAround(const SheetTable& sheets, double edge, const OrientedPoint& point) {
+  constexpr double kMinCosine = 0.8;  // between normals of one surface
+  const Eigen::Array3d cube = point.p_map.array() / edge - 0.5;
   const Eigen::Array3d first = cube.floor();
-  constexpr std::size_t kCorners = 8;
-  const auto step_to = [](std::size_t corner) {
-    return Eigen::Array3d(double(corner & 1U), double(corner >> 1U & 1U), double(corner >> 2U));
-  };
-  std::array<SheetTable::Key, kCorners> keys;
-  for (std::size_t corner = 0; corner < kCorners; ++corner) {
-    keys[corner] = SheetKey(first + step_to(corner), side);
-  }
-  const auto found = sheets.Find(keys);
   MeanSheet around;
-  for (std::size_t corner = 0; corner < kCorners; ++corner) {
-    const Eigen::Array3d step = step_to(corner);
-    const Sheet* sheet = found[corner];
+  for (unsigned corner = 0; corner < 8; ++corner) {
+    const Eigen::Array3d step(corner & 1U, corner >> 1U & 1U, corner >> 2U);
+    const Sheet* sheet = sheets.Find(SheetKey(first + step, SideOf(point.normal)));
     if (sheet == nullptr) {
       continue;
     }
     const Eigen::Vector3d plane = sheet->normal.normalized();
-    const Eigen::Vector3d mean = sheet->position / sheet->weight;
-    const double facing = plane.dot(point.normal);
-    if (facing > alike && std::abs(plane.dot(mean - place)) < 0.5 * edge) {
+    const double distance = plane.dot(sheet->position / sheet->weight - point.p_map);
+    const double cosine = plane.dot(point.normal);
+    if (cosine > kMinCosine && std::abs(distance) < 0.5 * edge) {
       const double weight = (1.0 - (cube - first - step).abs()).prod() * sheet->weight;
-      around.offset += weight * plane.dot(mean - point.p_map) / facing;
+      around.offset += weight * distance / cosine;
       around.weight += weight;
     }
   }
@@ -141,20 +122,20 @@ MeanSheet SheetsAround(const SheetTable& sheets, double edge, const Eigen::Vecto
 // Returns true if a surface with far more evidence than the point's own sheet lies so near that the point
 // shows this surface, badly. Its normal may be off, too.
 bool IsStray(const SheetTable& sheets, double edge, const OrientedPoint& point, const MeanSheet& own) {
-  constexpr double kFarMore = 16.0;
-  constexpr double kAlike = 0.5;  // cosine between the normals
-  std::array<SheetTable::Key, 9> keys;
-  for (std::size_t i = 0; i < keys.size(); ++i) {
-    const auto axis = static_cast<Eigen::Index>(i / 3);
-    const double sign = point.normal[axis] > 0.0 ? 1.0 : -1.0;
-    const Eigen::Vector3d normal = sign * Eigen::Vector3d::Unit(axis);
-    const double step = static_cast<double>(i % 3) - 1.0;
-    keys[i] = SheetKey(point.p_map.array() / edge + step * normal.array(), SideOf(normal));
+  constexpr double kMinEvidenceRatio = 16.0;
+  constexpr double kMinCosine = 0.5;  // between the normals
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3d normal = (point.normal[axis] > 0.0 ? 1.0 : -1.0) * Eigen::Vector3d::Unit(axis);
+    for (const double step : {-1.0, 0.0, 1.0}) {
+      const Sheet* sheet =
+          sheets.Find(SheetKey(point.p_map.array() / edge + step * normal.array(), SideOf(normal)));
+      if (sheet != nullptr && sheet->weight > kMinEvidenceRatio * own.weight &&
+          sheet->normal.dot(point.normal) > kMinCosine * sheet->normal.norm()) {
+        return true;
+      }
+    }
   }
-  return std::ranges::any_of(sheets.Find(keys), [&](const Sheet* sheet) {
-    return sheet != nullptr && sheet->weight > kFarMore * own.weight &&
-           sheet->normal.dot(point.normal) > kAlike * sheet->normal.norm();
-  });
+  return false;
 }
 
 }  // namespace
@@ -206,7 +187,7 @@ void CloudFusion::Add(const DepthMap& map) {
 }
 
 CloudFusion::Grid CloudFusion::Flattened() const {
-  const double edge = kSheet * spacing_;
+  const double edge = kSheetCubes * spacing_;
   SheetTable sheets;
   sheets.Add(Grid::kShards, threads_, [&](std::size_t shard, const auto& put) {
     for (const Cell& cell : grid_.Values(shard)) {
@@ -217,17 +198,17 @@ CloudFusion::Grid CloudFusion::Flattened() const {
       }
     }
   });
-  constexpr int kWellConfirmed = 5;  // depth maps that confirm a point: it is no stray
+  constexpr int kConfirmedViews = 5;  // depth maps that confirm a point: it is no stray
   Grid flat;
-  constexpr std::size_t kAtOnce = 4;  // shards: copies of all cells would take a lot of memory
-  for (std::size_t first = 0; first < Grid::kShards; first += kAtOnce) {
-    flat.Add(kAtOnce, threads_, [&](std::size_t part, const auto& put) {
+  constexpr std::size_t kShardsAtOnce = 4;  // copies of all cells would take a lot of memory
+  for (std::size_t first = 0; first < Grid::kShards; first += kShardsAtOnce) {
+    flat.Add(kShardsAtOnce, threads_, [&](std::size_t part, const auto& put) {
       for (Cell cell : grid_.Values(first + part)) {
         Eigen::Vector3d p = cell.Mean();
         if (const double length = cell.normal.norm(); length > 0.0) {
           const OrientedPoint point{p, cell.normal / length};
-          const MeanSheet own = SheetsAround(sheets, edge, p, SideOf(point.normal), point, kOneSurface);
-          if (cell.views < kWellConfirmed && IsStray(sheets, edge, point, own)) {
+          const MeanSheet own = SheetsAround(sheets, edge, point);
+          if (cell.views < kConfirmedViews && IsStray(sheets, edge, point, own)) {
             continue;
           }
           p += own.offset * point.normal;

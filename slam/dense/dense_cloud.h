@@ -61,7 +61,7 @@ Eigen::Vector3d NormalAt(const DepthMap& map, int x, int y);
 // dense.ply: binary little-endian PLY with x y z nx ny nz red green blue views.
 void WriteDenseCloud(const std::filesystem::path& path, const DenseCloud& cloud);
 
-// Reads such a file. Throws InputError if it is missing, of another kind or truncated.
+// Reads dense.ply. Throws InputError if the file is missing, of another kind or truncated.
 DenseCloud ReadDensePoints(const std::filesystem::path& path);
 
 }  // namespace sqslam

@@ -128,7 +128,7 @@ std::vector<PosedFrame> FramesWithImages(const fs::path& result, const Sequence&
 
 }  // namespace
 
-void DenseInput::TakeMap(const MapSnapshot& map, double scale) {
+void DenseInput::SetMap(const MapSnapshot& map, double scale) {
   recorded = map.camera;
   camera = ResizedCamera(recorded, std::max(1, static_cast<int>(std::lround(recorded.width * scale))),
                          std::max(1, static_cast<int>(std::lround(recorded.height * scale))));
@@ -145,7 +145,7 @@ void DenseInput::TakeMap(const MapSnapshot& map, double scale) {
 DenseInput ReadDenseInput(const fs::path& result, const fs::path& images, const DenseOptions& options) {
   const RecordingReader recording(result / "map.sqmap");
   DenseInput input;
-  input.TakeMap(*recording.Last(), options.scale);
+  input.SetMap(*recording.Last(), options.scale);
   input.sequence = OpenImages(result, images, recording, input.recorded);
   input.frames = FramesWithImages(result, input.sequence);
   WarnOfKeyframesBeyond(result, input);
@@ -192,17 +192,19 @@ std::string EstimationSettings(const DenseOptions& options) {
 
 KeyframePlan PlanKeyframe(const DenseInput& input, std::size_t k, const DenseOptions& options) {
   constexpr std::size_t kSamples = 100;  // map points for choosing views
-  constexpr std::size_t kAll = 1U << 24U;
-  const ViewOptions& views = options.views;
+  constexpr std::size_t kNoLimit = 1U << 24U;
+  constexpr double kSmallAngle = 3.0;  // degrees between the rays of the nearer pair of views
+  constexpr double kLargeAngle = 6.0;  // of the farther pair
+  constexpr double kFineAngle = 12.0;  // of the pair that refines planes together with the farther one
   const PosedFrame& keyframe = input.keyframes[k];
   const Rigid3d& pose = keyframe.T_map_camera;
   KeyframePlan plan;
-  plan.range = RangeOf(PointsInView(input.points, input.camera, pose, kAll), pose, views);
+  plan.range = RangeOf(PointsInView(input.points, input.camera, pose, kNoLimit), pose);
   plan.in_view = PointsInView(input.points, input.camera, pose, kSamples);
-  plan.views = ChooseViews(keyframe, input.frames, plan.in_view, input.camera,
-                           {views.large_angle, views.small_angle}, views);
-  plan.fine = ChooseViews(keyframe, input.frames, plan.in_view, input.camera,
-                          {views.fine_angle, views.large_angle}, views);
+  plan.views = ChooseViews(keyframe, input.frames, plan.in_view, input.camera, {kLargeAngle, kSmallAngle},
+                           options.views);
+  plan.fine = ChooseViews(keyframe, input.frames, plan.in_view, input.camera, {kFineAngle, kLargeAngle},
+                          options.views);
   if (plan.views.size() < 2) {
     plan.range.reset();
   }

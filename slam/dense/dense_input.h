@@ -46,7 +46,7 @@ struct DenseInput {
   MovingMask moving;
 
   // Takes camera, keyframes and points from a snapshot. `scale`: see DenseOptions.
-  void TakeMap(const MapSnapshot& map, double scale);
+  void SetMap(const MapSnapshot& map, double scale);
 };
 
 // Reads the last state of the map in a result folder and finds its images in `images` or, if that is empty,

@@ -34,7 +34,7 @@ void CheckMotion(const DensifyRequest& request, const DenseInput& input,
   throw NoMapError(
       "{}: no depth: none of the {} keyframes has two other frames that show the same place from at least {} "
       "degrees aside, expected a camera that moves sideways",
-      request.result.string(), input.keyframes.size(), request.options.views.min_angle);
+      request.result.string(), input.keyframes.size(), kMinViewAngle);
 }
 
 struct PlannedInput {
@@ -51,9 +51,9 @@ PlannedInput PlanAll(const DensifyRequest& request) {
 }
 
 // Returns true if the live estimate's views had nearly the mean distance that the planned ones have.
-bool StandAsWide(const LiveEstimate& estimate, double scale, const DenseInput& input, std::size_t k,
-                 const KeyframePlan& plan) {
-  constexpr double kAsWide = 0.8;  // of the mean distance now
+bool HasSimilarBaseline(const LiveEstimate& estimate, double scale, const DenseInput& input, std::size_t k,
+                        const KeyframePlan& plan) {
+  constexpr double kMinShare = 0.8;  // of the mean distance now
   double then = 0.0, now = 0.0;
   for (const auto& [frame, T_keyframe_view] : estimate.T_keyframe_view) {
     then += scale * T_keyframe_view.translation.norm() / static_cast<double>(estimate.T_keyframe_view.size());
@@ -65,7 +65,7 @@ bool StandAsWide(const LiveEstimate& estimate, double scale, const DenseInput& i
         (input.frames[view].T_map_camera.translation - input.keyframes[k].T_map_camera.translation).norm() /
         static_cast<double>(views.size());
   }
-  return then >= kAsWide * now;
+  return then >= kMinShare * now;
 }
 
 // Returns the scale of a depth map that the run itself estimated with these options, to be adopted; nothing
@@ -76,11 +76,11 @@ std::optional<double> LiveScale(const std::string& text, const std::string& sett
   const auto scale = estimate && estimate->settings == settings
                          ? ScaleIfValid(*estimate, input, k, *plan.range)
                          : std::nullopt;
-  return scale && StandAsWide(*estimate, *scale, input, k, plan) ? scale : std::nullopt;
+  return scale && HasSimilarBaseline(*estimate, *scale, input, k, plan) ? scale : std::nullopt;
 }
 
-void TakeLive(double scale, const DenseInput& input, std::size_t k, const KeyframePlan& plan,
-              DepthRecording& recording) {
+void AdoptLive(double scale, const DenseInput& input, std::size_t k, const KeyframePlan& plan,
+               DepthRecording& recording) {
   DepthMap map = recording.Estimate(input.ids[k]);
   map.T_map_camera = input.keyframes[k].T_map_camera;
   map.depth *= scale / recording.Metres();  // metres back to live units, which rows have
@@ -95,9 +95,9 @@ std::vector<std::size_t> OpenJobs(const DenseInput& input, const std::vector<Key
                                   DensifySummary& summary) {
   const std::string settings = EstimationSettings(request.options);
   std::vector<std::size_t> jobs;
-  std::set<std::int64_t> there;
+  std::set<std::int64_t> keyframes;
   for (std::size_t k = 0; k < plans.size(); ++k) {
-    there.insert(input.ids[k]);
+    keyframes.insert(input.ids[k]);
     const std::string text = recording.Settings(input.ids[k]);
     if (!plans[k].range) {
       recording.Remove(input.ids[k]);
@@ -105,7 +105,7 @@ std::vector<std::size_t> OpenJobs(const DenseInput& input, const std::vector<Key
     } else if (text == plans[k].settings) {
       ++summary.resumed;
     } else if (const auto scale = LiveScale(text, settings, input, k, plans[k])) {
-      TakeLive(*scale, input, k, plans[k], recording);
+      AdoptLive(*scale, input, k, plans[k], recording);
       ++summary.live;
     } else if (request.estimate) {
       jobs.push_back(k);
@@ -115,11 +115,28 @@ std::vector<std::size_t> OpenJobs(const DenseInput& input, const std::vector<Key
     }
   }
   for (const std::int64_t keyframe : recording.Estimated()) {
-    if (!there.contains(keyframe)) {
+    if (!keyframes.contains(keyframe)) {
       recording.Remove(keyframe);
     }
   }
   return jobs;
+}
+
+// Estimates depth maps and records them. Returns false if `progress` stopped it.
+bool EstimateInto(DepthRecording& recording, const PlannedInput& all, const std::vector<std::size_t>& jobs,
+                  const DensifyRequest& request, const DensifyProgress& progress, DensifySummary& summary) {
+  int done = 0;
+  return EstimateDepthMaps(all.input, all.plans, jobs, request.options.stereo, request.threads,
+                           [&](std::size_t k, const std::optional<DepthMap>& map) {
+                             if (map) {
+                               recording.PutEstimate(*map, all.plans[k].settings);
+                               ++summary.estimated;
+                             } else {
+                               recording.Remove(all.input.ids[k]);
+                               ++summary.without;
+                             }
+                             return progress(++done, static_cast<int>(jobs.size()), "depth maps");
+                           });
 }
 
 }  // namespace
@@ -133,26 +150,16 @@ std::string DensifySummary::Text() const {
 
 DensifySummary Densify(const DensifyRequest& request, const DensifyProgress& progress) {
   const DenseOptions& options = request.options;
-  const auto [input, plans] = PlanAll(request);
+  const PlannedInput all = PlanAll(request);
+  const auto& [input, plans] = all;
   DensifySummary summary;
   summary.keyframes = static_cast<int>(plans.size());
   DepthRecording recording(request.result / "map.sqmap", DepthRecording::Access::kWrite);
   std::ranges::for_each(request.pieces, [&](const auto& piece) { recording.TakeEstimates(piece); });
   recording.PutText(kSurfaceOptions, DumpOptions(options.surface));
   const std::vector<std::size_t> jobs = OpenJobs(input, plans, request, recording, summary);
-  int done = 0;
-  const auto put = [&](std::size_t k, const std::optional<DepthMap>& map) {
-    if (map) {
-      recording.PutEstimate(*map, plans[k].settings);
-      ++summary.estimated;
-    } else {
-      recording.Remove(input.ids[k]);
-      ++summary.without;
-    }
-    return progress(++done, static_cast<int>(jobs.size()), "depth maps");
-  };
   std::optional<FusedDepth> fused;
-  if (EstimateDepthMaps(input, plans, jobs, options.stereo, request.threads, put)) {
+  if (EstimateInto(recording, all, jobs, request, progress, summary)) {
     fused = FuseDepthMaps(input, plans, options, request.threads, recording, progress);
   }
   recording.Close();
@@ -177,7 +184,8 @@ DensifySummary Densify(const DensifyRequest& request, const DensifyProgress& pro
 
 bool EstimatePiece(const DensifyRequest& request, const Shard& shard, const fs::path& piece,
                    const DensifyProgress& progress) {
-  const auto [input, plans] = PlanAll(request);
+  const PlannedInput all = PlanAll(request);
+  const auto& [input, plans] = all;
   const fs::path map = request.result / "map.sqmap";
   const std::string settings = EstimationSettings(request.options);
   std::vector<std::size_t> jobs;
@@ -193,14 +201,8 @@ bool EstimatePiece(const DensifyRequest& request, const Shard& shard, const fs::
   }
   RecordingWriter(piece, RecordingReader(map).Info()).Close();
   DepthRecording recording(piece, DepthRecording::Access::kWrite);
-  int done = 0;
-  const auto put = [&](std::size_t k, const std::optional<DepthMap>& depth) {
-    if (depth) {
-      recording.PutEstimate(*depth, plans[k].settings);
-    }
-    return progress(++done, static_cast<int>(jobs.size()), "depth maps");
-  };
-  const bool whole = EstimateDepthMaps(input, plans, jobs, request.options.stereo, request.threads, put);
+  DensifySummary summary;
+  const bool whole = EstimateInto(recording, all, jobs, request, progress, summary);
   recording.Close();
   return whole;
 }

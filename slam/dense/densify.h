@@ -34,10 +34,10 @@ struct DensifySummary {
   std::string Text() const;  // one line
 };
 
-// Makes a dense cloud of a finished run: estimates depth maps of its keyframes in parallel, keeps what others
-// confirm, and merges the points. Writes the depth maps into the recording and the cloud to dense.ply. The
-// result does not depend on the number of threads. Takes about 60 MiB plus 35 MiB per thread at half of VGA's
-// size.
+// Makes a dense cloud of a finished run: estimates depth maps of its keyframes in parallel, keeps depths
+// that others confirm, and merges the points. Writes the depth maps into the recording and the cloud to
+// dense.ply. The result does not depend on the number of threads. Takes about 60 MiB plus 35 MiB per thread
+// at half of VGA's size.
 //
 // Throws InputError (no result, no images, disk full), UsageError (options), NoMapError if no depth results:
 // a camera that did not move sideways, too few keyframes.

@@ -2,11 +2,8 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <condition_variable>
-#include <deque>
-#include <exception>
+#include <iterator>
 #include <mutex>
-#include <numeric>
 #include <opencv2/imgproc.hpp>
 #include <optional>
 #include <set>
@@ -17,6 +14,8 @@
 #include "slam/dense/view_choice.h"
 #include "slam/io/image_files.h"
 #include "slam/tracking/rolling_shutter.h"
+#include "slam/util/parallel.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -33,9 +32,9 @@ struct InverseDepthPlane {
 
 std::optional<InverseDepthPlane> PlaneThrough(const std::vector<Eigen::Vector3d>& in_view,
                                               const Camera& camera, const Rigid3d& T_map_camera) {
-  constexpr std::size_t kEnough = 10;
+  constexpr std::size_t kMinPoints = 10;
   constexpr double kDamping = 0.01;  // of the slopes, which few points determine poorly
-  if (in_view.size() < kEnough) {
+  if (in_view.size() < kMinPoints) {
     return std::nullopt;
   }
   const Rigid3d T_camera_map = T_map_camera.Inverse();
@@ -56,11 +55,11 @@ std::optional<InverseDepthPlane> PlaneThrough(const std::vector<Eigen::Vector3d>
 
 ShutterCorrection::ShutterCorrection(const Camera& camera, double readout, const Sequence& sequence,
                                      PosesByFrame poses, std::vector<Eigen::Vector3d> points)
-    : camera_(camera), readout_(readout), poses_(std::move(poses)), points_(std::move(points)) {
-  for (const SequenceFrame& frame : sequence.frames) {
-    timestamps_.push_back(frame.timestamp);
-  }
-}
+    : camera_(camera),
+      readout_(readout),
+      timestamps_(Timestamps(sequence)),
+      poses_(std::move(poses)),
+      points_(std::move(points)) {}
 
 cv::Mat ShutterCorrection::Apply(std::int64_t frame, const cv::Mat& image) const {
   constexpr std::size_t kSamples = 300;  // map points
@@ -100,36 +99,28 @@ cv::Mat ShutterCorrection::Apply(std::int64_t frame, const cv::Mat& image) const
 
 namespace {
 
-// Frames that the sequence does not have are left out: images may be gone since it was mapped.
+// Returns the frames of the sequence that jobs need: all of a video, which is read from its start.
 std::vector<std::int64_t> FramesToRead(const Sequence& sequence,
                                        const std::vector<std::vector<std::int64_t>>& jobs) {
-  std::vector<std::int64_t> frames;
-  if (!sequence.video_path.empty()) {
-    frames.resize(sequence.frames.size());
-    std::iota(frames.begin(), frames.end(), 0);
-    return frames;
-  }
-  std::set<std::int64_t> needed;
+  std::set<std::int64_t> frames;
   for (const std::vector<std::int64_t>& job : jobs) {
-    for (const std::int64_t frame : job) {
-      if (HasFrame(sequence, frame)) {
-        needed.insert(frame);
-      }
-    }
+    std::ranges::copy_if(job, std::inserter(frames, frames.end()),
+                         [&](std::int64_t frame) { return HasFrame(sequence, frame); });
   }
-  return {needed.begin(), needed.end()};
+  for (std::size_t i = 0; !sequence.video_path.empty() && i < sequence.frames.size(); ++i) {
+    frames.insert(static_cast<std::int64_t>(i));
+  }
+  return {frames.begin(), frames.end()};
 }
-
-}  // namespace
 
 Sequence WithFrames(const Sequence& sequence, const std::vector<std::int64_t>& frames) {
   Sequence some = sequence;
-  some.frames.clear();
-  for (const std::int64_t frame : frames) {
-    some.frames.push_back(sequence.frames[static_cast<std::size_t>(frame)]);
-  }
+  some.frames =
+      ToVector(frames, [&](std::int64_t frame) { return sequence.frames[static_cast<std::size_t>(frame)]; });
   return some;
 }
+
+}  // namespace
 
 ImageFeed::ImageFeed(const Sequence& sequence, const Camera& camera, const ShutterCorrection& shutter,
                      const std::vector<std::vector<std::int64_t>>& jobs)
@@ -138,12 +129,10 @@ ImageFeed::ImageFeed(const Sequence& sequence, const Camera& camera, const Shutt
       camera_(camera),
       shutter_(shutter),
       source_(WithFrames(sequence, frames_)) {
-  for (const std::vector<std::int64_t>& job : jobs_) {
-    for (const std::int64_t frame : job) {
-      ++uses_[frame];
-    }
-    if (!job.empty()) {
-      keyframes_.insert(job.front());
+  for (std::size_t i = 0; i < jobs_.size(); ++i) {
+    keyframes_.insert(jobs_[i].front());
+    for (const std::int64_t frame : jobs_[i]) {
+      last_jobs_[frame] = i;
     }
   }
   const Camera recorded = ResizedCamera(sequence.camera, camera.width, camera.height);
@@ -173,33 +162,26 @@ DenseImage ImageFeed::Prepare(std::int64_t index, const Frame& frame) const {
   return {keyframes_.contains(index) ? straight(frame.bgr) : cv::Mat(), straight(frame.gray)};
 }
 
-std::optional<ImageFeed::Job> ImageFeed::Next() {
+ImageFeed::Job ImageFeed::Next() {
   const std::lock_guard lock(mutex_);
-  if (next_ == jobs_.size()) {
-    return std::nullopt;
-  }
   Job job{next_++, {}};
   const std::vector<std::int64_t>& needed = jobs_[job.index];
-  const std::int64_t last = needed.empty() ? -1 : *std::ranges::max_element(needed);
-  while (read_ < last) {
+  while (read_ < std::ranges::max(needed)) {
     const std::optional<Frame> frame = source_.Next();
     if (!frame) {
       break;
     }
     read_ = frames_[static_cast<std::size_t>(frame->index)];
-    if (const auto uses = uses_.find(read_); uses != uses_.end() && uses->second > 0) {
+    if (const auto last = last_jobs_.find(read_); last != last_jobs_.end() && last->second >= job.index) {
       images_.emplace(read_, Prepare(read_, *frame));
     }
   }
   for (const std::int64_t frame : needed) {
-    const auto image = images_.find(frame);
-    if (image != images_.end()) {
+    if (const auto image = images_.find(frame); image != images_.end()) {
       job.images.insert(*image);
     }
-    if (--uses_[frame] == 0) {
-      images_.erase(frame);
-    }
   }
+  std::erase_if(images_, [&](const auto& image) { return last_jobs_.at(image.first) <= job.index; });
   return job;
 }
 
@@ -257,48 +239,6 @@ std::vector<std::vector<std::int64_t>> FramesOf(const DenseInput& input,
   return needed;
 }
 
-// Passes depth maps from the worker threads to the consumer.
-class DepthQueue {
- public:
-  using Entry = std::pair<std::size_t, std::optional<DepthMap>>;
-
-  bool Put(Entry entry) {  // returns false if no more are wanted
-    const std::lock_guard lock(mutex_);
-    if (closed_ || failure_) {
-      return false;
-    }
-    maps_.push_back(std::move(entry));
-    changed_.notify_all();
-    return true;
-  }
-  void Fail(std::exception_ptr failure) {
-    const std::lock_guard lock(mutex_);
-    failure_ = std::move(failure);
-    changed_.notify_all();
-  }
-  Entry Take() {  // waits; rethrows the failure of a worker
-    std::unique_lock lock(mutex_);
-    changed_.wait(lock, [this] { return !maps_.empty() || failure_; });
-    if (failure_) {
-      std::rethrow_exception(failure_);
-    }
-    Entry entry = std::move(maps_.front());
-    maps_.pop_front();
-    return entry;
-  }
-  void Close() {
-    const std::lock_guard lock(mutex_);
-    closed_ = true;
-  }
-
- private:
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::deque<Entry> maps_;
-  std::exception_ptr failure_;
-  bool closed_ = false;
-};
-
 }  // namespace
 
 bool EstimateDepthMaps(const DenseInput& input, const std::vector<KeyframePlan>& plans,
@@ -311,36 +251,19 @@ bool EstimateDepthMaps(const DenseInput& input, const std::vector<KeyframePlan>&
   const ShutterCorrection shutter(input.camera, input.readout, input.sequence, std::move(poses),
                                   input.points);
   ImageFeed feed(input.sequence, input.camera, shutter, FramesOf(input, plans, jobs));
-  DepthQueue queue;
-  const auto work = [&] {
-    try {
-      while (const std::optional<ImageFeed::Job> job = feed.Next()) {
-        const std::size_t k = jobs[job->index];
-        if (!queue.Put({k, EstimateKeyframe(input, k, plans[k], job->images, options)})) {
-          return;
-        }
-      }
-    } catch (...) {
-      queue.Fail(std::current_exception());
+  std::mutex taking;
+  bool stopped = false;
+  ParallelFor(jobs.size(), ThreadsFor(threads, options, input.camera), [&](std::size_t) {
+    if (std::unique_lock lock(taking); stopped) {
+      return;
     }
-  };
-  std::vector<std::jthread> workers;
-  const int count = std::min(ThreadsFor(threads, options, input.camera), static_cast<int>(jobs.size()));
-  for (int i = 0; i < count; ++i) {
-    workers.emplace_back(work);
-  }
-  bool going_on = true;
-  try {
-    for (std::size_t taken = 0; taken < jobs.size() && going_on; ++taken) {
-      const auto [k, map] = queue.Take();
-      going_on = take(k, map);
-    }
-  } catch (...) {
-    queue.Close();
-    throw;
-  }
-  queue.Close();
-  return going_on;
+    const ImageFeed::Job job = feed.Next();
+    const std::size_t k = jobs[job.index];
+    const std::optional<DepthMap> map = EstimateKeyframe(input, k, plans[k], job.images, options);
+    const std::lock_guard lock(taking);
+    stopped = stopped || !take(k, map);
+  });
+  return !stopped;
 }
 
 }  // namespace sqslam

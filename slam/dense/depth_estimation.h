@@ -57,12 +57,12 @@ class ImageFeed {
   ImageFeed(const Sequence& sequence, const Camera& camera, const ShutterCorrection& shutter,
             const std::vector<std::vector<std::int64_t>>& jobs);
 
-  // Returns the next job with its images by frame, without unreadable ones; nothing after the last.
+  // Returns the next job with its images by frame, without unreadable ones. Call it once for each job.
   struct Job {
     std::size_t index;
     std::map<std::int64_t, DenseImage> images;
   };
-  std::optional<Job> Next();
+  Job Next();
 
  private:
   DenseImage Prepare(std::int64_t index, const Frame& frame) const;
@@ -72,26 +72,23 @@ class ImageFeed {
   Camera camera_;
   const ShutterCorrection& shutter_;
   cv::Mat places_x_, places_y_;  // 32FC1, in the resized distorted image; empty without distortion
-  std::mutex mutex_;             // guards the rest
   std::set<std::int64_t> keyframes_;
-  std::map<std::int64_t, int> uses_;  // remaining jobs that need each frame
+  std::map<std::int64_t, std::size_t> last_jobs_;  // that need each frame
+  std::mutex mutex_;                               // guards the rest
   std::map<std::int64_t, DenseImage> images_;
   FrameSource source_;
   std::int64_t read_ = -1;  // the last frame read
   std::size_t next_ = 0;    // index of the next job
 };
 
-// Returns the sequence with these frames only, all of which it has.
-Sequence WithFrames(const Sequence& sequence, const std::vector<std::int64_t>& frames);
-
 // Receives the depth map of a keyframe (a position in DenseInput::keyframes), empty if its images cannot be
 // read. Returns false to stop.
 using TakeDepthMap = std::function<bool(std::size_t keyframe, const std::optional<DepthMap>& map)>;
 
 // Estimates the depth of the keyframes `jobs` by their plans, on up to `threads` threads (0: all hardware
-// threads) within 400 MB. Calls `take` on the caller's thread, in the order in which maps become ready; the
-// maps don't depend on the number of threads. Returns false if `take` stopped it; rethrows what `take` or a
-// thread threw.
+// threads) within 400 MB. Calls `take` on these threads, one call at a time, in the order in which maps
+// become ready; the maps don't depend on the number of threads. Returns false if `take` stopped it; rethrows
+// what `take` or a thread threw.
 bool EstimateDepthMaps(const DenseInput& input, const std::vector<KeyframePlan>& plans,
                        const std::vector<std::size_t>& jobs, const StereoOptions& options, int threads,
                        const TakeDepthMap& take);

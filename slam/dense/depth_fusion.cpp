@@ -35,16 +35,15 @@ double DepthNear(const cv::Mat& depth, double u, double v, double expected, doub
 }
 
 // Returns true if the map's surface at the pixel lies clearly behind `expected`.
-bool SeesThrough(const cv::Mat& depth, const Eigen::Vector2d& pixel, double expected, double max_difference) {
-  constexpr double kClearly = 3.0;  // times max_difference
+bool SeesThrough(const cv::Mat& depth, const Eigen::Vector2d& pixel, double expected) {
+  constexpr double kMinGap = 3.0 * kMaxDepthDifference;  // share of the depth
   return depth.at<float>(static_cast<int>(pixel.y() + 0.5), static_cast<int>(pixel.x() + 0.5)) >
-         (1.0 + kClearly * max_difference) * expected;
+         (1.0 + kMinGap) * expected;
 }
 
 }  // namespace
 
-DepthMap KeepConsistent(const DepthMap& map, const std::vector<DepthMap>& neighbours,
-                        const DepthFusionOptions& options) {
+DepthMap KeepConsistent(const DepthMap& map, const std::vector<DepthMap>& neighbours, int min_views) {
   DepthMap kept = map;
   kept.depth = cv::Mat(map.depth.size(), CV_32F, cv::Scalar(0));
   kept.views = cv::Mat(map.depth.size(), CV_8U, cv::Scalar(0));
@@ -70,16 +69,15 @@ DepthMap KeepConsistent(const DepthMap& map, const std::vector<DepthMap>& neighb
               pixel.y() < other.depth.rows - 1)) {
           continue;
         }
-        const double seen =
-            DepthNear(other.depth, pixel.x(), pixel.y(), p.z(), options.max_difference * p.z());
+        const double seen = DepthNear(other.depth, pixel.x(), pixel.y(), p.z(), kMaxDepthDifference * p.z());
         if (seen > 0.0) {
           ratios += seen / p.z();
           ++views;
-        } else if (SeesThrough(other.depth, pixel, p.z(), options.max_difference)) {
+        } else if (SeesThrough(other.depth, pixel, p.z())) {
           ++against;
         }
       }
-      if (views >= std::max(options.min_views, against)) {
+      if (views >= std::max(min_views, against)) {
         kept.depth.at<float>(y, x) = static_cast<float>(z * ratios / (1 + views));
         kept.views.at<std::uint8_t>(y, x) = static_cast<std::uint8_t>(views);
       }
@@ -90,47 +88,34 @@ DepthMap KeepConsistent(const DepthMap& map, const std::vector<DepthMap>& neighb
 
 namespace {
 
-// Cache of depth maps: neighbours that several keyframes share are decoded once.
+// Depth maps of a batch: those that the next batch needs too are decoded once.
 class DepthCache {
  public:
-  DepthCache(std::size_t most, int threads, std::function<DepthMap(std::int64_t)> read)
-      : most_(most), threads_(threads), read_(std::move(read)) {}
+  DepthCache(int threads, std::function<DepthMap(std::int64_t)> read)
+      : threads_(threads), read_(std::move(read)) {}
 
-  // Reads the missing depth maps of these keyframes in parallel, and evicts the least recently used others.
-  void Hold(const std::set<std::int64_t>& keyframes) {
-    ++asked_;
-    std::vector<std::pair<std::int64_t, Entry*>> missing;
+  // Reads the missing depth maps of these keyframes in parallel, and drops all others.
+  void Load(const std::set<std::int64_t>& keyframes) {
+    std::erase_if(maps_, [&](const auto& map) { return !keyframes.contains(map.first); });
+    std::vector<std::pair<std::int64_t, DepthMap*>> missing;
     for (const std::int64_t keyframe : keyframes) {
-      Entry& entry = maps_[keyframe];
-      if (entry.asked == 0) {
-        missing.emplace_back(keyframe, &entry);
+      if (const auto [map, fresh] = maps_.try_emplace(keyframe); fresh) {
+        missing.emplace_back(keyframe, &map->second);
       }
-      entry.asked = asked_;
-    }
-    while (maps_.size() > std::max(most_, keyframes.size())) {
-      maps_.erase(std::ranges::min_element(
-          maps_, [](const auto& a, const auto& b) { return a.second.asked < b.second.asked; }));
     }
     ParallelFor(missing.size(), threads_,
-                [&](std::size_t i) { missing[i].second->map = read_(missing[i].first); });
+                [&](std::size_t i) { *missing[i].second = read_(missing[i].first); });
   }
-  const DepthMap& Get(std::int64_t keyframe) const { return maps_.at(keyframe).map; }
+  const DepthMap& Get(std::int64_t keyframe) const { return maps_.at(keyframe); }
 
  private:
-  struct Entry {
-    DepthMap map;
-    int asked = 0;
-  };
-
-  std::size_t most_;
   int threads_;
   std::function<DepthMap(std::int64_t)> read_;
-  std::map<std::int64_t, Entry> maps_;
-  int asked_ = 0;
+  std::map<std::int64_t, DepthMap> maps_;
 };
 
-// Returns the edge of the cloud's cubes: this many pixels at the median depth of the map points.
-double SpacingOf(const DenseInput& input, const std::vector<KeyframePlan>& plans, double pixels) {
+// Returns the edge of the cloud's cubes: a pixel at the median depth of the map points.
+double SpacingOf(const DenseInput& input, const std::vector<KeyframePlan>& plans) {
   std::vector<double> depths;
   for (std::size_t k = 0; k < plans.size(); ++k) {
     const Rigid3d T_camera_map = input.keyframes[k].T_map_camera.Inverse();
@@ -138,7 +123,7 @@ double SpacingOf(const DenseInput& input, const std::vector<KeyframePlan>& plans
       depths.push_back((T_camera_map * p).z());
     }
   }
-  return pixels * UpperMedian(std::move(depths)) / input.camera.fx;
+  return UpperMedian(std::move(depths)) / input.camera.fx;
 }
 
 // A keyframe with an estimated depth, and the others that it is compared with.
@@ -148,24 +133,21 @@ struct Neighbourhood {
 };
 
 std::vector<Neighbourhood> NeighbourhoodsOf(const DenseInput& input, const std::vector<KeyframePlan>& plans,
-                                            const std::vector<std::int64_t>& estimated, int neighbours) {
-  const std::set<std::int64_t> there(estimated.begin(), estimated.end());
+                                            const std::vector<std::int64_t>& estimated) {
   std::vector<PosedFrame> keyframes;
   std::vector<std::size_t> positions;
   for (std::size_t k = 0; k < input.keyframes.size(); ++k) {
-    if (there.contains(input.ids[k])) {
+    if (std::ranges::find(estimated, input.ids[k]) != estimated.end()) {
       keyframes.push_back(input.keyframes[k]);
       positions.push_back(k);
     }
   }
   std::vector<Neighbourhood> all;
   for (std::size_t i = 0; i < keyframes.size(); ++i) {
-    Neighbourhood one{input.ids[positions[i]], {}};
-    for (const std::size_t n :
-         ChooseNeighbours(i, keyframes, plans[positions[i]].in_view, input.camera, neighbours)) {
-      one.neighbours.push_back(input.ids[positions[n]]);
-    }
-    all.push_back(std::move(one));
+    const std::vector<std::size_t> chosen =
+        ChooseNeighbours(i, keyframes, plans[positions[i]].in_view, input.camera, kNeighbours);
+    all.push_back(
+        {input.ids[positions[i]], ToVector(chosen, [&](std::size_t n) { return input.ids[positions[n]]; })});
   }
   return all;
 }
@@ -173,9 +155,10 @@ std::vector<Neighbourhood> NeighbourhoodsOf(const DenseInput& input, const std::
 constexpr std::size_t kBatch = 8;  // depth maps read and processed at a time
 
 // Records the result of `make` for each depth map. Returns false if `progress` ended it.
-bool PutAll(const std::vector<Neighbourhood>& all, DepthCache& cache, int threads, const std::string& state,
-            const std::function<DepthMap(const DepthMap&, const std::vector<DepthMap>&)>& make,
-            DepthRecording& recording, const DensifyProgress& progress) {
+bool ProcessAll(const std::vector<Neighbourhood>& all, DepthCache& cache, int threads,
+                const std::string& state,
+                const std::function<DepthMap(const DepthMap&, const std::vector<DepthMap>&)>& make,
+                DepthRecording& recording, const DensifyProgress& progress) {
   for (std::size_t first = 0; first < all.size(); first += kBatch) {
     const std::size_t end = std::min(first + kBatch, all.size());
     std::set<std::int64_t> needed;
@@ -183,7 +166,7 @@ bool PutAll(const std::vector<Neighbourhood>& all, DepthCache& cache, int thread
       needed.insert(all[i].keyframe);
       needed.insert(all[i].neighbours.begin(), all[i].neighbours.end());
     }
-    cache.Hold(needed);
+    cache.Load(needed);
     ParallelFor(end - first, threads, [&](std::size_t i) {
       const Neighbourhood& one = all[first + i];
       const std::vector<DepthMap> neighbours =
@@ -222,38 +205,34 @@ FusedDepth Gather(const std::vector<Neighbourhood>& all, double spacing, int thr
 std::optional<FusedDepth> FuseDepthMaps(const DenseInput& input, const std::vector<KeyframePlan>& plans,
                                         const DenseOptions& options, int threads, DepthRecording& recording,
                                         const DensifyProgress& progress) {
-  const std::vector<Neighbourhood> all =
-      NeighbourhoodsOf(input, plans, recording.Estimated(), options.fusion.neighbours);
-  constexpr std::size_t kMemory = 96U << 20U;  // bytes for depth maps
-  constexpr std::size_t kPixel = sizeof(float) + 4 * sizeof(std::uint8_t);
-  const std::size_t most =
-      kMemory / (kPixel * static_cast<std::size_t>(input.camera.width * input.camera.height));
+  const std::vector<Neighbourhood> all = NeighbourhoodsOf(input, plans, recording.Estimated());
   CloudPieces pieces;
   {
-    DepthCache estimates(most, threads, [&](std::int64_t keyframe) { return recording.Estimate(keyframe); });
+    DepthCache estimates(threads, [&](std::int64_t keyframe) { return recording.Estimate(keyframe); });
     const auto keep = [&](const DepthMap& map, const std::vector<DepthMap>& neighbours) {
-      const DepthMap kept = KeepConsistent(map, neighbours, options.fusion);
+      const DepthMap kept = KeepConsistent(map, neighbours, options.fusion.min_views);
       pieces.Add(kept);
       return kept;
     };
-    if (!PutAll(all, estimates, threads, "fused", keep, recording, progress)) {
+    if (!ProcessAll(all, estimates, threads, "fused", keep, recording, progress)) {
       return std::nullopt;
     }
   }
-  pieces.Join(options.fusion.min_piece * input.camera.width * input.camera.height);
-  DepthCache sifted(most, threads, [&](std::int64_t keyframe) {
+  constexpr double kMinPiece = 0.01;  // share of an image; smaller isolated pieces of the cloud are dropped
+  pieces.Join(kMinPiece * input.camera.width * input.camera.height);
+  DepthCache sifted(threads, [&](std::int64_t keyframe) {
     DepthMap map = recording.Kept(keyframe);
     map.depth.setTo(0.0F, map.views == kFilledByPlane);  // fills of neighbours that were processed before
     pieces.DropSmall(map);
-    return options.fill.enabled ? FillPlanes(map, options.fill) : map;
+    return options.fill.enabled ? FillPlanes(map) : map;
   });
   const auto confirm = [&](const DepthMap& map, const std::vector<DepthMap>& neighbours) {
-    return KeepConfirmedFills(map, neighbours, options.fusion);
+    return KeepConfirmedFills(map, neighbours, options.fusion.min_views);
   };
-  if (!PutAll(all, sifted, threads, "filled", confirm, recording, progress)) {
+  if (!ProcessAll(all, sifted, threads, "filled", confirm, recording, progress)) {
     return std::nullopt;
   }
-  return Gather(all, SpacingOf(input, plans, options.fusion.spacing), threads, recording);
+  return Gather(all, SpacingOf(input, plans), threads, recording);
 }
 
 }  // namespace sqslam

@@ -24,12 +24,10 @@
 namespace sqslam {
 namespace {
 
-constexpr std::size_t kSettled = 10;  // keyframes after which a pose hardly changes
+constexpr std::size_t kSettledAfter = 10;  // keyframes until a pose has settled
 
 std::optional<Rigid3d> PoseOf(const std::vector<PosedFrame>& frames, std::int64_t index) {
-  const auto found =
-      std::lower_bound(frames.begin(), frames.end(), index,
-                       [](const PosedFrame& frame, std::int64_t i) { return frame.index < i; });
+  const auto found = std::ranges::lower_bound(frames, index, {}, &PosedFrame::index);
   return found != frames.end() && found->index == index ? std::optional(found->T_map_camera) : std::nullopt;
 }
 
@@ -123,7 +121,7 @@ std::optional<LiveEstimate> LiveEstimate::FromText(const std::string& text) {
 
 std::optional<double> ScaleIfValid(const LiveEstimate& estimate, const DenseInput& input,
                                    std::size_t keyframe, const DepthRange& range) {
-  constexpr double kMostMoved = 0.5;  // pixels
+  constexpr double kMaxMotion = 0.5;  // pixels
   const Rigid3d T_keyframe_map = input.keyframes[keyframe].T_map_camera.Inverse();
   std::vector<std::pair<Rigid3d, Rigid3d>> poses;  // then and now
   double products = 0.0, squares = 0.0;
@@ -140,11 +138,11 @@ std::optional<double> ScaleIfValid(const LiveEstimate& estimate, const DenseInpu
   const double scale = products / squares;
   const double middle = 2.0 / (1.0 / range.nearest + 1.0 / range.farthest);
   for (const auto& [then, now] : poses) {
-    if (!(Motion(then, now, scale, middle, input.camera) <= kMostMoved)) {
+    if (!(Motion(then, now, scale, middle, input.camera) <= kMaxMotion)) {
       return std::nullopt;
     }
   }
-  if (ShutterShift(input, input.keyframes[keyframe].index, middle) > kMostMoved) {
+  if (ShutterShift(input, input.keyframes[keyframe].index, middle) > kMaxMotion) {
     return std::nullopt;
   }
   return scale > 0.0 ? std::optional(scale) : std::nullopt;
@@ -188,9 +186,9 @@ struct LiveDepth::Impl {
       for (const PosedFrame& frame : frames) {
         tracked[frame.index] = frame.T_map_camera;
       }
-      input.TakeMap(*map, options.scale);
+      input.SetMap(*map, options.scale);
       input.frames = MovedWithKeyframes(tracked, input.keyframes);
-      for (std::size_t k = 0; k + kSettled < input.keyframes.size(); ++k) {
+      for (std::size_t k = 0; k + kSettledAfter < input.keyframes.size(); ++k) {
         if (!tried.contains(input.ids[k])) {
           return k;
         }
@@ -224,9 +222,9 @@ struct LiveDepth::Impl {
       recording.emplace(path, DepthRecording::Access::kBeside);
     }
     recording->PutEstimate(map, estimate.Text());
-    recording->PutKept(KeepConsistent(map, last, options.fusion));
+    recording->PutKept(KeepConsistent(map, last, options.fusion.min_views));
     last.push_back(map);
-    if (last.size() > static_cast<std::size_t>(options.fusion.neighbours)) {
+    if (last.size() > std::size_t{kNeighbours}) {
       last.erase(last.begin());
     }
   }

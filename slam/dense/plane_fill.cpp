@@ -9,23 +9,27 @@
 #include <opencv2/imgproc.hpp>
 #include <optional>
 
+#include "slam/dense/depth_fusion.h"
 #include "slam/util/disjoint_sets.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
 
-constexpr int kReach = 2;  // pixels beyond a region's border that support its depth: colours mix there
+constexpr int kReach = 2;       // pixels beyond a region's border that support its depth: colours mix there
+constexpr int kMinPixels = 60;  // least size of a region, and of its part with depth
+constexpr double kMaxDifference = 0.03;  // distance of a depth from its plane, share of the depth
 
 // Returns the label of each pixel's region (32SC1): connected pixels of similar colour.
-cv::Mat RegionsOf(const cv::Mat& bgr, double max_step) {
+cv::Mat RegionsOf(const cv::Mat& bgr) {
+  constexpr int kMaxStep = 3;  // grey levels of any channel between neighbouring pixels
   cv::Mat smooth;
   cv::GaussianBlur(bgr, smooth, {3, 3}, 0.0);
   const int cols = smooth.cols;
   DisjointSets sets(smooth.total());
   const auto join = [&](const cv::Vec3b& a, const cv::Vec3b& b, int i, int j) {
     const int step = std::max({std::abs(a[0] - b[0]), std::abs(a[1] - b[1]), std::abs(a[2] - b[2])});
-    if (step <= max_step) {
+    if (step <= kMaxStep) {
       sets.Join(i, j);
     }
   };
@@ -65,28 +69,19 @@ std::optional<Eigen::Vector3d> PlaneThrough(const std::vector<Support>& support)
   return plane.allFinite() ? std::optional(plane) : std::nullopt;
 }
 
-// Criteria for a plane that many supports share.
-struct Agreement {
-  int trials = 40;
-  double max_difference = 0.02;  // of the depth, up to which a support lies on the plane
-  double enough = 0.0;           // supports that must lie on it
-};
-
-bool LiesOn(const Eigen::Vector3d& plane, const Support& s, double max_difference) {
-  return std::abs(plane.dot(s.pixel) - s.inverse) <= max_difference * s.inverse;
+bool LiesOn(const Eigen::Vector3d& plane, const Support& s) {
+  return std::abs(plane.dot(s.pixel) - s.inverse) <= kMaxDifference * s.inverse;
 }
 
-// Returns the plane with the most inliers (RANSAC), or nothing if they are not enough.
-std::optional<Eigen::Vector3d> CommonPlane(const std::vector<Support>& support, const Agreement& agreement,
-                                           cv::RNG& random, std::vector<Support>& on_it) {
-  constexpr std::size_t kCounted = 200;  // supports tested per trial
-  const std::size_t stride = std::max<std::size_t>(1, support.size() / kCounted);
-  const auto lies_on = [&](const Eigen::Vector3d& plane, const Support& s) {
-    return LiesOn(plane, s, agreement.max_difference);
-  };
+// Returns the plane with the most inliers (RANSAC), or nothing if there are fewer than `min_inliers`.
+std::optional<Eigen::Vector3d> CommonPlane(const std::vector<Support>& support, int trials,
+                                           double min_inliers, cv::RNG& random,
+                                           std::vector<Support>& inliers) {
+  constexpr std::size_t kMaxTested = 200;  // supports tested per trial
+  const std::size_t stride = std::max<std::size_t>(1, support.size() / kMaxTested);
   std::size_t most = 0;
   Eigen::Vector3d best = Eigen::Vector3d::Zero();
-  for (int trial = 0; trial < agreement.trials; ++trial) {
+  for (int trial = 0; trial < trials; ++trial) {
     Eigen::Matrix3d pixels;
     Eigen::Vector3d inverses;
     for (int i = 0; i < 3; ++i) {
@@ -102,7 +97,7 @@ std::optional<Eigen::Vector3d> CommonPlane(const std::vector<Support>& support, 
     const Eigen::Vector3d plane = pixels.partialPivLu().solve(inverses);
     std::size_t votes = 0;
     for (std::size_t i = 0; i < support.size(); i += stride) {
-      votes += lies_on(plane, support[i]) ? 1U : 0U;
+      votes += LiesOn(plane, support[i]) ? 1U : 0U;
     }
     if (votes > most) {
       most = votes;
@@ -110,14 +105,11 @@ std::optional<Eigen::Vector3d> CommonPlane(const std::vector<Support>& support, 
     }
   }
   for (int round = 0; round < 2 && most > 0; ++round) {
-    on_it.clear();
-    std::ranges::copy_if(support, std::back_inserter(on_it),
-                         [&](const Support& s) { return lies_on(best, s); });
-    if (static_cast<double>(on_it.size()) < agreement.enough) {
-      return std::nullopt;
-    }
-    const auto fitted = PlaneThrough(on_it);
-    if (!fitted) {
+    inliers.clear();
+    std::ranges::copy_if(support, std::back_inserter(inliers),
+                         [&](const Support& s) { return LiesOn(best, s); });
+    const auto fitted = PlaneThrough(inliers);
+    if (static_cast<double>(inliers.size()) < min_inliers || !fitted) {
       return std::nullopt;
     }
     best = *fitted;
@@ -127,21 +119,20 @@ std::optional<Eigen::Vector3d> CommonPlane(const std::vector<Support>& support, 
 
 // Returns the planes of a region of one colour that extends around corners, such as doors of a kitchen: each
 // holds a share of the supports, the largest first.
-std::vector<Eigen::Vector3d> SeveralPlanes(std::vector<Support> support, const FillOptions& options,
-                                           cv::RNG& random) {
-  constexpr std::size_t kMost = 4;
-  constexpr int kTrials = 400;  // finds a plane of a fifth of the supports in 19 of 20 cases
-  const double enough =
-      std::max(options.min_share * static_cast<double>(support.size()), double(options.min_pixels));
+std::vector<Eigen::Vector3d> SeveralPlanes(std::vector<Support> support, cv::RNG& random) {
+  constexpr std::size_t kMaxPlanes = 4;
+  constexpr double kMinShare = 0.15;  // of the supports that must lie on each plane
+  constexpr int kTrials = 400;        // finds a plane of a fifth of the supports in 19 of 20 cases
+  const double min_inliers = std::max(kMinShare * static_cast<double>(support.size()), double{kMinPixels});
   std::vector<Eigen::Vector3d> planes;
-  std::vector<Support> on_it;
-  while (planes.size() < kMost && static_cast<double>(support.size()) >= enough) {
-    const auto plane = CommonPlane(support, {kTrials, options.max_difference, enough}, random, on_it);
+  std::vector<Support> inliers;
+  while (planes.size() < kMaxPlanes && static_cast<double>(support.size()) >= min_inliers) {
+    const auto plane = CommonPlane(support, kTrials, min_inliers, random, inliers);
     if (!plane) {
       break;
     }
     planes.push_back(*plane);
-    std::erase_if(support, [&](const Support& s) { return LiesOn(*plane, s, options.max_difference); });
+    std::erase_if(support, [&](const Support& s) { return LiesOn(*plane, s); });
   }
   return planes;
 }
@@ -152,7 +143,7 @@ struct Region {
 };
 
 // Returns the regions with enough empty pixels and enough supports, in the order of their labels.
-std::vector<Region> EmptyRegions(const DepthMap& map, const cv::Mat& labels, const FillOptions& options) {
+std::vector<Region> EmptyRegions(const DepthMap& map, const cv::Mat& labels) {
   std::vector<Region> regions(labels.total());
   for (int y = 0; y < labels.rows; ++y) {
     for (int x = 0; x < labels.cols; ++x) {
@@ -178,28 +169,27 @@ std::vector<Region> EmptyRegions(const DepthMap& map, const cv::Mat& labels, con
       }
     }
   }
-  std::erase_if(regions, [&](const Region& region) {
-    return static_cast<int>(region.empty.size()) < options.min_pixels ||
-           static_cast<int>(region.support.size()) < options.min_pixels;
+  std::erase_if(regions, [](const Region& region) {
+    return std::min(region.empty.size(), region.support.size()) < std::size_t{kMinPixels};
   });
   return regions;
 }
 
 // For each pixel of a region, the first pixels with depth along eight directions, within the region or up to
 // kReach beyond.
-class Sight {
+class RayHits {
  public:
-  Sight(const cv::Mat& labels, const cv::Mat& depth) {
+  RayHits(const cv::Mat& labels, const cv::Mat& depth) {
     for (std::size_t d = 0; d < kDirections.size(); ++d) {
-      Look(labels, depth, kDirections[d], met_[d]);
+      Trace(labels, depth, kDirections[d], met_[d]);
     }
   }
 
   // Returns the index of the plane that most lines meet: at least three lines, and most of those that meet
   // anything. -1 if there is none.
-  int PlaneAt(const cv::Point& pixel, const std::vector<Eigen::Vector3d>& planes, const cv::Mat& depth,
-              double max_difference) const {
-    constexpr int kEnough = 3;
+  int PlaneAt(const cv::Point& pixel, const std::vector<Eigen::Vector3d>& planes,
+              const cv::Mat& depth) const {
+    constexpr int kMinVotes = 3;
     std::vector<int> votes(planes.size());
     int met = 0;
     for (const cv::Mat& of_direction : met_) {
@@ -211,19 +201,19 @@ class Sight {
       const cv::Point there(at % depth.cols, at / depth.cols);
       const Support support{{double(there.x), double(there.y), 1.0}, 1.0 / depth.at<float>(there)};
       for (std::size_t i = 0; i < planes.size(); ++i) {
-        votes[i] += LiesOn(planes[i], support, max_difference) ? 1 : 0;
+        votes[i] += LiesOn(planes[i], support) ? 1 : 0;
       }
     }
     const auto most = std::ranges::max_element(votes);
-    return *most >= kEnough && 2 * *most > met ? static_cast<int>(most - votes.begin()) : -1;
+    return *most >= kMinVotes && 2 * *most > met ? static_cast<int>(most - votes.begin()) : -1;
   }
 
  private:
   static constexpr std::array<std::array<int, 2>, 8> kDirections = {
       {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, -1}, {1, -1}, {-1, 1}}};
 
-  static void Look(const cv::Mat& labels, const cv::Mat& depth, const std::array<int, 2>& step,
-                   cv::Mat& met) {
+  static void Trace(const cv::Mat& labels, const cv::Mat& depth, const std::array<int, 2>& step,
+                    cv::Mat& met) {
     const auto [dx, dy] = step;
     met = cv::Mat(labels.size(), CV_32S, cv::Scalar(-1));
     const cv::Rect whole({0, 0}, labels.size());
@@ -253,21 +243,21 @@ class Sight {
 
 // Gives a pixel the depth of a plane, unless the plane is seen at a grazing angle.
 void Fill(const cv::Point& pixel, const Eigen::Vector3d& plane, DepthMap& map) {
-  constexpr double kSteepest = 10.0;  // largest slope of a trusted plane (tangent)
+  constexpr double kMaxSlope = 10.0;  // of a trusted plane (tangent)
   const double inverse = plane.dot(Eigen::Vector3d(pixel.x, pixel.y, 1.0));
   const double slope = plane.head<2>().norm() * map.camera.fx / std::max(inverse, 1e-12);
-  if (inverse > 0.0 && slope < kSteepest) {
+  if (inverse > 0.0 && slope < kMaxSlope) {
     map.depth.at<float>(pixel) = static_cast<float>(1.0 / inverse);
     map.views.at<std::uint8_t>(pixel) = kFilledByPlane;
   }
 }
 
 // Fills a region with the plane that each pixel sees around it. Pixels follow the majority of their
-// neighbourhood: single lines of sight end at clutter.
-void FillBySight(const Region& region, const std::vector<Eigen::Vector3d>& planes, const Sight& sight,
-                 const cv::Mat& known, double max_difference, DepthMap& map) {
+// neighbourhood: single lines of hits end at clutter.
+void FillByRays(const Region& region, const std::vector<Eigen::Vector3d>& planes, const RayHits& hits,
+                const cv::Mat& known, DepthMap& map) {
   constexpr int kRadius = 6;         // pixels, of a neighbourhood
-  constexpr double kMajority = 0.4;  // share of its empty pixels that must see the same plane
+  constexpr double kMinShare = 0.4;  // share of its empty pixels that must see the same plane
   const cv::Rect bounds = cv::boundingRect(region.empty);
   const auto count_around = [&](const auto& counts) {  // per pixel of `bounds`, over its neighbourhood
     cv::Mat mask(bounds.size(), CV_32F, cv::Scalar(0.0));
@@ -279,9 +269,8 @@ void FillBySight(const Region& region, const std::vector<Eigen::Vector3d>& plane
     return mask;
   };
   std::vector<int> seen(region.empty.size());
-  std::ranges::transform(region.empty, seen.begin(), [&](const cv::Point& pixel) {
-    return sight.PlaneAt(pixel, planes, known, max_difference);
-  });
+  std::ranges::transform(region.empty, seen.begin(),
+                         [&](const cv::Point& pixel) { return hits.PlaneAt(pixel, planes, known); });
   const cv::Mat all = count_around([](std::size_t) { return true; });
   std::vector<float> most(region.empty.size());
   std::vector<int> chosen(region.empty.size(), -1);
@@ -289,7 +278,7 @@ void FillBySight(const Region& region, const std::vector<Eigen::Vector3d>& plane
     const cv::Mat agree = count_around([&](std::size_t i) { return seen[i] == plane; });
     for (std::size_t i = 0; i < region.empty.size(); ++i) {
       const cv::Point at = region.empty[i] - bounds.tl();
-      if (agree.at<float>(at) > std::max<double>(most[i], kMajority * all.at<float>(at))) {
+      if (agree.at<float>(at) > std::max<double>(most[i], kMinShare * all.at<float>(at))) {
         most[i] = agree.at<float>(at);
         chosen[i] = plane;
       }
@@ -304,7 +293,9 @@ void FillBySight(const Region& region, const std::vector<Eigen::Vector3d>& plane
 
 }  // namespace
 
-DepthMap FillPlanes(const DepthMap& map, const FillOptions& options) {
+DepthMap FillPlanes(const DepthMap& map) {
+  constexpr double kMinSupport = 0.7;  // share of a region's known depths that must lie on one plane
+  constexpr int kTrials = 40;
   DepthMap filled = map;
   filled.depth = map.depth.clone();
   filled.views = map.views.clone();
@@ -312,25 +303,24 @@ DepthMap FillPlanes(const DepthMap& map, const FillOptions& options) {
   filled.depth.setTo(0.0F, earlier);
   filled.views.setTo(0, earlier);
   cv::RNG random(1);
-  const cv::Mat labels = RegionsOf(map.bgr, options.max_step);
+  const cv::Mat labels = RegionsOf(map.bgr);
   const cv::Mat known = filled.depth.clone();
-  std::optional<Sight> sight;  // created on demand
-  for (const Region& region : EmptyRegions(filled, labels, options)) {
-    std::vector<Support> on_it;
-    const double enough = options.min_support * static_cast<double>(region.support.size());
-    const auto plane = CommonPlane(
-        region.support, {.max_difference = options.max_difference, .enough = enough}, random, on_it);
+  std::optional<RayHits> hits;  // created on demand
+  for (const Region& region : EmptyRegions(filled, labels)) {
+    std::vector<Support> inliers;
+    const double min_inliers = kMinSupport * static_cast<double>(region.support.size());
+    const auto plane = CommonPlane(region.support, kTrials, min_inliers, random, inliers);
     if (!plane) {
-      if (const auto planes = SeveralPlanes(region.support, options, random); !planes.empty()) {
-        if (!sight) {
-          sight.emplace(labels, known);
+      if (const auto planes = SeveralPlanes(region.support, random); !planes.empty()) {
+        if (!hits) {
+          hits.emplace(labels, known);
         }
-        FillBySight(region, planes, *sight, known, options.max_difference, filled);
+        FillByRays(region, planes, *hits, known, filled);
       }
       continue;
     }
     std::vector<cv::Point2f> corners, hull;
-    for (const Support& s : on_it) {
+    for (const Support& s : inliers) {
       corners.emplace_back(static_cast<float>(s.pixel.x()), static_cast<float>(s.pixel.y()));
     }
     cv::convexHull(corners, hull);
@@ -343,8 +333,7 @@ DepthMap FillPlanes(const DepthMap& map, const FillOptions& options) {
   return filled;
 }
 
-DepthMap KeepConfirmedFills(const DepthMap& map, const std::vector<DepthMap>& neighbours,
-                            const DepthFusionOptions& options) {
+DepthMap KeepConfirmedFills(const DepthMap& map, const std::vector<DepthMap>& neighbours, int min_views) {
   DepthMap kept = map;
   kept.depth = map.depth.clone();
   kept.views = map.views.clone();
@@ -368,11 +357,11 @@ DepthMap KeepConfirmedFills(const DepthMap& map, const std::vector<DepthMap>& ne
           continue;
         }
         const double z = other.depth.at<float>(v, u);
-        agree += std::abs(z - p.z()) <= options.max_difference * p.z() ? 1 : 0;
+        agree += std::abs(z - p.z()) <= kMaxDepthDifference * p.z() ? 1 : 0;
         seen_through = other.views.at<std::uint8_t>(v, u) != kFilledByPlane &&
-                       z > (1.0 + 3.0 * options.max_difference) * p.z();
+                       z > (1.0 + 3.0 * kMaxDepthDifference) * p.z();
       }
-      if (seen_through || agree < options.min_views) {
+      if (seen_through || agree < min_views) {
         kept.depth.at<float>(y, x) = 0.0F;
         kept.views.at<std::uint8_t>(y, x) = 0;
       }

@@ -2,7 +2,6 @@
 
 #include <vector>
 
-#include "slam/dense/dense_options.h"
 #include "slam/snapshot/depth_map.h"
 
 namespace sqslam {
@@ -10,11 +9,10 @@ namespace sqslam {
 // Fills regions of one colour that lack depth, marked as kFilledByPlane: their known depths, inside and along
 // the border, must lie on one plane or a few, and only pixels that they surround are filled. A region is a
 // set of connected pixels with small colour steps. Earlier fills are dropped.
-DepthMap FillPlanes(const DepthMap& map, const FillOptions& options);
+DepthMap FillPlanes(const DepthMap& map);
 
-// Drops fills that fewer than `min_views` neighbours (filled likewise) confirm up to `max_difference` of the
-// depth, or behind which a neighbour measured a surface: its ray would have passed through.
-DepthMap KeepConfirmedFills(const DepthMap& map, const std::vector<DepthMap>& neighbours,
-                            const DepthFusionOptions& options);
+// Drops fills that fewer than `min_views` neighbours (filled likewise) confirm up to kMaxDepthDifference, or
+// behind which a neighbour measured a surface: its ray would have passed through.
+DepthMap KeepConfirmedFills(const DepthMap& map, const std::vector<DepthMap>& neighbours, int min_views);
 
 }  // namespace sqslam

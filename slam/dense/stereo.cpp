@@ -3,72 +3,175 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
+#include <limits>
 #include <opencv2/imgproc.hpp>
+
+#include "slam/util/wide_registers.h"
 
 namespace sqslam {
 namespace {
 
-// Refines once: scores the inverse depths and a step to either side, then moves to the top of the parabola
-// through them, or to the better side if there is no top. If no score is `enough`, for example if these views
-// don't see the surface, the inverse depth stays.
-void RefineOnce(PatchScores& scores, float step, float enough, cv::Mat& inverse_depth, cv::Mat& score) {
-  std::array<cv::Mat, 3> tried;
-  std::vector<float> row_depth(static_cast<std::size_t>(scores.Width()));
-  for (int k = 0; k < 3; ++k) {
-    cv::Mat& found = tried[static_cast<std::size_t>(k)];
-    found.create(scores.Height(), scores.Width(), CV_32F);
-    const float offset = static_cast<float>(k - 1) * step;
-    scores.Visit(
-        [&](int y) {
-          const float* row = inverse_depth.ptr<float>(y);
-          std::transform(row, row + scores.Width(), row_depth.begin(),
-                         [offset](float value) { return value + offset; });
-          return row_depth.data();
-        },
-        [&](int y, const float* row) { std::copy_n(row, scores.Width(), found.ptr<float>(y)); });
+// Computes the matching costs of a keyframe's pixels by a plane sweep (Collins 1996; Gallup et al., CVPR
+// 2007): 8 bit with a channel for each plane, 0 for perfect agreement, 254 for none. The planes are parallel
+// to the image and evenly spaced in inverse depth from the farthest (0) to the nearest.
+cv::Mat SweepPlanes(PatchScores& scores, const DepthRange& range, int planes) {
+  std::vector<cv::Mat> costs(static_cast<std::size_t>(planes));
+  for (int i = 0; i < planes; ++i) {
+    const double share = static_cast<double>(i) / (planes - 1);
+    const double inverse = (1.0 - share) / range.farthest + share / range.nearest;
+    const cv::Mat score = scores.At(cv::Mat(scores.Size(), CV_32F, cv::Scalar(inverse)));
+    cv::Mat(cv::max(score, 0.0)).convertTo(costs[static_cast<std::size_t>(i)], CV_8U, -254.0, 254.0);
   }
-  for (int y = 0; y < scores.Height(); ++y) {
-    const float* left = tried[0].ptr<float>(y);
-    const float* middle = tried[1].ptr<float>(y);
-    const float* right = tried[2].ptr<float>(y);
-    float* depth = inverse_depth.ptr<float>(y);
-    float* kept = score.ptr<float>(y);
-    for (int x = 0; x < scores.Width(); ++x) {
-      const float bend = left[x] - 2.0F * middle[x] + right[x];
-      const bool top = middle[x] >= left[x] && middle[x] >= right[x] && bend < 0.0F;
-      const float shift = top ? 0.5F * (left[x] - right[x]) / bend : (right[x] > left[x] ? 1.0F : -1.0F);
-      const float best = std::max({left[x], middle[x], right[x]});
-      depth[x] += best >= enough ? step * shift : 0.0F;
-      kept[x] = std::max(kept[x], best);
+  cv::Mat volume;
+  cv::merge(costs, volume);
+  return volume;
+}
+
+constexpr std::size_t kPaths = 4;  // of each pass: two passes make eight
+
+// Extends a path by a pixel: costs for all planes (Eq. 13 of the paper). `last`: those at the previous pixel,
+// padded with a large cost on both ends; `least`: their minimum. Adds to `sums` and returns the new minimum.
+SQSLAM_WIDE_REGISTERS std::int16_t ExtendPath(int planes, const std::uint8_t* __restrict costs,
+                                              const std::int16_t* __restrict last, std::int16_t least,
+                                              std::int16_t small_penalty, std::int16_t large_penalty,
+                                              std::int16_t* __restrict path, std::int16_t* __restrict sums) {
+  const auto jump = static_cast<std::int16_t>(least + large_penalty);
+  std::int16_t smallest = std::numeric_limits<std::int16_t>::max();
+  for (int d = 0; d < planes; ++d) {
+    const std::int16_t down = last[d - 1];
+    const std::int16_t up = last[d + 1];
+    std::int16_t near = down < up ? down : up;
+    near = static_cast<std::int16_t>(near + small_penalty);
+    std::int16_t from = last[d] < near ? last[d] : near;
+    from = from < jump ? from : jump;
+    const auto cost = static_cast<std::int16_t>(costs[d] + from - least);
+    path[d] = cost;
+    sums[d] = static_cast<std::int16_t>(sums[d] + cost);
+    smallest = cost < smallest ? cost : smallest;
+  }
+  return smallest;
+}
+
+// Costs of a path at the pixels of a row, with a pixel more on either side from which it costs nothing to
+// come.
+class PathRow {
+ public:
+  PathRow(int width, int planes) : costs_(width + 2, planes + 2, std::int16_t{0}), least_(costs_.rows) {
+    constexpr std::int16_t kPaddingCost = 16000;  // beyond the first and the last plane
+    costs_.col(0).setTo(kPaddingCost);
+    costs_.col(planes + 1).setTo(kPaddingCost);
+  }
+  std::int16_t* At(int x) { return costs_[x + 1] + 1; }
+  std::int16_t& Least(int x) { return least_[static_cast<std::size_t>(x) + 1]; }
+
+ private:
+  cv::Mat1s costs_;
+  std::vector<std::int16_t> least_;
+};
+
+// Returns the penalty of a large step by the contrast between the pixels.
+std::array<std::int16_t, 256> LargePenalties(const StereoOptions& options) {
+  std::array<std::int16_t, 256> penalties{};
+  for (int contrast = 0; contrast < 256; ++contrast) {
+    const double penalty = options.large_penalty / (1.0 + contrast / options.edge_contrast);
+    penalties[static_cast<std::size_t>(contrast)] =
+        static_cast<std::int16_t>(std::max<long>(options.small_penalty, std::lround(penalty)));
+  }
+  return penalties;
+}
+
+// Adds the costs of half of the paths to `sums`: those from the left and from above, or if `back`, from the
+// right and from below.
+void AddPaths(const cv::Mat& costs, const cv::Mat& gray, const StereoOptions& options, bool back,
+              cv::Mat& sums) {
+  const int planes = costs.channels();
+  const std::array<std::int16_t, 256> large = LargePenalties(options);
+  const auto small = static_cast<std::int16_t>(options.small_penalty);
+  const int step = back ? -1 : 1;
+  cv::Mat padded;
+  cv::copyMakeBorder(gray, padded, 1, 1, 1, 1, cv::BORDER_REPLICATE);
+  const auto gray_at = [&](int x, int y) { return int{padded.at<std::uint8_t>(y + 1, x + 1)}; };
+  std::array<PathRow, kPaths> now{PathRow(gray.cols, planes), PathRow(gray.cols, planes),
+                                  PathRow(gray.cols, planes), PathRow(gray.cols, planes)};
+  std::array<PathRow, kPaths> before{PathRow(gray.cols, planes), PathRow(gray.cols, planes),
+                                     PathRow(gray.cols, planes), PathRow(gray.cols, planes)};
+  for (int y = back ? gray.rows - 1 : 0; y >= 0 && y < gray.rows; y += step) {
+    std::swap(now, before);
+    for (int x = back ? gray.cols - 1 : 0; x >= 0 && x < gray.cols; x += step) {
+      const auto extend = [&](PathRow& path, PathRow& last, int from_x, int from_y) {
+        const int contrast = std::abs(gray_at(x, y) - gray_at(from_x, from_y));
+        path.Least(x) =
+            ExtendPath(planes, costs.ptr<std::uint8_t>(y, x), last.At(from_x), last.Least(from_x), small,
+                       large[static_cast<std::size_t>(contrast)], path.At(x), sums.ptr<std::int16_t>(y, x));
+      };
+      extend(now[0], now[0], x - step, y);
+      for (int p = 1; p < static_cast<int>(kPaths); ++p) {
+        const auto path = static_cast<std::size_t>(p);
+        extend(now[path], before[path], x + p - 2, y - step);
+      }
+    }
+  }
+}
+
+// Returns the plane of the least sum, refined by the parabola through it and its neighbours.
+float LeastPlane(const std::int16_t* sums, int planes) {
+  const int d = static_cast<int>(std::min_element(sums, sums + planes) - sums);
+  if (d == 0 || d == planes - 1) {
+    return static_cast<float>(d);
+  }
+  const auto curvature = static_cast<float>(sums[d - 1] - 2 * sums[d] + sums[d + 1]);
+  return static_cast<float>(d) +
+         (curvature > 0.0F ? 0.5F * static_cast<float>(sums[d - 1] - sums[d + 1]) / curvature : 0.0F);
+}
+
+// Scores the inverse depths and a step to either side, then moves to the top of the parabola through them, or
+// to the better side if there is no top. If no score reaches `min_score`, for example if these views don't
+// see the surface, the inverse depth stays.
+void RefineOnce(PatchScores& scores, float step, float min_score, cv::Mat& inverse_depth, cv::Mat& score) {
+  const cv::Mat1f farther = scores.At(inverse_depth - step);
+  const cv::Mat1f middle = scores.At(inverse_depth);
+  const cv::Mat1f nearer = scores.At(inverse_depth + step);
+  for (int y = 0; y < middle.rows; ++y) {
+    for (int x = 0; x < middle.cols; ++x) {
+      const float left = farther(y, x), center = middle(y, x), right = nearer(y, x);
+      const float curvature = left - 2.0F * center + right;
+      const bool top = center >= left && center >= right && curvature < 0.0F;
+      const float shift = top ? 0.5F * (left - right) / curvature : (right > left ? 1.0F : -1.0F);
+      const float best = std::max({left, center, right});
+      inverse_depth.at<float>(y, x) += best >= min_score ? step * shift : 0.0F;
+      score.at<float>(y, x) = std::max(score.at<float>(y, x), best);
     }
   }
 }
 
 // Smooths each inverse depth by a plane fitted to its neighbours on the same surface: inverse depth is linear
 // over the image of a plane. Pixels with a poor score are skipped.
-cv::Mat Smoothed(const cv::Mat& inverse_depth, const cv::Mat& score, float enough, int reach) {
-  constexpr float kOneSurface = 0.02F;  // of the inverse depth
-  constexpr int kStep = 2;              // a denser grid adds nothing
+cv::Mat Smoothed(const cv::Mat& inverse_depth, const cv::Mat& score, float min_score) {
+  constexpr int kSmoothingReach = 6;        // pixels
+  constexpr float kMaxSurfaceStep = 0.02F;  // of the inverse depth, on one surface
+  constexpr float kMinFitPixels = 6.0F;
+  constexpr int kStep = 2;  // a denser grid adds nothing
   cv::Mat smoothed = inverse_depth.clone();
   for (int y = 0; y < smoothed.rows; ++y) {
     for (int x = 0; x < smoothed.cols; ++x) {
       const float middle = inverse_depth.at<float>(y, x);
-      if (score.at<float>(y, x) < enough) {
+      if (score.at<float>(y, x) < min_score) {
         continue;
       }
       float n = 0.0F, sx = 0.0F, sy = 0.0F, sxx = 0.0F, sxy = 0.0F, syy = 0.0F, sd = 0.0F, sxd = 0.0F,
             syd = 0.0F;
-      for (int dy = -reach; dy <= reach; dy += kStep) {
+      for (int dy = -kSmoothingReach; dy <= kSmoothingReach; dy += kStep) {
         if (y + dy < 0 || y + dy >= smoothed.rows) {
           continue;
         }
         const float* row = inverse_depth.ptr<float>(y + dy);
         const float* scores = score.ptr<float>(y + dy);
-        const int first = x - std::min(x, reach) / kStep * kStep;
-        const int last = std::min(smoothed.cols - 1, x + reach);
+        const int first = x - std::min(x, kSmoothingReach) / kStep * kStep;
+        const int last = std::min(smoothed.cols - 1, x + kSmoothingReach);
         for (int u = first; u <= last; u += kStep) {
           const float d = row[u] - middle;
-          if (scores[u] < enough || std::abs(d) > kOneSurface * middle) {
+          if (scores[u] < min_score || std::abs(d) > kMaxSurfaceStep * middle) {
             continue;
           }
           const auto a = static_cast<float>(u - x);
@@ -79,8 +182,7 @@ cv::Mat Smoothed(const cv::Mat& inverse_depth, const cv::Mat& score, float enoug
         }
       }
       const float det = n * (sxx * syy - sxy * sxy) - sx * (sx * syy - sxy * sy) + sy * (sx * sxy - sxx * sy);
-      constexpr float kFew = 6.0F;
-      if (n >= kFew && det > 1.0F) {  // the plane's value at the pixel itself (Cramer's rule)
+      if (n >= kMinFitPixels && det > 1.0F) {  // the plane's value at the pixel itself (Cramer's rule)
         const float top =
             sd * (sxx * syy - sxy * sxy) - sx * (sxd * syy - sxy * syd) + sy * (sxd * sxy - sxx * syd);
         smoothed.at<float>(y, x) = middle + top / det;
@@ -92,29 +194,45 @@ cv::Mat Smoothed(const cv::Mat& inverse_depth, const cv::Mat& score, float enoug
 
 }  // namespace
 
+PlaneMap AggregateSemiGlobally(const cv::Mat& costs, const cv::Mat& gray, const StereoOptions& options) {
+  cv::Mat sums = cv::Mat::zeros(gray.size(), CV_16SC(costs.channels()));
+  AddPaths(costs, gray, options, false, sums);
+  AddPaths(costs, gray, options, true, sums);
+  PlaneMap map{cv::Mat(gray.size(), CV_32F), cv::Mat(gray.size(), CV_8U)};
+  for (int y = 0; y < gray.rows; ++y) {
+    for (int x = 0; x < gray.cols; ++x) {
+      const float plane = LeastPlane(sums.ptr<std::int16_t>(y, x), costs.channels());
+      map.plane.at<float>(y, x) = plane;
+      map.cost.at<std::uint8_t>(y, x) = costs.ptr<std::uint8_t>(y, x)[std::lround(plane)];
+    }
+  }
+  return map;
+}
+
 cv::Mat EstimateDepth(const StereoView& keyframe, const std::vector<StereoView>& views,
                       const std::vector<StereoView>& fine_views, const Camera& camera,
                       const DepthRange& range, const StereoOptions& options) {
-  PatchScores coarse(keyframe, views, camera, options.noise);
+  constexpr double kNoise = 2.0;  // grey levels, standard deviation of image noise
+  constexpr double kMaxCost =
+      150.0;  // of the plane found, above which a pixel has no depth; 254: no agreement
+  PatchScores coarse(keyframe, views, camera, kNoise);
   const PlaneMap planes =
       AggregateSemiGlobally(SweepPlanes(coarse, range, options.planes), keyframe.gray, options);
   const double farthest = 1.0 / range.farthest;
   const double step = (1.0 / range.nearest - farthest) / (options.planes - 1);
   cv::Mat inverse_depth = planes.plane * step + farthest;
-  cv::Mat score(planes.cost.size(), CV_32F);
+  cv::Mat score;
   planes.cost.convertTo(score, CV_32F, -1.0 / 254.0, 1.0);
-  PatchScores scores(keyframe, fine_views.size() < 2 ? views : fine_views, camera, options.noise);
-  const auto enough = static_cast<float>(1.0 - options.max_cost / 254.0);
+  PatchScores scores(keyframe, fine_views.size() < 2 ? views : fine_views, camera, kNoise);
+  const auto min_score = static_cast<float>(1.0 - kMaxCost / 254.0);
   double finer = 0.5 * step;
   for (int round = 0; round < options.refinements; ++round, finer *= 0.5) {
     cv::medianBlur(inverse_depth, inverse_depth, 3);
-    RefineOnce(scores, static_cast<float>(finer), enough, inverse_depth, score);
+    RefineOnce(scores, static_cast<float>(finer), min_score, inverse_depth, score);
   }
-  if (options.smoothing > 0) {
-    inverse_depth = Smoothed(inverse_depth, score, enough, options.smoothing);
-  }
+  inverse_depth = Smoothed(inverse_depth, score, min_score);
   cv::Mat depth = 1.0 / cv::max(inverse_depth, 0.5 * farthest);
-  depth.setTo(0.0F, score < enough);
+  depth.setTo(0.0F, score < min_score);
   return depth;
 }
 

@@ -2,9 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <unordered_set>
 
-#include "slam/util/key_index.h"
+#include "slam/dense/voxel_table.h"
 #include "slam/util/parallel.h"
 #include "slam/util/statistics.h"
 
@@ -40,16 +39,18 @@ double PixelAtMedianDepth(const DepthRecording& depths, const std::vector<std::i
   return widths.empty() ? 0.0 : UpperMedian(std::move(widths));
 }
 
-struct PlaceHash {
-  std::size_t operator()(const SurfaceVolume::Place& place) const { return KeyIndex<3>::HashOf(place); }
-};
+using Places = std::vector<SurfaceVolume::Place>;
 
-using Places = std::unordered_set<SurfaceVolume::Place, PlaceHash>;
+void SortUniquely(Places& places) {
+  std::ranges::sort(places);
+  places.erase(std::unique(places.begin(), places.end()), places.end());
+}
 
 // Adds the blocks that the rays of a map's pixels cross within the truncation of their surfaces.
-void AddPlaces(const DepthMap& map, double voxel, double truncation, Places& places) {
-  constexpr int kStride = 2;     // pixels
-  constexpr double kHalf = 0.5;  // voxels have their centres at whole numbers
+void AddPlaces(const DepthMap& map, double voxel, Places& places) {
+  const double truncation = kTruncation * voxel;
+  constexpr int kStride = 2;             // pixels
+  constexpr double kCentreOffset = 0.5;  // voxels have their centres at whole numbers
   const double step = 0.5 * kEdge * voxel;
   const Eigen::Vector3d& center = map.T_map_camera.translation;
   for (int y = 0; y < map.depth.rows; y += kStride) {
@@ -60,40 +61,37 @@ void AddPlaces(const DepthMap& map, double voxel, double truncation, Places& pla
       const Eigen::Vector3d p = map.PointAt(x, y);
       const Eigen::Vector3d ray = (p - center).normalized();
       for (double along = -truncation; along <= truncation + 0.5 * step; along += step) {
-        const Eigen::Vector3d in_blocks =
-            ((p + std::min(along, truncation) * ray) / voxel).array() / kEdge + kHalf / kEdge;
-        places.insert({static_cast<std::int32_t>(std::floor(in_blocks.x())),
-                       static_cast<std::int32_t>(std::floor(in_blocks.y())),
-                       static_cast<std::int32_t>(std::floor(in_blocks.z()))});
+        const Eigen::Array3d in_blocks =
+            ((p + std::min(along, truncation) * ray) / voxel).array() / kEdge + kCentreOffset / kEdge;
+        places.push_back(CubeAt(in_blocks));
       }
     }
   }
 }
 
 // Returns the blocks of all maps, or nothing if there are more than `most`.
-std::optional<std::vector<SurfaceVolume::Place>> PlacesOf(const DepthRecording& depths,
-                                                          const std::vector<std::int64_t>& keyframes,
-                                                          double voxel, double truncation, std::size_t most,
-                                                          int threads) {
+std::optional<Places> PlacesOf(const DepthRecording& depths, const std::vector<std::int64_t>& keyframes,
+                               double voxel, std::size_t most, int threads) {
   Places places;
   for (std::size_t first = 0; first < keyframes.size(); first += kMapsAtOnce) {
     const std::vector<DepthMap> maps = ReadKept(depths, keyframes, first, kMapsAtOnce, threads);
     std::vector<Places> of_map(maps.size());
-    ParallelFor(maps.size(), threads,
-                [&](std::size_t i) { AddPlaces(maps[i], voxel, truncation, of_map[i]); });
+    ParallelFor(maps.size(), threads, [&](std::size_t i) {
+      AddPlaces(maps[i], voxel, of_map[i]);
+      SortUniquely(of_map[i]);
+    });
     for (const Places& some : of_map) {
-      places.insert(some.begin(), some.end());
+      places.insert(places.end(), some.begin(), some.end());
     }
+    SortUniquely(places);
     if (places.size() > most) {
       return std::nullopt;
     }
   }
-  std::vector<SurfaceVolume::Place> sorted(places.begin(), places.end());
-  std::ranges::sort(sorted);
-  return sorted;
+  return places;
 }
 
-void TakeSample(double distance, double weight, const cv::Vec3b& bgr, SurfaceVolume::Voxel& voxel) {
+void AddSample(double distance, double weight, const cv::Vec3b& bgr, SurfaceVolume::Voxel& voxel) {
   const double share = weight / (voxel.weight + weight);
   const auto mean = [share](double old, double now) { return old + share * (now - old); };
   voxel.distance = static_cast<float>(mean(voxel.distance, distance));
@@ -148,16 +146,15 @@ void IntegrateInto(const DepthMap& map, const BlockInView& view, double truncati
         }
         const std::uint8_t views = map.views.at<std::uint8_t>(v, u);
         const double agreement = views == kFilledByPlane ? 1.0 : std::max<double>(views, 1.0);
-        TakeSample(std::min(distance, 1.0), agreement / (depth * depth), map.bgr.at<cv::Vec3b>(v, u),
-                   block[i]);
+        AddSample(std::min(distance, 1.0), agreement / (depth * depth), map.bgr.at<cv::Vec3b>(v, u),
+                  block[i]);
       }
     }
   }
 }
 
-}  // namespace
-
-void IntegrateDepth(const DepthMap& map, double truncation, std::size_t first_block, std::size_t end_block,
+// Integrates a depth map into blocks first_block to end_block - 1.
+void IntegrateDepth(const DepthMap& map, std::size_t first_block, std::size_t end_block,
                     SurfaceVolume& volume) {
   const Rigid3d T_camera_map = map.T_map_camera.Inverse();
   BlockInView view;
@@ -167,14 +164,16 @@ void IntegrateDepth(const DepthMap& map, double truncation, std::size_t first_bl
     const auto& [x, y, z] = volume.places[b];
     view.first = T_camera_map * (volume.voxel * kEdge * Eigen::Vector3d(x, y, z));
     if (view.MayBeSeen(map.camera)) {
-      IntegrateInto(map, view, truncation, volume.blocks[b]);
+      IntegrateInto(map, view, kTruncation * volume.voxel, volume.blocks[b]);
     }
   }
 }
 
+}  // namespace
+
 std::optional<SurfaceVolume> FuseSurface(const DepthRecording& depths, const SurfaceOptions& options,
                                          int threads, const DensifyProgress& progress) {
-  constexpr double kCoarser = 1.3;
+  constexpr double kVoxelGrowth = 1.3;
   const std::vector<std::int64_t> keyframes = depths.Keyframes();
   const double pixel = PixelAtMedianDepth(depths, keyframes);
   if (!(pixel > 0.0)) {
@@ -183,10 +182,9 @@ std::optional<SurfaceVolume> FuseSurface(const DepthRecording& depths, const Sur
   const auto most = static_cast<std::size_t>(options.memory_mib * 1048576.0 / sizeof(SurfaceVolume::Block));
   SurfaceVolume volume;
   volume.voxel = options.voxel * pixel;
-  std::optional<std::vector<SurfaceVolume::Place>> places;
-  while (!(places =
-               PlacesOf(depths, keyframes, volume.voxel, options.truncation * volume.voxel, most, threads))) {
-    volume.voxel *= kCoarser;
+  std::optional<Places> places;
+  while (!(places = PlacesOf(depths, keyframes, volume.voxel, most, threads))) {
+    volume.voxel *= kVoxelGrowth;
   }
   volume.places = std::move(*places);
   volume.blocks.resize(volume.places.size());
@@ -196,8 +194,8 @@ std::optional<SurfaceVolume> FuseSurface(const DepthRecording& depths, const Sur
     const std::vector<DepthMap> maps = ReadKept(depths, keyframes, first, kMapsAtOnce, threads);
     ParallelFor(kParts, threads, [&](std::size_t part) {
       for (const DepthMap& map : maps) {
-        IntegrateDepth(map, options.truncation * volume.voxel, volume.blocks.size() * part / kParts,
-                       volume.blocks.size() * (part + 1) / kParts, volume);
+        IntegrateDepth(map, volume.blocks.size() * part / kParts, volume.blocks.size() * (part + 1) / kParts,
+                       volume);
       }
     });
     if (!progress(static_cast<int>(first + maps.size()), static_cast<int>(keyframes.size()), "surface")) {

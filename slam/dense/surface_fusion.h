@@ -12,15 +12,13 @@ namespace sqslam {
 // Key of the mesh options, as YAML, in a densified recording (DepthRecording::Text).
 inline constexpr const char* kSurfaceOptions = "surface";
 
+inline constexpr double kTruncation = 4.0;  // voxels in front of and behind a measured depth
+
 // Fuses the kept depth maps of a recording into a volume. A pixel's weight is the number of depth maps that
 // agree with it over its squared depth; the ray in front of a surface is free space. Voxels grow if the
 // volume would exceed its memory. The result does not depend on the number of threads (0: all hardware
 // threads). Returns nothing if `progress` ended it or there are no depth maps.
 std::optional<SurfaceVolume> FuseSurface(const DepthRecording& depths, const SurfaceOptions& options,
                                          int threads, const DensifyProgress& progress);
-
-// Integrates a depth map into blocks first_block to end_block - 1. `truncation`: map units.
-void IntegrateDepth(const DepthMap& map, double truncation, std::size_t first_block, std::size_t end_block,
-                    SurfaceVolume& volume);
 
 }  // namespace sqslam

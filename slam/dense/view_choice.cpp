@@ -2,14 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "slam/geometry/angles.h"
 #include "slam/util/statistics.h"
 
 namespace sqslam {
 namespace {
-
-constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 bool IsSeen(const Eigen::Vector3d& p_camera, const Camera& camera) {
   if (p_camera.z() <= 0.0) {
@@ -21,7 +19,7 @@ bool IsSeen(const Eigen::Vector3d& p_camera, const Camera& camera) {
 }
 
 // Scores an angle: 1 if it is the wanted one, less the larger the ratio between them.
-double Fit(double angle, double wanted) {
+double AngleScore(double angle, double wanted) {
   constexpr double kWidth = 0.5;  // standard deviation, octaves
   const double octaves = std::log2(angle / wanted) / kWidth;
   return std::exp(-0.5 * octaves * octaves);
@@ -31,7 +29,7 @@ double Fit(double angle, double wanted) {
 
 std::vector<Eigen::Vector3d> PointsInView(const std::vector<Eigen::Vector3d>& points, const Camera& camera,
                                           const Rigid3d& T_map_camera, std::size_t most) {
-  constexpr double kCut = 0.01;  // share of the points at each end
+  constexpr double kOutlierShare = 0.01;  // of the points at each end
   const Rigid3d T_camera_map = T_map_camera.Inverse();
   std::vector<std::pair<double, Eigen::Vector3d>> seen;
   for (const Eigen::Vector3d& p_map : points) {
@@ -40,7 +38,7 @@ std::vector<Eigen::Vector3d> PointsInView(const std::vector<Eigen::Vector3d>& po
     }
   }
   std::ranges::stable_sort(seen, [](const auto& a, const auto& b) { return a.first < b.first; });
-  const auto cut = static_cast<std::size_t>(std::ceil(kCut * static_cast<double>(seen.size())));
+  const auto cut = static_cast<std::size_t>(std::ceil(kOutlierShare * static_cast<double>(seen.size())));
   std::vector<Eigen::Vector3d> in_view;
   if (seen.size() > 2 * cut) {
     const std::size_t left = seen.size() - 2 * cut;
@@ -52,16 +50,17 @@ std::vector<Eigen::Vector3d> PointsInView(const std::vector<Eigen::Vector3d>& po
   return in_view;
 }
 
-std::optional<DepthRange> RangeOf(const std::vector<Eigen::Vector3d>& in_view, const Rigid3d& T_map_camera,
-                                  const ViewOptions& options) {
-  constexpr std::size_t kEnough = 10;
-  if (in_view.size() < kEnough) {
+std::optional<DepthRange> RangeOf(const std::vector<Eigen::Vector3d>& in_view, const Rigid3d& T_map_camera) {
+  constexpr std::size_t kMinPoints = 10;
+  constexpr double kNearMargin = 1.25;  // inverse depth of the first plane over that of the nearest points
+  constexpr double kFarMargin = 0.75;   // inverse depth of the last plane over that of the farthest points
+  if (in_view.size() < kMinPoints) {
     return std::nullopt;
   }
   const Rigid3d T_camera_map = T_map_camera.Inverse();  // nearest first, see PointsInView
   const double nearest = (T_camera_map * in_view.front()).z();
   const double farthest = (T_camera_map * in_view.back()).z();
-  return DepthRange{nearest / options.near_margin, farthest / std::max(options.far_margin, 1e-3)};
+  return DepthRange{nearest / kNearMargin, farthest / kFarMargin};
 }
 
 Parallax ParallaxOf(const std::vector<Eigen::Vector3d>& in_view, const Camera& camera,
@@ -72,7 +71,7 @@ Parallax ParallaxOf(const std::vector<Eigen::Vector3d>& in_view, const Camera& c
     if (IsSeen(T_frame_map * p, camera)) {
       const Eigen::Vector3d a = (keyframe.translation - p).normalized();
       const Eigen::Vector3d b = (frame.translation - p).normalized();
-      angles.push_back(2.0 * std::asin(std::min(0.5 * (a - b).norm(), 1.0)) * kDegrees);
+      angles.push_back(2.0 * std::asin(std::min(0.5 * (a - b).norm(), 1.0)) * kDegreesPerRadian);
     }
   }
   if (angles.empty()) {
@@ -98,7 +97,7 @@ std::vector<std::size_t> ChooseViews(const PosedFrame& keyframe, const std::vect
       continue;
     }
     const Parallax parallax = ParallaxOf(in_view, camera, keyframe.T_map_camera, frames[i].T_map_camera);
-    if (parallax.overlap >= options.min_overlap && parallax.angle >= options.min_angle) {
+    if (parallax.overlap >= options.min_overlap && parallax.angle >= kMinViewAngle) {
       candidates.push_back({i, parallax, way.normalized()});
     }
   }
@@ -110,8 +109,8 @@ std::vector<std::size_t> ChooseViews(const PosedFrame& keyframe, const std::vect
       double best_score = 0.0;
       for (Candidate& c : candidates) {
         const double opposite = first != nullptr ? 0.5 * (1.0 - first->side.dot(c.side)) : 1.0;
-        const double score =
-            c.parallax.overlap * c.parallax.overlap * Fit(c.parallax.angle, wanted) * (0.1 + 0.9 * opposite);
+        const double score = c.parallax.overlap * c.parallax.overlap * AngleScore(c.parallax.angle, wanted) *
+                             (0.1 + 0.9 * opposite);
         if (!c.taken && score > best_score) {
           best = &c;
           best_score = score;
@@ -130,14 +129,14 @@ std::vector<std::size_t> ChooseViews(const PosedFrame& keyframe, const std::vect
 std::vector<std::size_t> ChooseNeighbours(std::size_t keyframe, const std::vector<PosedFrame>& keyframes,
                                           const std::vector<Eigen::Vector3d>& in_view, const Camera& camera,
                                           int count) {
-  constexpr double kWanted = 8.0;  // degrees: errors of two maps are then nearly independent
+  constexpr double kIndependentAngle = 8.0;  // degrees: errors of two maps are then nearly independent
   std::vector<std::pair<double, std::size_t>> scored;
   for (std::size_t i = 0; i < keyframes.size(); ++i) {
     const Parallax parallax =
         ParallaxOf(in_view, camera, keyframes[keyframe].T_map_camera, keyframes[i].T_map_camera);
     if (i != keyframe && parallax.overlap > 0.0) {
-      const double far = std::max(parallax.angle, kWanted);
-      scored.emplace_back(-parallax.overlap * kWanted / far, i);
+      const double far = std::max(parallax.angle, kIndependentAngle);
+      scored.emplace_back(-parallax.overlap * kIndependentAngle / far, i);
     }
   }
   std::ranges::sort(scored);

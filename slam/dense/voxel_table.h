@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -9,6 +10,13 @@
 #include "slam/util/parallel.h"
 
 namespace sqslam {
+
+// Returns the cube of edge 1 that holds a point.
+inline std::array<std::int32_t, 3> CubeAt(const Eigen::Array3d& place) {
+  const Eigen::Array3d within = place.floor().max(-2147483000.0).min(2147483000.0);
+  return {static_cast<std::int32_t>(within.x()), static_cast<std::int32_t>(within.y()),
+          static_cast<std::int32_t>(within.z())};
+}
 
 // Hash table by integer keys, such as voxel coordinates. Values of one key are merged by Value::Add(const
 // Value&). Each of a fixed number of shards takes its values in the order given: content and order do not
@@ -24,69 +32,39 @@ class VoxelTable {
   // parallel.
   template <typename Give>
   void Add(std::size_t parts, int threads, const Give& give) {
-    std::vector<std::array<std::vector<Item>, kShards>> dealt(parts);
+    using Items = std::vector<std::pair<Key, Value>>;
+    std::vector<std::array<Items, kShards>> dealt(parts);
     ParallelFor(parts, threads, [&](std::size_t part) {
       give(part, [&](const Key& key, const Value& value) {
-        const std::uint64_t hash = Index::HashOf(key);
-        dealt[part][hash % kShards].push_back({hash, key, value});
+        dealt[part][Index::HashOf(key) % kShards].emplace_back(key, value);
       });
     });
     ParallelFor(kShards, threads, [&](std::size_t shard) {
+      auto& [index, values] = shards_[shard];
       for (const auto& of_part : dealt) {
-        const std::vector<Item>& items = of_part[shard];
-        for (std::size_t i = 0; i < items.size(); ++i) {
-          if (i + kAhead < items.size()) {
-            shards_[shard].index.Prefetch(items[i + kAhead].hash);
+        for (const auto& [key, value] : of_part[shard]) {
+          if (const auto [number, fresh] = index.Insert(key); fresh) {
+            values.push_back(value);
+          } else {
+            values[number].Add(value);
           }
-          shards_[shard].Take(items[i]);
         }
       }
     });
   }
 
-  // Returns the values of some keys, null for missing ones. Prefetches all slots before the first is needed.
-  template <std::size_t kKeys>
-  std::array<const Value*, kKeys> Find(const std::array<Key, kKeys>& keys) const {
-    std::array<std::uint64_t, kKeys> hashes;
-    for (std::size_t i = 0; i < kKeys; ++i) {
-      hashes[i] = Index::HashOf(keys[i]);
-      shards_[hashes[i] % kShards].index.Prefetch(hashes[i]);
-    }
-    std::array<const Value*, kKeys> values{};
-    for (std::size_t i = 0; i < kKeys; ++i) {
-      const Shard& shard = shards_[hashes[i] % kShards];
-      if (const std::uint32_t number = shard.index.Find(hashes[i], keys[i]); number != Index::kNone) {
-        values[i] = &shard.values[number];
-        __builtin_prefetch(values[i]);
-      }
-    }
-    return values;
+  // Returns the value of a key, null if there is none.
+  const Value* Find(const Key& key) const {
+    const std::uint64_t hash = Index::HashOf(key);
+    const auto& [index, values] = shards_[hash % kShards];
+    const std::uint32_t number = index.Find(hash, key);
+    return number != Index::kNone ? &values[number] : nullptr;
   }
 
-  const std::vector<Value>& Values(std::size_t shard) const { return shards_[shard].values; }
+  const std::vector<Value>& Values(std::size_t shard) const { return shards_[shard].second; }
 
  private:
-  static constexpr std::size_t kAhead = 8;  // items whose slots are prefetched
-
-  struct Item {
-    std::uint64_t hash;
-    Key key;
-    Value value;
-  };
-  struct Shard {
-    Index index;
-    std::vector<Value> values;
-
-    void Take(const Item& item) {
-      if (const auto [number, fresh] = index.Insert(item.hash, item.key); fresh) {
-        values.push_back(item.value);
-      } else {
-        values[number].Add(item.value);
-      }
-    }
-  };
-
-  std::array<Shard, kShards> shards_;
+  std::array<std::pair<Index, std::vector<Value>>, kShards> shards_;
 };
 
 }  // namespace sqslam

@@ -181,7 +181,7 @@ void Mapper::LearnFrom(Submap& submap) {
   if (options.what == LearntPart::kNone || learnt_camera_ || submap.Map().Keyframes().size() <= 2) {
     return;
   }
-  learnt_camera_ = LearnCamera(submap.Map(), camera_, options, options_.mapping.bundle_adjustment.threads);
+  learnt_camera_ = LearnCamera(submap.Map(), camera_, options);
   camera_ = learnt_camera_->camera;
 }
 

@@ -32,7 +32,7 @@ DepthMap Sifted(const std::vector<DepthMap>& maps, double min_pixels) {
 
 constexpr int kWall = 80 * 80;
 
-TEST(CloudPieces, WhatLiesAloneGoesAndSurfacesStay) {
+TEST(CloudPieces, RemovesIsolatedPointsAndKeepsSurfaces) {
   DepthMap map = Wall();
   map.depth(cv::Rect(60, 60, 6, 6)).setTo(1.0F);  // floats a metre before the wall
   const DepthMap sifted = Sifted({map}, 200.0);
@@ -42,7 +42,7 @@ TEST(CloudPieces, WhatLiesAloneGoesAndSurfacesStay) {
   EXPECT_EQ(Points(Sifted({map}, 0.0), {0, 0, 160, 120}), kWall);  // none is too small
 }
 
-TEST(CloudPieces, APatchThatOtherMapsSurroundStays) {
+TEST(CloudPieces, KeepsPatchThatOtherMapsSurround) {
   DepthMap patch = Wall();
   patch.depth.setTo(0.0F);
   patch.depth(cv::Rect(70, 50, 6, 6)).setTo(2.0F);
@@ -50,13 +50,13 @@ TEST(CloudPieces, APatchThatOtherMapsSurroundStays) {
   EXPECT_EQ(Points(Sifted({patch, Wall(0.1)}, 200.0), {70, 50, 6, 6}), 36);
 }
 
-TEST(CloudPieces, FarSurfacesHangTogetherThoughTheirPointsAreFarApart) {
+TEST(CloudPieces, ConnectsPointsOfDistantSurfaces) {
   DepthMap map = Wall();
   map.depth(cv::Rect(0, 0, 30, 30)).setTo(40.0F);
   EXPECT_EQ(Points(Sifted({map}, 600.0), {0, 0, 30, 30}), 900);
 }
 
-TEST(CloudPieces, ASurfaceSeenFromNearAndFarIsOne) {
+TEST(CloudPieces, ConnectsSurfaceSeenFromNearAndFar) {
   DepthMap near = Wall();
   near.T_map_camera.translation.z() = 1.7;  // 0.3 m before the wall, a few pixels of it
   near.depth.setTo(0.0F);

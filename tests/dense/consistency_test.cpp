@@ -22,8 +22,8 @@ class Consistency : public ::testing::Test {
       TrueMap(world_, {0.2, 0.0, 0.0}), TrueMap(world_, {-0.2, 0.0, 0.0}), TrueMap(world_, {0.0, 0.1, 0.1})};
 };
 
-TEST_F(Consistency, TrueDepthsAreKeptAsTheyAre) {
-  const DepthMap kept = KeepConsistent(map_, neighbours_, {});
+TEST_F(Consistency, KeepsTrueDepths) {
+  const DepthMap kept = KeepConsistent(map_, neighbours_, 2);
   const double pixels = static_cast<double>(map_.depth.total());
   EXPECT_GT(cv::countNonZero(kept.depth > 0.0), 0.9 * pixels);
   cv::Mat difference;
@@ -32,31 +32,29 @@ TEST_F(Consistency, TrueDepthsAreKeptAsTheyAre) {
   EXPECT_EQ(kept.views.at<std::uint8_t>(60, 160), 3);
 }
 
-TEST_F(Consistency, AnOutlierIsRemovedAndTheGivenMapStays) {
+TEST_F(Consistency, RemovesOutlierFromCopy) {
   DepthMap map = map_;
   map.depth = map_.depth.clone();
   const float truth = map.depth.at<float>(60, 160);
   map.depth.at<float>(60, 160) = 0.9F * truth;
-  const DepthMap kept = KeepConsistent(map, neighbours_, {});
+  const DepthMap kept = KeepConsistent(map, neighbours_, 2);
   EXPECT_EQ(kept.depth.at<float>(60, 160), 0.0F);
   EXPECT_EQ(kept.views.at<std::uint8_t>(60, 160), 0);
   EXPECT_GT(kept.depth.at<float>(60, 161), 0.0F);
   EXPECT_EQ(map.depth.at<float>(60, 160), 0.9F * truth);
 }
 
-TEST_F(Consistency, OneNeighbourThatAgreesIsNotEnough) {
+TEST_F(Consistency, RemovesPixelConfirmedByOneNeighbour) {
   std::vector<DepthMap> neighbours = neighbours_;
   for (const std::size_t wrong : {1U, 2U}) {
     neighbours[wrong].depth = neighbours[wrong].depth * 0.95;
   }
-  EXPECT_EQ(cv::countNonZero(KeepConsistent(map_, neighbours, {}).depth > 0.0), 0);
-  DepthFusionOptions options;
-  options.min_views = 1;
-  const DepthMap kept = KeepConsistent(map_, neighbours, options);
+  EXPECT_EQ(cv::countNonZero(KeepConsistent(map_, neighbours, 2).depth > 0.0), 0);
+  const DepthMap kept = KeepConsistent(map_, neighbours, 1);
   EXPECT_GT(cv::countNonZero(kept.views == 1), 0.8 * static_cast<double>(map_.depth.total()));
 }
 
-TEST_F(Consistency, WhatMoreOfThemSeeThroughThanAgreeInIsRemoved) {
+TEST_F(Consistency, RemovesPixelThatMoreNeighboursSeeThrough) {
   std::vector<DepthMap> neighbours = neighbours_;
   neighbours.push_back(TrueMap(world_, {-0.1, 0.0, 0.0}));
   neighbours.push_back(TrueMap(world_, {0.1, 0.0, 0.0}));
@@ -65,7 +63,7 @@ TEST_F(Consistency, WhatMoreOfThemSeeThroughThanAgreeInIsRemoved) {
     for (std::size_t i = 0; i < against; ++i) {
       others[i].depth = others[i].depth * seen;
     }
-    return KeepConsistent(map_, others, {}).depth.at<float>(60, 160) > 0.0F;
+    return KeepConsistent(map_, others, 2).depth.at<float>(60, 160) > 0.0F;
   };
   EXPECT_TRUE(kept_against(2, 1.1));
   EXPECT_FALSE(kept_against(3, 1.1));
@@ -73,12 +71,12 @@ TEST_F(Consistency, WhatMoreOfThemSeeThroughThanAgreeInIsRemoved) {
   EXPECT_TRUE(kept_against(3, 1.02));  // not clearly behind it
 }
 
-TEST_F(Consistency, DepthsThatAgreeAreAveraged) {
+TEST_F(Consistency, AveragesAgreeingDepths) {
   std::vector<DepthMap> neighbours = neighbours_;
   for (DepthMap& neighbour : neighbours) {
     neighbour.depth = neighbour.depth * 1.004;
   }
-  const DepthMap kept = KeepConsistent(map_, neighbours, {});
+  const DepthMap kept = KeepConsistent(map_, neighbours, 2);
   EXPECT_NEAR(kept.depth.at<float>(60, 160) / map_.depth.at<float>(60, 160), 1.003, 2e-4);
 }
 

@@ -34,7 +34,7 @@ DepthMap TableFromAbove() {
   return map;
 }
 
-TEST(DenseCloud, PointsOfATableLieOnItAndPointUp) {
+TEST(DenseCloud, GivesPointsAndNormalsOfTable) {
   CloudFusion fusion(0.01);
   fusion.Add(TableFromAbove());
   const DenseCloud cloud = fusion.Cloud();
@@ -47,7 +47,7 @@ TEST(DenseCloud, PointsOfATableLieOnItAndPointUp) {
   }
 }
 
-TEST(DenseCloud, TheSameSurfaceSeenTwiceIsThere) {
+TEST(DenseCloud, MergesSameSurfaceSeenTwice) {
   CloudFusion once(0.02);
   once.Add(TableFromAbove());
   CloudFusion twice(0.02);
@@ -56,7 +56,7 @@ TEST(DenseCloud, TheSameSurfaceSeenTwiceIsThere) {
   EXPECT_EQ(once.Cloud().size(), twice.Cloud().size());
 }
 
-TEST(DenseCloud, LayersOfOneSurfaceBecomeOne) {
+TEST(DenseCloud, MergesLayersOfOneSurface) {
   DepthMap lower = TableFromAbove();
   DepthMap upper = TableFromAbove();
   DepthMap between = TableFromAbove();
@@ -77,7 +77,7 @@ TEST(DenseCloud, LayersOfOneSurfaceBecomeOne) {
   EXPECT_LT(static_cast<double>(cloud.size()), 1.3 * static_cast<double>(one.Cloud().size()));
 }
 
-TEST(DenseCloud, TheTopOfABoxStaysWhereItIs) {
+TEST(DenseCloud, KeepsTopOfBoxAboveTable) {
   CloudFusion fusion(0.01);
   fusion.Add(TableFromAbove());
   DepthMap box = TableFromAbove();
@@ -103,7 +103,7 @@ DenseCloud SeenAbove(int tables) {
   return fusion.Cloud();
 }
 
-TEST(DenseCloud, PointsBesideAFarBetterSeenSurfaceAreDropped) {
+TEST(DenseCloud, DropsPointsBesideBetterSeenSurface) {
   const auto highest = [](const DenseCloud& cloud) {
     return std::ranges::max(cloud, {}, [](const DensePoint& point) { return point.p_map.z(); }).p_map.z();
   };
@@ -111,7 +111,7 @@ TEST(DenseCloud, PointsBesideAFarBetterSeenSurfaceAreDropped) {
   EXPECT_LT(highest(SeenAbove(40)), 0.001F);
 }
 
-TEST(DenseCloud, WhatWasMeasuredGoesBeforeWhatWasFilledIn) {
+TEST(DenseCloud, PrefersMeasuredOverFilledPoints) {
   const DepthMap measured = TableFromAbove();
   DepthMap filled = TableFromAbove();
   filled.views = cv::Mat(60, 80, CV_8U, cv::Scalar(kFilledByPlane));
@@ -127,7 +127,7 @@ TEST(DenseCloud, WhatWasMeasuredGoesBeforeWhatWasFilledIn) {
   }
 }
 
-TEST(DenseCloud, AnEdgeOfDepthHasNoNormalAcrossIt) {
+TEST(DenseCloud, TakesNormalFromOneSideOfDepthEdge) {
   DepthMap map = TableFromAbove();
   for (int y = 0; y < 60; ++y) {
     for (int x = 40; x < 80; ++x) {
@@ -140,7 +140,7 @@ TEST(DenseCloud, AnEdgeOfDepthHasNoNormalAcrossIt) {
   EXPECT_EQ(NormalAt(map, 39, 30), Eigen::Vector3d::Zero());
 }
 
-TEST(DenseCloud, OtherProgramsReadTheFile) {
+TEST(DenseCloud, WritesReadablePly) {
   CloudFusion fusion(0.02);
   fusion.Add(TableFromAbove());
   const DenseCloud cloud = fusion.Cloud();
@@ -152,7 +152,7 @@ TEST(DenseCloud, OtherProgramsReadTheFile) {
   EXPECT_EQ(read.rgb[5], cloud[5].rgb);
 }
 
-TEST(DenseCloud, MorePointsThanTheFileHoldsAreRefused) {
+TEST(DenseCloud, RefusesPointCountBeyondFileSize) {
   const TemporaryFolder folder;
   const std::filesystem::path file = folder.Path() / "dense.ply";
   WriteDenseCloud(file, {});

@@ -34,7 +34,7 @@ DensifySummary MakeDense(const fs::path& result, int threads = 1, const fs::path
   return Densify(request, [](int, int, const std::string&) { return true; });
 }
 
-TEST(Densify, PointsLieOnTheSurfacesOfTheWorld) {
+TEST(Densify, PlacesPointsOnSurfaces) {
   const TrueResult result(Pan(kFrames, 0.06));
   const DensifySummary summary = MakeDense(result.Path());
   EXPECT_EQ(summary.keyframes, 7);
@@ -62,7 +62,7 @@ TEST(Densify, PointsLieOnTheSurfacesOfTheWorld) {
   EXPECT_EQ(RecordingReader(result.Path() / "map.sqmap").Size(), 1);  // and the map is as it was
 }
 
-TEST(Densify, TheCloudIsTheSameWithAnyNumberOfThreads) {
+TEST(Densify, CloudDoesNotDependOnThreads) {
   const TrueResult result(Pan(kFrames, 0.06));
   MakeDense(result.Path(), 1);
   const std::string first = Bytes(result.Path() / "dense.ply");
@@ -71,7 +71,7 @@ TEST(Densify, TheCloudIsTheSameWithAnyNumberOfThreads) {
   EXPECT_TRUE(first == Bytes(again.Path() / "dense.ply"));
 }
 
-TEST(Densify, GoesOnWhereItWasStopped) {
+TEST(Densify, ResumesWhenStopped) {
   const TrueResult result(Pan(kFrames, 0.06));
   DensifyRequest request{result.Path(), {}, {}, 1};
   request.options.views.min_overlap = 0.3;
@@ -91,7 +91,7 @@ TEST(Densify, GoesOnWhereItWasStopped) {
   EXPECT_EQ(Densify(request, [](int, int, const std::string&) { return true; }).estimated, 7);
 }
 
-TEST(Densify, BoxesOfPeopleGetNoDepth) {
+TEST(Densify, LeavesBoxesOfPeopleWithoutDepth) {
   const TrueResult result(Pan(kFrames, 0.06));
   std::string boxes;
   for (int i = 0; i < kFrames; ++i) {
@@ -114,7 +114,7 @@ std::string MessageOf(const std::function<void()>& action) {
   return "(no such error)";
 }
 
-TEST(Densify, ImagesThatAreGoneAreNamedAndMayLieElsewhere) {
+TEST(Densify, NamesMissingImagesAndFindsMovedOnes) {
   const TrueResult result(Pan(kFrames, 0.06));
   const TemporaryFolder elsewhere;
   fs::copy(result.Images().Path(), elsewhere.Path() / "moved", fs::copy_options::recursive);
@@ -128,7 +128,7 @@ TEST(Densify, ImagesThatAreGoneAreNamedAndMayLieElsewhere) {
   EXPECT_EQ(MakeDense(result.Path(), 1, elsewhere.Path() / "moved").estimated, 7);
 }
 
-TEST(Densify, KeyframesBeyondASequenceThatHasBecomeShorterGetNoDepth) {
+TEST(Densify, SkipsKeyframesBeyondShortenedSequence) {
   const TrueResult result(Pan(kFrames, 0.06));
   result.Images().List({0, 1, 2, 3, 4, 5, 6, 7, 8});
   const CapturedLog log;
@@ -139,7 +139,7 @@ TEST(Densify, KeyframesBeyondASequenceThatHasBecomeShorterGetNoDepth) {
   EXPECT_THAT(log.Text(), HasSubstr("2 of 7 keyframes get no new depth, they are beyond the 9 images"));
 }
 
-TEST(Densify, ImagesWithOtherNumbersThanInTheMapAreRefused) {
+TEST(Densify, RefusesImagesNumberedDifferently) {
   const TrueResult result(Pan(kFrames, 0.06));
   MapSnapshot map = *RecordingReader(result.Path() / "map.sqmap").Last();
   map.frame_index = 6;
@@ -152,7 +152,7 @@ TEST(Densify, ImagesWithOtherNumbersThanInTheMapAreRefused) {
   EXPECT_EQ(MakeDense(result.Path()).estimated, 7);
 }
 
-TEST(Densify, AnImageThatCannotBeReadCostsItsKeyframeOnly) {
+TEST(Densify, SkipsOnlyKeyframeOfUnreadableImage) {
   const TrueResult result(Pan(kFrames, 0.06));
   std::ofstream(result.Images().Image(6)) << "no image";
   const DensifySummary summary = MakeDense(result.Path());
@@ -160,21 +160,21 @@ TEST(Densify, AnImageThatCannotBeReadCostsItsKeyframeOnly) {
   EXPECT_EQ(summary.estimated, 6);
 }
 
-TEST(Densify, ACameraThatDoesNotMoveSidewaysGivesNoDepth) {
+TEST(Densify, ReportsCameraWithoutSidewaysMotion) {
   const TrueResult result(Pan(kFrames, 0.0001));
   EXPECT_THAT(MessageOf<NoMapError>([&] { MakeDense(result.Path()); }),
               HasSubstr("expected a camera that moves sideways"));
   EXPECT_FALSE(fs::exists(result.Path() / "dense.ply"));
 }
 
-TEST(Densify, ThreeKeyframesAreEnoughAndTwoAreNot) {
+TEST(Densify, NeedsThreeKeyframes) {
   const TrueResult three(Pan(kFrames, 0.06), 6);
   EXPECT_GT(MakeDense(three.Path()).complete, 0.3);
   const TrueResult two(Pan(kFrames, 0.06), 12);
   EXPECT_THAT(MessageOf<NoMapError>([&] { MakeDense(two.Path()); }), HasSubstr("expected"));
 }
 
-TEST(Densify, AFolderWithoutAMapIsRefused) {
+TEST(Densify, RefusesFolderWithoutMap) {
   const TemporaryFolder folder;
   EXPECT_THAT(MessageOf<InputError>([&] { MakeDense(folder.Path()); }), HasSubstr("map.sqmap"));
 }

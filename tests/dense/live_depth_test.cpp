@@ -40,7 +40,7 @@ LiveEstimate EstimateFrom(const DenseInput& input, double scale) {
   return estimate;
 }
 
-TEST(LiveDepth, AMapThatOnlyMovedTurnedOrGrewLeavesDepthValid) {
+TEST(LiveDepth, KeepsDepthWhenMapOnlyMovedTurnedOrGrew) {
   DenseInput input = ThreeFrames();
   const LiveEstimate estimate = EstimateFrom(input, 2.5);
   const Rigid3d moved{Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitY())), {3.0, 1.0, 2.0}};
@@ -51,7 +51,7 @@ TEST(LiveDepth, AMapThatOnlyMovedTurnedOrGrewLeavesDepthValid) {
   EXPECT_NEAR(ScaleIfValid(estimate, input, 0, kRange).value(), 2.5, 1e-9);
 }
 
-TEST(LiveDepth, AViewThatMovedByMoreThanHalfAPixelOrIsGoneInvalidatesDepth) {
+TEST(LiveDepth, InvalidatesDepthWhenViewMovedOrIsGone) {
   DenseInput input = ThreeFrames();
   const LiveEstimate estimate = EstimateFrom(input, 1.0);
   input.frames[2].T_map_camera.translation.y() += 0.004;  // 0.4 pixels in the middle of the depths
@@ -62,7 +62,7 @@ TEST(LiveDepth, AViewThatMovedByMoreThanHalfAPixelOrIsGoneInvalidatesDepth) {
   EXPECT_FALSE(ScaleIfValid(estimate, input, 0, kRange));
 }
 
-TEST(LiveDepth, WhatAnEstimateWasMadeFromIsReadBack) {
+TEST(LiveDepth, ReadsBackSettingsAndPoses) {
   const LiveEstimate estimate = EstimateFrom(ThreeFrames(), 3.0);
   const auto read = LiveEstimate::FromText(estimate.Text());
   ASSERT_TRUE(read);
@@ -75,7 +75,7 @@ TEST(LiveDepth, WhatAnEstimateWasMadeFromIsReadBack) {
   EXPECT_FALSE(LiveEstimate::FromText(""));
 }
 
-TEST(LiveDepth, AShutterThatIsLearntLaterInvalidatesDepthOfAFastCamera) {
+TEST(LiveDepth, InvalidatesDepthOfFastCameraWhenShutterIsLearntLater) {
   DenseInput input = ThreeFrames();
   const LiveEstimate estimate = EstimateFrom(input, 1.0);
   input.readout = 0.002;  // 0.4 m in 0.2 s: 200 pixels a second, 0.2 pixels at the border
@@ -84,7 +84,7 @@ TEST(LiveDepth, AShutterThatIsLearntLaterInvalidatesDepthOfAFastCamera) {
   EXPECT_FALSE(ScaleIfValid(estimate, input, 0, kRange));
 }
 
-TEST(LiveDepth, DepthMapsAppearWhileTheRecordingIsWritten) {
+TEST(LiveDepth, WritesDepthMapsBesideRunningRecording) {
   constexpr int kFrames = 14;
   std::vector<Rigid3d> path;
   for (int i = 0; i < kFrames; ++i) {

@@ -32,15 +32,15 @@ DepthMap WallWithDoor(double aside = 0.0) {
 
 constexpr double kTrue = 2.0 / (1.0 - 0.3 * (80.0 - 80.0) / 150.0);
 
-TEST(PlaneFill, APlainRegionWithADepthAllRoundIsFilledWithItsPlane) {
-  const DepthMap filled = FillPlanes(WallWithDoor(), {});
+TEST(PlaneFill, FillsPlainRegionWithSurroundingPlane) {
+  const DepthMap filled = FillPlanes(WallWithDoor());
   EXPECT_EQ(filled.views.at<std::uint8_t>(60, 80), kFilledByPlane);
   EXPECT_NEAR(filled.depth.at<float>(60, 80), kTrue, 0.005);
   EXPECT_GT(cv::countNonZero(filled.views == kFilledByPlane), 2000);
   EXPECT_EQ(filled.views.at<std::uint8_t>(10, 10), 4);  // what was measured stays
 }
 
-TEST(PlaneFill, NothingIsFilledWhereTheBorderLiesOnNoPlane) {
+TEST(PlaneFill, FillsNothingWhenBorderLiesOnNoPlane) {
   DepthMap map = WallWithDoor();
   cv::RNG random(5);
   for (int y = 25; y < 95; ++y) {
@@ -48,13 +48,13 @@ TEST(PlaneFill, NothingIsFilledWhereTheBorderLiesOnNoPlane) {
       map.depth.at<float>(y, x) *= static_cast<float>(random.uniform(0.8, 1.2));
     }
   }
-  EXPECT_EQ(cv::countNonZero(FillPlanes(map, {}).views == kFilledByPlane), 0);
+  EXPECT_EQ(cv::countNonZero(FillPlanes(map).views == kFilledByPlane), 0);
 }
 
-TEST(PlaneFill, NothingIsFilledBeyondWhatIsKnown) {
+TEST(PlaneFill, FillsNothingBeyondKnownDepth) {
   DepthMap map = WallWithDoor();
   map.depth.colRange(78, 160).setTo(0.0F);  // of the door only the left rim is known
-  const DepthMap filled = FillPlanes(map, {});
+  const DepthMap filled = FillPlanes(map);
   EXPECT_EQ(cv::countNonZero(filled.views.colRange(100, 160) == kFilledByPlane), 0);
 }
 
@@ -74,8 +74,8 @@ DepthMap DoorsAtACorner() {
   return map;
 }
 
-TEST(PlaneFill, ARegionThatGoesRoundACornerIsFilledWithThePlaneOnEachSide) {
-  const DepthMap filled = FillPlanes(DoorsAtACorner(), {});
+TEST(PlaneFill, FillsRegionAroundCornerWithPlaneOnEachSide) {
+  const DepthMap filled = FillPlanes(DoorsAtACorner());
   for (const int x : {45, 115}) {
     EXPECT_EQ(filled.views.at<std::uint8_t>(60, x), kFilledByPlane);
     EXPECT_NEAR(filled.depth.at<float>(60, x), 2.0 / (1.0 + 35.0 / 150.0), 0.005);
@@ -91,38 +91,38 @@ TEST(PlaneFill, ARegionThatGoesRoundACornerIsFilledWithThePlaneOnEachSide) {
 }
 
 // The few depths on a plain door are of its edges and handles, and are noisy.
-TEST(PlaneFill, DoorsAtACornerAreFilledWholeThoughTheDepthsAroundThemAreNoisy) {
+TEST(PlaneFill, FillsDoorsAtCornerDespiteNoise) {
   DepthMap map = DoorsAtACorner();
   cv::RNG random(7);
   for (auto z = map.depth.begin<float>(); z != map.depth.end<float>(); ++z) {
     *z *= static_cast<float>(1.0 + random.gaussian(0.012));
   }
-  const DepthMap filled = FillPlanes(map, {});
+  const DepthMap filled = FillPlanes(map);
   EXPECT_GT(cv::countNonZero(filled.views == kFilledByPlane), 5000);
   for (const int x : {45, 115}) {
     EXPECT_NEAR(filled.depth.at<float>(60, x), 2.0 / (1.0 + 35.0 / 150.0), 0.03);
   }
 }
 
-TEST(PlaneFill, AFillStaysWhereOthersHaveTheSameAndNobodySeesThroughIt) {
-  const DepthFusionOptions options;
-  const DepthMap own = FillPlanes(WallWithDoor(), {});
-  const std::vector<DepthMap> same = {FillPlanes(WallWithDoor(0.1), {}), FillPlanes(WallWithDoor(-0.1), {})};
-  EXPECT_EQ(KeepConfirmedFills(own, same, options).views.at<std::uint8_t>(60, 80), kFilledByPlane);
-  EXPECT_EQ(KeepConfirmedFills(own, {same[0]}, options).views.at<std::uint8_t>(60, 80), 0);
+TEST(PlaneFill, KeepsFillsThatNeighboursConfirm) {
+  constexpr int kMinViews = 2;
+  const DepthMap own = FillPlanes(WallWithDoor());
+  const std::vector<DepthMap> same = {FillPlanes(WallWithDoor(0.1)), FillPlanes(WallWithDoor(-0.1))};
+  EXPECT_EQ(KeepConfirmedFills(own, same, kMinViews).views.at<std::uint8_t>(60, 80), kFilledByPlane);
+  EXPECT_EQ(KeepConfirmedFills(own, {same[0]}, kMinViews).views.at<std::uint8_t>(60, 80), 0);
 
   std::vector<DepthMap> behind = same;
   behind.push_back(WallWithDoor(0.05));
   behind.back().depth.setTo(3.0F);  // a room seen through the door
-  const DepthMap open = KeepConfirmedFills(own, behind, options);
+  const DepthMap open = KeepConfirmedFills(own, behind, kMinViews);
   EXPECT_EQ(open.views.at<std::uint8_t>(60, 80), 0);
   EXPECT_EQ(open.depth.at<float>(60, 80), 0.0F);
   EXPECT_EQ(open.views.at<std::uint8_t>(10, 10), 4);
 }
 
-TEST(PlaneFill, FillingAgainChangesNothing) {
-  const DepthMap once = FillPlanes(WallWithDoor(), {});
-  const DepthMap twice = FillPlanes(once, {});
+TEST(PlaneFill, RepeatsWithoutChange) {
+  const DepthMap once = FillPlanes(WallWithDoor());
+  const DepthMap twice = FillPlanes(once);
   EXPECT_EQ(cv::norm(once.depth, twice.depth, cv::NORM_INF), 0.0);
 }
 

@@ -48,7 +48,7 @@ double MeanDifference(const cv::Mat& a, const cv::Mat& b) {
   return cv::norm(a(inner), b(inner), cv::NORM_L1) / inner.area();
 }
 
-TEST(ShutterCorrection, ShowsWhatAllRowsWouldHaveSeenAtOnce) {
+TEST(ShutterCorrection, CorrectsRowsToOneInstant) {
   const MovingCamera camera;
   const cv::Mat recorded = camera.Recorded(1);
   const cv::Mat at_once = camera.scene.View(camera.Place(kInterval)).gray;
@@ -57,7 +57,7 @@ TEST(ShutterCorrection, ShowsWhatAllRowsWouldHaveSeenAtOnce) {
   EXPECT_LT(MeanDifference(corrected, at_once), 0.4 * MeanDifference(recorded, at_once));
 }
 
-TEST(ShutterCorrection, LeavesImagesAloneThatNeedNoneOrWhoseMotionIsNotKnown) {
+TEST(ShutterCorrection, KeepsImagesWithoutReadoutOrMotion) {
   const MovingCamera camera;
   const cv::Mat recorded = camera.Recorded(1);
   EXPECT_EQ(MeanDifference(camera.Correction(0.0).Apply(1, recorded), recorded), 0.0);

@@ -45,20 +45,20 @@ class SurfaceFusion : public ::testing::Test {
 };
 
 // Distances from the wall in map units, by depth, of the voxels that were seen on the cameras' axis.
-std::map<double, double> AlongTheAxis(const SurfaceVolume& volume, const SurfaceOptions& options = {}) {
+std::map<double, double> AlongTheAxis(const SurfaceVolume& volume) {
   std::map<double, double> distances;
   for (std::size_t b = 0; b < volume.places.size(); ++b) {
     const auto& [x, y, z] = volume.places[b];
     for (int k = 0; x == 0 && y == 0 && k < SurfaceVolume::kEdge; ++k) {
       if (const auto& voxel = volume.blocks[b][SurfaceVolume::IndexOf(0, 0, k)]; voxel.weight > 0.0F) {
-        distances[volume.voxel * (8 * z + k)] = voxel.distance * options.truncation * volume.voxel;
+        distances[volume.voxel * (8 * z + k)] = voxel.distance * kTruncation * volume.voxel;
       }
     }
   }
   return distances;
 }
 
-TEST_F(SurfaceFusion, DistancesAreThoseFromTheWallAndEndBehindIt) {
+TEST_F(SurfaceFusion, MeasuresDistancesFromWallAndEndsBehindIt) {
   Put({WallMap(1, 0.0, kWall), WallMap(2, 0.2, kWall)});
   const auto volume = Fuse();
   ASSERT_TRUE(volume);
@@ -72,7 +72,7 @@ TEST_F(SurfaceFusion, DistancesAreThoseFromTheWallAndEndBehindIt) {
   EXPECT_EQ(volume->blocks.front()[0].rgb.size(), 3U);
 }
 
-TEST_F(SurfaceFusion, AgreementWeighs) {
+TEST_F(SurfaceFusion, WeighsPixelsByAgreement) {
   Put({WallMap(1, 0.0, kWall, 6), WallMap(2, 0.0, kWall + 0.06, 2)});
   const auto volume = Fuse();
   ASSERT_TRUE(volume);
@@ -85,7 +85,7 @@ TEST_F(SurfaceFusion, AgreementWeighs) {
   EXPECT_NEAR(at_wall, 0.25 * 0.06, 0.003);
 }
 
-TEST_F(SurfaceFusion, WhatARayPassesIsFree) {
+TEST_F(SurfaceFusion, MarksSpaceBeforeSurfaceAsFree) {
   std::vector<DepthMap> maps = {WallMap(1, 0.0, 1.0, 1)};  // a ghost before the wall
   for (int i = 2; i < 8; ++i) {
     maps.push_back(WallMap(i, 0.01 * i, kWall));
@@ -98,7 +98,7 @@ TEST_F(SurfaceFusion, WhatARayPassesIsFree) {
   }
 }
 
-TEST_F(SurfaceFusion, IsTheSameWithAnyNumberOfThreadsAndStaysWithinItsMemory) {
+TEST_F(SurfaceFusion, StaysWithinMemoryWithAnyNumberOfThreads) {
   Put({WallMap(1, 0.0, kWall), WallMap(2, 0.3, kWall), WallMap(3, 0.5, 1.5)});
   const auto one = Fuse(1);
   const auto five = Fuse(5);
@@ -115,7 +115,7 @@ TEST_F(SurfaceFusion, IsTheSameWithAnyNumberOfThreadsAndStaysWithinItsMemory) {
   EXPECT_GT(coarse->voxel, 0.5 * kWall / 80.0);
 }
 
-TEST_F(SurfaceFusion, WithoutDepthMapsThereIsNone) { EXPECT_FALSE(Fuse()); }
+TEST_F(SurfaceFusion, GivesNothingWithoutDepthMaps) { EXPECT_FALSE(Fuse()); }
 
 }  // namespace
 }  // namespace sqslam::testing

@@ -29,7 +29,7 @@ std::vector<PosedFrame> Line(int count) {
   return frames;
 }
 
-TEST(ViewChoice, ViewsStandOnBothSidesAtTheWantedAngles) {
+TEST(ViewChoice, ChoosesViewsOnBothSidesAtWantedAngles) {
   const std::vector<PosedFrame> frames = Line(101);
   const PosedFrame& keyframe = frames[50];
   const auto in_view = PointsInView(Wall(), kCamera, keyframe.T_map_camera, 100);
@@ -46,7 +46,7 @@ TEST(ViewChoice, ViewsStandOnBothSidesAtTheWantedAngles) {
   EXPECT_EQ(left, 2);
 }
 
-TEST(ViewChoice, FramesFarInTimeAndFramesOnTheSpotAreNoViews) {
+TEST(ViewChoice, SkipsFramesFarInTimeOrOnTheSpot) {
   const std::vector<PosedFrame> frames = Line(101);
   const auto in_view = PointsInView(Wall(), kCamera, frames[50].T_map_camera, 100);
   ViewOptions options;
@@ -54,7 +54,7 @@ TEST(ViewChoice, FramesFarInTimeAndFramesOnTheSpotAreNoViews) {
   EXPECT_TRUE(ChooseViews(frames[50], frames, in_view, kCamera, {6.0, 3.0}, options).empty());
 }
 
-TEST(ViewChoice, PlanesReachFromBeforeTheNearestToBehindTheFarthestPoint) {
+TEST(ViewChoice, DepthRangeContainsAllPoints) {
   std::vector<Eigen::Vector3d> points = Wall();
   for (int i = 0; i < 400; ++i) {
     points.push_back({0.001 * i - 0.2, 0.0, 1.0});
@@ -62,14 +62,14 @@ TEST(ViewChoice, PlanesReachFromBeforeTheNearestToBehindTheFarthestPoint) {
   points.push_back({0.0, 0.0, 0.01});  // an outlier
   points.push_back({0.0, 0.0, 500.0});
   const auto in_view = PointsInView(points, kCamera, {}, 10000);
-  const auto range = RangeOf(in_view, {}, {});
+  const auto range = RangeOf(in_view, {});
   ASSERT_TRUE(range);
   EXPECT_NEAR(range->nearest, 1.0 / 1.25, 1e-9);
   EXPECT_NEAR(range->farthest, 2.0 / 0.75, 1e-9);
-  EXPECT_FALSE(RangeOf({{0.0, 0.0, 1.0}}, {}, {}));
+  EXPECT_FALSE(RangeOf({{0.0, 0.0, 1.0}}, {}));
 }
 
-TEST(ViewChoice, NeighboursSeeTheSameFromNearby) {
+TEST(ViewChoice, ChoosesNeighboursThatSeeTheSame) {
   std::vector<PosedFrame> keyframes = Line(5);
   keyframes.push_back({9, {Eigen::Quaterniond(Eigen::AngleAxisd(3.1, Eigen::Vector3d::UnitY())), {0, 0, 0}}});
   const auto in_view = PointsInView(Wall(), kCamera, keyframes[2].T_map_camera, 100);

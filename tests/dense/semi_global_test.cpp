@@ -1,5 +1,3 @@
-#include "slam/dense/cost_volume.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include "slam/dense/stereo.h"
+
 namespace sqslam {
 namespace {
 
@@ -15,20 +15,17 @@ constexpr int kWidth = 7;
 constexpr int kHeight = 6;
 constexpr int kDepth = 9;
 
-CostVolume RandomVolume() {
-  CostVolume volume{kWidth, kHeight, kDepth, {}};
-  cv::RNG random(3);
-  for (int i = 0; i < kWidth * kHeight * kDepth; ++i) {
-    volume.costs.push_back(static_cast<std::uint8_t>(random.uniform(0, 255)));
-  }
-  return volume;
+cv::Mat RandomCosts() {
+  cv::Mat costs(kHeight, kWidth, CV_8UC(kDepth));
+  cv::RNG(3).fill(costs.reshape(1), cv::RNG::UNIFORM, 0, 255);
+  return costs;
 }
 
 // Cost of the best path that ends in the pixel on the plane and comes from this direction, from the paper's
 // Eq. 11 as it stands: by recursion, without what is subtracted to keep numbers small.
-double PathCost(const CostVolume& volume, const cv::Mat& gray, const StereoOptions& options, int x, int y,
+double PathCost(const cv::Mat& costs, const cv::Mat& gray, const StereoOptions& options, int x, int y,
                 int plane, int dx, int dy) {
-  const double own = volume.At(x, y)[plane];
+  const double own = costs.ptr<std::uint8_t>(y, x)[plane];
   const int from_x = x - dx;
   const int from_y = y - dy;
   if (from_x < 0 || from_y < 0 || from_x >= kWidth || from_y >= kHeight) {
@@ -41,19 +38,19 @@ double PathCost(const CostVolume& volume, const cv::Mat& gray, const StereoOptio
   for (int last = 0; last < kDepth; ++last) {
     const int step = std::abs(last - plane);
     const double penalty = step == 0 ? 0.0 : step == 1 ? options.small_penalty : large;
-    best = std::min(best, penalty + PathCost(volume, gray, options, from_x, from_y, last, dx, dy));
+    best = std::min(best, penalty + PathCost(costs, gray, options, from_x, from_y, last, dx, dy));
   }
   return own + best;
 }
 
-TEST(SemiGlobal, FindsThePlaneOfTheLeastSumOfEightPaths) {
-  const CostVolume volume = RandomVolume();
+TEST(SemiGlobal, FindsPlaneOfLeastSumOfEightPaths) {
+  const cv::Mat costs = RandomCosts();
   cv::Mat gray(kHeight, kWidth, CV_8U);
   cv::RNG(4).fill(gray, cv::RNG::UNIFORM, 0, 40);
   StereoOptions options;
   options.small_penalty = 20;
   options.large_penalty = 90;
-  const PlaneMap map = AggregateSemiGlobally(volume, gray, options);
+  const PlaneMap map = AggregateSemiGlobally(costs, gray, options);
   constexpr std::array<std::pair<int, int>, 8> kDirections = {
       {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, -1}, {1, -1}, {-1, 1}}};
   for (int y = 0; y < kHeight; ++y) {
@@ -63,7 +60,7 @@ TEST(SemiGlobal, FindsThePlaneOfTheLeastSumOfEightPaths) {
       std::array<double, kDepth> sums{};
       for (int d = 0; d < kDepth; ++d) {
         for (const auto& [dx, dy] : kDirections) {
-          sums[static_cast<std::size_t>(d)] += PathCost(volume, gray, options, x, y, d, dx, dy);
+          sums[static_cast<std::size_t>(d)] += PathCost(costs, gray, options, x, y, d, dx, dy);
         }
       }
       const int best = static_cast<int>(std::min_element(sums.begin(), sums.end()) - sums.begin());
@@ -72,20 +69,21 @@ TEST(SemiGlobal, FindsThePlaneOfTheLeastSumOfEightPaths) {
   }
 }
 
-TEST(SemiGlobal, ParabolaFindsThePlaceBetweenPlanes) {
-  CostVolume volume{3, 3, kDepth, {}};
+TEST(SemiGlobal, InterpolatesBetweenPlanesByParabola) {
+  cv::Mat costs(3, 3, CV_8UC(kDepth));
   constexpr double kTrue = 4.3;
   for (int pixel = 0; pixel < 9; ++pixel) {
     for (int d = 0; d < kDepth; ++d) {
-      volume.costs.push_back(static_cast<std::uint8_t>(std::lround(10.0 + 8.0 * (d - kTrue) * (d - kTrue))));
+      costs.ptr<std::uint8_t>(pixel / 3, pixel % 3)[d] =
+          static_cast<std::uint8_t>(std::lround(10.0 + 8.0 * (d - kTrue) * (d - kTrue)));
     }
   }
   StereoOptions options;
   options.small_penalty = 200;  // steps never pay
   options.large_penalty = 200;
-  const PlaneMap map = AggregateSemiGlobally(volume, cv::Mat(3, 3, CV_8U, cv::Scalar(0)), options);
+  const PlaneMap map = AggregateSemiGlobally(costs, cv::Mat(3, 3, CV_8U, cv::Scalar(0)), options);
   EXPECT_NEAR(map.plane.at<float>(1, 1), kTrue, 0.05);
-  EXPECT_EQ(map.cost.at<std::uint8_t>(1, 1), volume.At(1, 1)[4]);
+  EXPECT_EQ(map.cost.at<std::uint8_t>(1, 1), costs.ptr<std::uint8_t>(1, 1)[4]);
 }
 
 }  // namespace
