@@ -32,7 +32,6 @@ Examples:
 struct FigureArguments {
   FigureRequest request;
   std::string output;
-  std::optional<std::array<int, 2>> resolution;  // pixels
   StyleArguments style;
   bool quiet = false;
 };
@@ -44,7 +43,7 @@ void AddPageOptions(Command& command, const FigureEntry& figure, FigureArguments
   command.Option("--width-mm MM", page.width_mm, "Width; default: that of a column or page");
   command.Option("--height-mm MM", page.height_mm, "Height; default: as much as the figure needs");
   command.Option("--dpi N", page.dpi, "Pixels per inch of a PNG and of embedded pictures; default: 300");
-  command.Option("--resolution W,H", a.resolution,
+  command.Option("--resolution W,H", page.pixels,
                  "Size in pixels instead of millimetres; text scales with the width unless --dpi is given");
   command.Option("--font-size PT", page.font_size, "Font size");
   command.Option("--title TEXT", page.title, "Title above the figure");
@@ -85,10 +84,6 @@ void AddInputs(Command& command, const FigureEntry& figure, FigureRequest& reque
 void CompletePage(const FigureEntry& figure, FigureArguments& a) {
   CheckFigurePath(a.output);
   FigureOptions& page = a.request.page;
-  if (a.resolution) {
-    page.width_px = (*a.resolution)[0];
-    page.height_px = (*a.resolution)[1];
-  }
   page.style = a.style.Load(figure.adapt_style);
   CheckFigureOptions(page);
 }

@@ -140,7 +140,8 @@ int Demo(const DemoArguments& arguments) {
 }
 
 constexpr const char* kSynthNotes = R"(
-Writes rgb/, rgb.txt, camera.yaml, groundtruth.txt, objects_gt.json, boxes.txt and boxes_noisy.txt.
+Writes rgb/, rgb.txt, camera.yaml, groundtruth.txt, objects_gt.json, dense.ply (points of the true surface,
+for eval --dense), boxes.txt and boxes_noisy.txt.
 
 Examples:
   sqslam synth assets/scenes/desk.yaml -o out/desk

@@ -61,7 +61,7 @@ FigurePage DrawComparison(const CompareFigure& figure, const FigureOptions& opti
   for (const CompareFigure::Kind& kind : figure.kinds) {
     colors[kind.name] = kind.color;
   }
-  PictureRenderer renderer(PanelOptions(options, sheet.page.dpi, grid.width, grid.height, colors));
+  PictureRenderer renderer(PanelOptions(options, sheet, colors));
   const bool one_row = figure.objects.size() == 1;
   const int kinds = static_cast<int>(figure.kinds.size());
   const int total = static_cast<int>(figure.objects.size()) * kinds;
@@ -105,8 +105,8 @@ struct CompareOptions {
   bool values = false;
   void VisitFields(auto&& visit) {
     visit("--as SHAPE", "Only superquadric, ellipsoid or cuboid; may be repeated", kinds);
-    visit("--sizes NAME", "nearest to the map's object, the same as it has, or fitted to its points", sizes,
-          OptionWords{"nearest", "same", "fitted"});
+    visit("--sizes NAME", "nearest to the map's object, or fitted to its points", sizes,
+          OptionWords{"nearest", "fitted"});
     visit("--values", "Distance of the points below each solid", values);
   }
 };
@@ -172,11 +172,6 @@ std::vector<int> MostDifferent(const MapSnapshot& map) {
 
 PosedSuperquadric As(const ComparedSolid& kind, const PosedSuperquadric& object,
                      const std::vector<Eigen::Vector3d>& points, const std::string& sizes) {
-  if (sizes == "same") {
-    PosedSuperquadric solid = object;
-    SetExponents(kind.kind, solid.shape.e1, solid.shape.e2);
-    return solid;
-  }
   const PosedSuperquadric nearest = NearestOfKind(kind.kind, object);
   return sizes == "fitted" ? FitPlaceAndSize(points, nearest) : nearest;
 }
@@ -244,7 +239,7 @@ Each object over its map points as a superquadric, an ellipsoid (both exponents 
 other classes whose exponents differ most.
 
 --sizes nearest gives each solid the size that shares the most space with the map's object, as --representation
-does in a run. --sizes same gives all three the half sizes of the map's object. --sizes fitted moves and scales
+does in a run. --sizes fitted moves and scales
 each solid, in the object's orientation, to the object's points (robust least squares of the distances; sides
 without points keep those of the nearest). --values writes the median distance of the points to each surface
 below it, in map units and as a share of the object's mean half size.

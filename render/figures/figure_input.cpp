@@ -110,25 +110,26 @@ std::map<int, std::vector<ObjectView>> ObjectViews(const RecordedMap& map, bool 
     }
   }
   std::map<int, std::vector<ObjectView>> views;
-  const std::size_t step = all ? 1 : StepThrough(of_keyframes.size(), kMaxRead);
-  for (std::size_t i = 0; i < of_keyframes.size(); i += step) {
-    const MapSnapshotPtr moment = map.reader->Read(of_keyframes[i]);
+  for (const int i : Thinned(of_keyframes, all ? of_keyframes.size() : kMaxRead)) {
+    const MapSnapshotPtr moment = map.reader->Read(i);
     const bool has_image = map.images->Has(*moment);
-    for (const SnapshotDetection& seen_box : moment->detections) {
-      if (has_image && seen_box.object_id >= 0) {
-        views[seen_box.object_id].push_back({moment, poses.at(moment->frame_index), seen_box.detection.box});
+    for (const SnapshotDetection& box : moment->detections) {
+      if (has_image && box.object_id >= 0) {
+        views[box.object_id].push_back({moment, poses.at(moment->frame_index), box.detection.box});
       }
     }
   }
   return views;
 }
 
-std::vector<ObjectView> ViewsOfFrame(const std::vector<ObjectView>& views, const FigureRequest& request,
-                                     const std::string& what) {
+std::vector<ObjectView> ViewsOfFrame(const std::map<int, std::vector<ObjectView>>& all_views, int id,
+                                     const FigureRequest& request, const std::string& what) {
+  const auto found = all_views.find(id);
   ThrowIf<InputError>(
-      views.empty(),
+      found == all_views.end(),
       "{}: no keyframe with its image and a box of it, expected a map made from images that are still there",
       what);
+  const std::vector<ObjectView>& views = found->second;
   if (request.frames.empty()) {
     return views;
   }
@@ -184,42 +185,38 @@ void DrawNoImage(FigureSheet& sheet, const FigureRect& area) {
   sheet.page.Text("no image", area.Center(), theme.small, theme.muted, TextAlign::kCenter);
 }
 
-ImageCrop::ImageCrop(const cv::Mat& image, const Box2d& region, int quarter_turns, const FigureRect& panel)
-    : turns_(((quarter_turns % 4) + 4) % 4) {
-  const bool across = turns_ % 2 == 1;
+ImageCrop::ImageCrop(const cv::Mat& image, const Box2d& region, int quarter_turns, const FigureRect& panel) {
+  const bool across = quarter_turns % 2 != 0;
   const double aspect = across ? panel.height / panel.width : panel.width / panel.height;
   const double width = std::max(region.width, region.height * aspect);
   const auto [x, columns] = Within(region.Center().x(), width, image.cols);
   const auto [y, rows] = Within(region.Center().y(), width / aspect, image.rows);
-  cut_ = {x, y, columns, rows};
-  image_ = image(cut_).clone();
-  for (int i = 0; i < turns_; ++i) {
+  image_ = image(cv::Rect(x, y, columns, rows)).clone();
+  // Fractions of the cut-out from its corner; pixel centres lie at whole numbers.
+  Eigen::Affine2d fractions(Eigen::Scaling(1.0 / columns, 1.0 / rows) *
+                            Eigen::Translation2d(0.5 - x, 0.5 - y));
+  for (int i = 0; i < quarter_turns; ++i) {
     cv::rotate(image_.clone(), image_, cv::ROTATE_90_CLOCKWISE);
+    fractions = Eigen::Translation2d(1.0, 0.0) * Eigen::Rotation2Dd(0.5 * std::numbers::pi) * fractions;
   }
   area_ = panel.Fitted(image_.cols, image_.rows);
-}
-
-Eigen::Vector2d ImageCrop::ToPage(const Eigen::Vector2d& pixel) const {
-  // Fractions of the cut-out from its corner; pixel centres lie at whole numbers.
-  Eigen::Vector2d at((pixel.x() + 0.5 - cut_.x) / cut_.width, (pixel.y() + 0.5 - cut_.y) / cut_.height);
-  for (int i = 0; i < turns_; ++i) {
-    at = Eigen::Vector2d(1.0 - at.y(), at.x());
-  }
-  return {area_.x + at.x() * area_.width, area_.y + at.y() * area_.height};
+  page_from_pixel_ =
+      Eigen::Translation2d(area_.x, area_.y) * Eigen::Scaling(area_.width, area_.height) * fractions;
 }
 
 bool ImageCrop::Contains(const Eigen::Vector2d& pixel) const {
-  return pixel.x() >= cut_.x - 0.5 && pixel.y() >= cut_.y - 0.5 && pixel.x() <= cut_.x + cut_.width - 0.5 &&
-         pixel.y() <= cut_.y + cut_.height - 0.5;
+  const Eigen::Vector2d at = ToPage(pixel);
+  return area_.Contains({at.x(), at.y(), 0.0, 0.0});
 }
 
 void ImageCrop::DrawLine(FigurePage& page, const Eigen::Vector2d& from, const Eigen::Vector2d& to,
                          const FigureStroke& stroke) const {
-  const Eigen::Vector2d low(cut_.x - 0.5, cut_.y - 0.5);
-  const Eigen::Vector2d high = low + Eigen::Vector2d(cut_.width, cut_.height);
-  const Eigen::Vector2d d = to - from;
-  if (const auto span = SpanInBox(from, d, low, high, 1.0)) {
-    page.Line(ToPage(from + (*span)[0] * d), ToPage(from + (*span)[1] * d), stroke);
+  const Eigen::Vector2d start = ToPage(from);
+  const Eigen::Vector2d way = ToPage(to) - start;
+  const Eigen::Vector2d low(area_.x, area_.y);
+  const Eigen::Vector2d high(area_.Right(), area_.Bottom());
+  if (const auto span = SpanInBox(start, way, low, high, 1.0)) {
+    page.Line(start + (*span)[0] * way, start + (*span)[1] * way, stroke);
   }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <map>
 #include <memory>
 #include <string>
@@ -11,8 +12,8 @@
 #include "slam/snapshot/snapshot.h"
 #include "slam/system_options.h"
 
-// Reads results for figures and places images on their pages. Reading throws InputError or UsageError that
-// says what is missing or wrong.
+// Reads results for figures and places images on their pages. Reading throws InputError or UsageError
+// that names the missing or wrong input.
 namespace sqslam {
 
 // Help texts that several figures share.
@@ -59,10 +60,10 @@ struct ObjectView {
 // that still exist. Without `all`, long runs are subsampled evenly.
 std::map<int, std::vector<ObjectView>> ObjectViews(const RecordedMap& map, bool all);
 
-// Returns the views in the requested frame, or all views if none is requested. Throws InputError that lists
-// the frames if there is no such view.
-std::vector<ObjectView> ViewsOfFrame(const std::vector<ObjectView>& views, const FigureRequest& request,
-                                     const std::string& what);
+// Returns the views of an object in the requested frame, or all of them if none is requested. Throws
+// InputError that lists the frames if there is no such view.
+std::vector<ObjectView> ViewsOfFrame(const std::map<int, std::vector<ObjectView>>& all_views, int id,
+                                     const FigureRequest& request, const std::string& what);
 
 // Returns the image of a view at the camera's size, with lens distortion. Throws InputError if it cannot be
 // read.
@@ -80,7 +81,7 @@ ViewCamera EyeOn(const MapSnapshot& map, const std::vector<PosedSuperquadric>& s
 // Draws a placeholder for a missing image.
 void DrawNoImage(FigureSheet& sheet, const FigureRect& area);
 
-// A part of an image on a page; maps image pixels to the page.
+// A part of an image on a page.
 class ImageCrop {
  public:
   // Cuts out `region` (pixels), extended to the panel's shape as far as the image reaches, turned by quarter
@@ -89,7 +90,7 @@ class ImageCrop {
 
   void Draw(FigurePage& page) const { page.Image(image_, area_); }
   const FigureRect& Area() const { return area_; }
-  Eigen::Vector2d ToPage(const Eigen::Vector2d& pixel) const;
+  Eigen::Vector2d ToPage(const Eigen::Vector2d& pixel) const { return page_from_pixel_ * pixel; }
   bool Contains(const Eigen::Vector2d& pixel) const;
   // Draws the visible part of a line between pixels.
   void DrawLine(FigurePage& page, const Eigen::Vector2d& from, const Eigen::Vector2d& to,
@@ -97,9 +98,8 @@ class ImageCrop {
 
  private:
   cv::Mat image_;  // cut out and turned
-  cv::Rect cut_;   // region of the image, before turning
-  int turns_ = 0;  // 0 to 3
   FigureRect area_;
+  Eigen::Affine2d page_from_pixel_;
 };
 
 }  // namespace sqslam

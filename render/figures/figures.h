@@ -24,7 +24,7 @@
 
 namespace sqslam {
 
-// A request for a figure, without the figure's own options. Empty lists leave the choice to the figure.
+// A request for a figure, without the figure's own options. If a list is empty, the figure chooses.
 struct FigureRequest {
   FigureOptions page;
   std::vector<std::string> results;  // folders or files
@@ -206,7 +206,6 @@ struct YawFigure {
   struct View {
     Eigen::Vector2d corner = Eigen::Vector2d::Zero();  // pixels of the image
     std::array<Eigen::Vector2d, 3> ends{};             // of the axes
-    std::vector<Line> lines;
     double mean_angle = 0.0;  // between the lines that constrain yaw and their axes, degrees
   };
   struct Object {
@@ -216,6 +215,7 @@ struct YawFigure {
     int quarter_turns = 0;  // clockwise, that turn the image upright
     View before;
     View after;
+    std::vector<Line> lines;
     int yaw_lines = 0;  // matched lines that constrain yaw
     double yaw = 0.0;   // rotation from the axes before to those after, degrees
   };

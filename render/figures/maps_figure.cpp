@@ -29,7 +29,7 @@ struct MapClasses {
   MapClasses(const MapsFigure& figure, UncertainObjects uncertain) {
     for (const MapsFigure::Panel& panel : figure.panels) {
       for (const SnapshotObject& object : panel.map.objects) {
-        colors[object.label] = {};
+        colors[object.label] = Eigen::Vector3d::Zero();
         if (uncertain == UncertainObjects::kSolid || IsReliable(object)) {
           certain.insert(object.label);
         } else if (uncertain == UncertainObjects::kOutline) {
@@ -37,7 +37,7 @@ struct MapClasses {
         }
       }
       for (const Detection& box : panel.boxes) {
-        colors[box.label] = {};
+        colors[box.label] = Eigen::Vector3d::Zero();
         certain.insert(box.label);
       }
     }
@@ -167,7 +167,7 @@ FigurePage DrawMaps(const MapsFigure& figure, const FigureOptions& options) {
   const PanelGrid& grid = sheet.grid;
   constexpr std::size_t kMaxColors = 12;  // more cannot be told apart
   const bool names = figure.labels || classes.colors.size() > kMaxColors;
-  PictureRenderer renderer(PanelOptions(options, sheet.page.dpi, grid.width, grid.height, classes.colors));
+  PictureRenderer renderer(PanelOptions(options, sheet, classes.colors));
   const int count = static_cast<int>(figure.panels.size());
   options.Tell(0, count);
   for (int i = 0; i < count; ++i) {

@@ -95,8 +95,7 @@ FigurePage DrawShapes(const ShapesFigure& figure, const FigureOptions& options) 
       [&](double width, const FigureTheme& theme) { return LayOutShapes(figure, theme, width); });
   MakeSquare(sheet);
   const PanelGrid& grid = sheet.grid;
-  PictureOptions panel =
-      PanelOptions(options, sheet.page.dpi, grid.width, grid.height, {{kShapeLabel, figure.color}});
+  PictureOptions panel = PanelOptions(options, sheet, {{kShapeLabel, figure.color}});
   panel.style.light.shadow = 0.0;  // it would be cut off at the panel's edge
   PictureRenderer renderer(panel);
   const ViewCamera eye = EyeOnShapes(figure);

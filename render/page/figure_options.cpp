@@ -16,25 +16,19 @@ Eigen::Vector3d Mix(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double s
   return (1.0 - share_of_b) * a + share_of_b * b;
 }
 
-// Returns a length in points; `own` if the options give none.
-double PageLength(const std::optional<int>& pixels, const std::optional<double>& mm, double dpi, double own) {
-  return pixels ? *pixels * 72.0 / dpi : mm ? *mm * kPointsPerMm : own;
-}
-
 }  // namespace
 
 void CheckFigureOptions(const FigureOptions& options) {
   CheckStyle(options.style);
-  ThrowIf<UsageError>(options.width_px.has_value() != options.height_px.has_value(),
-                      "a figure's size in pixels: expected width and height");
-  ThrowIf<UsageError>(options.width_px && (options.width_mm || options.height_mm),
+  ThrowIf<UsageError>(options.pixels && (options.width_mm || options.height_mm),
                       "a figure's size: expected pixels or millimetres, not both");
-  const auto outside = [](const auto& value, double low, double high) {
+  const auto outside = [](const std::optional<double>& value, double low, double high) {
     return value && !(*value >= low && *value <= high);
   };
-  if (outside(options.width_px, 16, 16384) || outside(options.height_px, 16, 16384)) {
-    throw UsageError("a figure of {}x{} pixels: expected sides from 16 to 16384", *options.width_px,
-                     *options.height_px);
+  if (options.pixels) {
+    const auto [width, height] = *options.pixels;
+    ThrowIf<UsageError>(outside(width, 16, 16384) || outside(height, 16, 16384),
+                        "a figure of {}x{} pixels: expected sides from 16 to 16384", width, height);
   }
   ThrowIf<UsageError>(outside(options.width_mm, 10.0, 2000.0) || outside(options.height_mm, 10.0, 2000.0),
                       "a figure's size: expected 10 to 2000 mm");
@@ -59,12 +53,15 @@ FigureSheet MakeSheet(const FigureOptions& options, double own_width, const std:
   CheckFigureOptions(options);
   FigureSheet sheet{{}, {}, FigureTheme(options)};
   FigurePage& page = sheet.page;
-  page.dpi = options.dpi.value_or(options.width_px ? *options.width_px * 72.0 / own_width : kUsualDpi);
-  page.width = PageLength(options.width_px, options.width_mm, page.dpi, own_width);
+  page.dpi = options.dpi.value_or(options.pixels ? (*options.pixels)[0] * 72.0 / own_width : kUsualDpi);
+  page.width = options.pixels     ? (*options.pixels)[0] * 72.0 / page.dpi
+               : options.width_mm ? *options.width_mm * kPointsPerMm
+                                  : own_width;
   const double top = kSheetMargin + (options.title.empty() ? 0.0 : 2.0 * sheet.theme.title);
   const double width = page.width - 2.0 * kSheetMargin;
-  page.height = PageLength(options.height_px, options.height_mm, page.dpi,
-                           own_height(width, sheet.theme) + top + kSheetMargin);
+  page.height = options.pixels      ? (*options.pixels)[1] * 72.0 / page.dpi
+                : options.height_mm ? *options.height_mm * kPointsPerMm
+                                    : own_height(width, sheet.theme) + top + kSheetMargin;
   page.title = options.title.empty() ? description : options.title;
   if (!options.transparent) {
     page.background = sheet.theme.background;
@@ -128,16 +125,18 @@ void PanelSheet::NameRow(int row, const std::string& name) {
   page.Text(NarrowText(text, panel.height));
 }
 
-PictureOptions PanelOptions(const FigureOptions& options, double dpi, double width, double height,
+PictureOptions PanelOptions(const FigureOptions& options, const PanelSheet& sheet,
                             const std::map<std::string, Eigen::Vector3d>& colors) {
-  ThrowIf<UsageError>(std::max(width, height) * dpi / 72.0 > kMaxPictureSide,
+  const double width = sheet.grid.width * sheet.page.dpi / 72.0;
+  const double height = sheet.grid.height * sheet.page.dpi / 72.0;
+  ThrowIf<UsageError>(std::max(width, height) > kMaxPictureSide,
                       "a picture of {:.0f}x{:.0f} pixels in the figure: expected at most {} a side, by fewer "
                       "dots per inch or a smaller size",
-                      width * dpi / 72.0, height * dpi / 72.0, kMaxPictureSide);
+                      width, height, kMaxPictureSide);
   PictureOptions picture;
   picture.camera = options.camera;
-  picture.width = std::max(16, static_cast<int>(std::lround(width * dpi / 72.0)));
-  picture.height = std::max(16, static_cast<int>(std::lround(height * dpi / 72.0)));
+  picture.width = std::max(16, static_cast<int>(std::lround(width)));
+  picture.height = std::max(16, static_cast<int>(std::lround(height)));
   picture.transparent = options.transparent;
   picture.backend = options.backend;
   picture.style = options.style;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <functional>
 #include <map>
 #include <optional>
@@ -18,8 +19,8 @@ namespace sqslam {
 struct FigureOptions {
   std::optional<double> width_mm;
   std::optional<double> height_mm;
-  std::optional<int> width_px;  // pixels of the PNG; without dpi, the default width is divided into so many
-  std::optional<int> height_px;
+  // Width and height of the PNG; without dpi, the default width is divided into so many pixels.
+  std::optional<std::array<int, 2>> pixels;
   std::optional<double> dpi;  // pixels per inch; default 300
   std::string title;          // above the figure; empty: none
   double font_size = 8.0;     // points
@@ -107,9 +108,8 @@ struct PanelSheet : FigureSheet {
 PanelSheet MakePanelSheet(const FigureOptions& options, double own_width, const std::string& description,
                           const std::function<PanelGrid(double width, const FigureTheme& theme)>& lay_out);
 
-// Returns options for a picture of `width` x `height` points on a page of `dpi`, without texts, with classes
-// in the given colours.
-PictureOptions PanelOptions(const FigureOptions& options, double dpi, double width, double height,
+// Returns options for pictures in the panels of a page, without texts, with classes in the given colours.
+PictureOptions PanelOptions(const FigureOptions& options, const PanelSheet& sheet,
                             const std::map<std::string, Eigen::Vector3d>& colors);
 
 // Places the picture unscaled, with its top-left corner on the pixel nearest to the area's.

@@ -19,7 +19,7 @@ using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-// Everything that stands compressed between "stream" and "endstream", unpacked.
+// Returns the uncompressed contents of all streams.
 std::string PdfStreams(const std::string& pdf) {
   std::string all;
   const std::string_view begin = "stream\n";
@@ -35,7 +35,7 @@ std::string PdfStreams(const std::string& pdf) {
   return all;
 }
 
-// Letters that a PDF shows from fonts with one byte a letter, in drawing order.
+// Returns the letters drawn in fonts with one byte per letter, in drawing order.
 std::string PdfLetters(const std::string& streams) {
   std::string letters;
   bool inside = false;
@@ -59,7 +59,7 @@ std::uint32_t BigEndian(const std::string& bytes, std::size_t at) {
   return value;
 }
 
-TEST(FigureFilesTest, SizesAreThoseAskedFor) {
+TEST(FigureFilesTest, HasRequestedSize) {
   FigureOptions options = SmallFigure();
   EXPECT_EQ(Pixels(DrawIou(TwoScored(), options)).size(), cv::Size(360, 270));
   options = {};
@@ -68,10 +68,10 @@ TEST(FigureFilesTest, SizesAreThoseAskedFor) {
   options.dpi = 150.0;
   EXPECT_EQ(Pixels(DrawIou(TwoScored(), options)).size(), cv::Size(600, 300));
   options.dpi.reset();
-  EXPECT_EQ(Pixels(DrawIou(TwoScored(), options)).size(), cv::Size(1200, 600)) << "300 dpi unless told";
+  EXPECT_EQ(Pixels(DrawIou(TwoScored(), options)).size(), cv::Size(1200, 600)) << "300 dpi by default";
 }
 
-TEST(FigureFilesTest, PngCarriesItsDensity) {
+TEST(FigureFilesTest, StoresDensityInPng) {
   FigureOptions options;
   options.dpi = 254.0;  // 10000 pixels a metre
   const std::string png = EncodeFigure(DrawIou(TwoScored(), options), "figure.png");
@@ -85,7 +85,7 @@ TEST(FigureFilesTest, PngCarriesItsDensity) {
   EXPECT_EQ(BigEndian(png, at + 13), crc32(0, reinterpret_cast<const Bytef*>(png.data() + at), 13));
 }
 
-TEST(FigureFilesTest, SvgIsXmlThatHoldsTheTexts) {
+TEST(FigureFilesTest, WritesTextsIntoSvg) {
   FigureOptions options = SmallFigure();
   options.title = "IoU < 1 & \"more\"";
   const std::string svg = EncodeFigure(DrawIou(TwoScored(), options), "figure.svg");
@@ -99,7 +99,7 @@ TEST(FigureFilesTest, SvgIsXmlThatHoldsTheTexts) {
   EXPECT_THAT(shapes, HasSubstr("data:image/png;base64,iVBOR"));
 }
 
-TEST(FigureFilesTest, PdfHoldsTheTextsInEmbeddedFonts) {
+TEST(FigureFilesTest, EmbedsFontsInPdf) {
   const std::string pdf = EncodeFigure(DrawIou(TwoScored(), SmallFigure()), "figure.pdf");
   EXPECT_TRUE(pdf.starts_with("%PDF-"));
   EXPECT_THAT(pdf.substr(pdf.size() - 8), HasSubstr("%%EOF"));
@@ -113,7 +113,7 @@ TEST(FigureFilesTest, PdfHoldsTheTextsInEmbeddedFonts) {
       << "epsilon, subscript one";
 }
 
-TEST(FigureFilesTest, SameFigureGivesTheSameBytes) {
+TEST(FigureFilesTest, GivesSameBytesForSameFigure) {
   for (const char* name : {"figure.png", "figure.svg", "figure.pdf"}) {
     EXPECT_EQ(EncodeFigure(DrawMaps(TwoMaps(), SmallFigure()), name),
               EncodeFigure(DrawMaps(TwoMaps(), SmallFigure()), name));
@@ -122,7 +122,7 @@ TEST(FigureFilesTest, SameFigureGivesTheSameBytes) {
               Not(HasSubstr("CreationDate")));
 }
 
-TEST(FigureFilesTest, BytesThatAreNoUtf8AreShownAsReplacementCharacters) {
+TEST(FigureFilesTest, ShowsInvalidUtf8AsReplacementCharacters) {
   const auto encoded = [](const std::string& name, const std::string& file) {
     FigureOptions options = SmallFigure();
     options.title = name;
@@ -135,7 +135,7 @@ TEST(FigureFilesTest, BytesThatAreNoUtf8AreShownAsReplacementCharacters) {
   }
 }
 
-TEST(FigureFilesTest, ErrorsOfACalibrationPointFromTheCornerToTheModel) {
+TEST(FigureFilesTest, DrawsCalibrationErrorsFromCornerToModel) {
   Calibration calibration;
   calibration.camera = {320, 240, 300.0, 300.0, 159.5, 119.5};
   calibration.views = {{"view", {{100.0, 120.0}}, {{2.0, 0.0}}, Eigen::Vector3d::UnitZ(), 2.0}};
@@ -149,16 +149,16 @@ TEST(FigureFilesTest, ErrorsOfACalibrationPointFromTheCornerToTheModel) {
       });
   ASSERT_NE(line, page.elements.end());
   const std::vector<Eigen::Vector2d>& points = std::get<FigurePath>(*line).points;
-  EXPECT_LT(points[1].x(), points[0].x() - 1.0) << "detected right of where the model has it";
+  EXPECT_LT(points[1].x(), points[0].x() - 1.0) << "detected to the right of the model's corner";
   EXPECT_NEAR(points[1].y(), points[0].y(), 1e-9);
 }
 
-TEST(FigureFilesTest, SizesWithoutSenseAreRefused) {
+TEST(FigureFilesTest, RejectsInvalidSizes) {
   FigureOptions options = SmallFigure();
   options.width_mm = 80.0;
   EXPECT_THROW(DrawIou(TwoScored(), options), UsageError) << "pixels and millimetres";
   options = SmallFigure();
-  options.height_px = 16;
+  options.pixels = {360, 16};
   EXPECT_THROW(DrawTiming(TwoTimings(), options), UsageError) << "no room";
   options = SmallFigure();
   options.font_size = 0.0;

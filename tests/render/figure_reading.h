@@ -11,7 +11,7 @@
 
 namespace sqslam {
 
-// The figure as a picture.
+// Returns the pixels of a figure.
 inline cv::Mat Pixels(const FigurePage& page) {
   const std::string png = EncodeFigure(page, "figure.png");
   return cv::imdecode(cv::Mat(1, static_cast<int>(png.size()), CV_8UC1, const_cast<char*>(png.data())),
@@ -27,7 +27,7 @@ inline void CollectTexts(const boost::property_tree::ptree& node, std::vector<st
   }
 }
 
-// Texts of an SVG; throws where it is no XML.
+// Returns the texts of an SVG; throws if it is not valid XML.
 inline std::vector<std::string> SvgTexts(const std::string& svg) {
   std::istringstream stream(svg);
   boost::property_tree::ptree tree;

@@ -8,12 +8,11 @@
 
 namespace sqslam {
 
-// Small figures of made-up data, one of each kind.
+// Small figures of synthetic data, one of each kind.
 inline FigureOptions SmallFigure() {
   unsetenv("DISPLAY");
   FigureOptions options;
-  options.width_px = 360;
-  options.height_px = 270;
+  options.pixels = {360, 270};
   options.dpi = 110.0;
   options.font_size = 7.0;
   options.backend = RenderBackend::kOsmesa;
@@ -157,11 +156,10 @@ inline YawFigure OneTurned() {
                         middle + Vector2d(-34.0, 34.0)};
   object.after.corner = at(-32.0, -20.0);
   object.after.ends = {at(32.0, -20.0), at(-32.0, 20.0), at(-32.0, -20.0) + Vector2d(-2.0, 14.0)};
-  const std::vector<YawFigure::Line> lines = {{at(-30.0, -20.0), at(28.0, -20.0), 0},
-                                              {at(-30.0, 20.0), at(30.0, 20.0), 0},
-                                              {at(32.0, -18.0), at(32.0, 18.0), 1},
-                                              {at(-20.0, 0.0), at(10.0, 12.0), -1}};
-  object.before.lines = object.after.lines = lines;
+  object.lines = {{at(-30.0, -20.0), at(28.0, -20.0), 0},
+                  {at(-30.0, 20.0), at(30.0, 20.0), 0},
+                  {at(32.0, -18.0), at(32.0, 18.0), 1},
+                  {at(-20.0, 0.0), at(10.0, 12.0), -1}};
   object.before.mean_angle = 30.0;
   object.after.mean_angle = 0.25;
   object.yaw_lines = 3;

@@ -22,14 +22,14 @@ using ::testing::Not;
 // A chart is mostly empty: half a bar more changes little of its mean similarity.
 constexpr double kFigureThreshold = 0.01;
 
-TEST(FigureTest, ShapesLookLikeTheirBaseline) {
+TEST(FigureTest, DrawsShapesLikeBaseline) {
   FigureOptions options = SmallFigure();
   options.style.objects.opacity = 1.0;
   options.style.grid.show = false;
   ExpectBaseline(Pixels(DrawShapes(FewShapes(), options)), "figure_shapes", kFigureThreshold);
 }
 
-TEST(FigureTest, ComparisonLooksLikeItsBaseline) {
+TEST(FigureTest, DrawsComparisonLikeBaseline) {
   FigureOptions options = SmallFigure();
   options.style.objects.opacity = 0.6;
   options.style.cameras.keyframes = options.style.cameras.trajectory = false;
@@ -37,28 +37,28 @@ TEST(FigureTest, ComparisonLooksLikeItsBaseline) {
   ExpectBaseline(Pixels(DrawComparison(TwoCompared(), options)), "figure_compare", kFigureThreshold);
 }
 
-TEST(FigureTest, MapsLookLikeTheirBaseline) {
+TEST(FigureTest, DrawsMapsLikeBaseline) {
   ExpectBaseline(Pixels(DrawMaps(TwoMaps(), SmallFigure())), "figure_maps", kFigureThreshold);
 }
 
-TEST(FigureTest, TrajectoriesLookLikeTheirBaseline) {
+TEST(FigureTest, DrawsTrajectoriesLikeBaseline) {
   TrajectoryFigure figure = TwoPaths();
   figure.heights = true;
   ExpectBaseline(Pixels(DrawTrajectories(figure, SmallFigure())), "figure_trajectory", kFigureThreshold);
 }
 
-TEST(FigureTest, TimesLookLikeTheirBaseline) {
+TEST(FigureTest, DrawsTimesLikeBaseline) {
   ExpectBaseline(Pixels(DrawTiming(TwoTimings(), SmallFigure())), "figure_timing", kFigureThreshold);
 }
 
-TEST(FigureTest, IouLooksLikeItsBaseline) {
+TEST(FigureTest, DrawsIouLikeBaseline) {
   FigureOptions options = SmallFigure();
   options.title = "Objects";
   options.style = LoadStyle(std::string(SQSLAM_SOURCE_DIR) + "/configs/styles/dark.yaml");
   ExpectBaseline(Pixels(DrawIou(TwoScored(), options)), "figure_iou", kFigureThreshold);
 }
 
-TEST(FigureTest, OutliersLookLikeTheirBaseline) {
+TEST(FigureTest, DrawsOutliersLikeBaseline) {
   FigureOptions options = SmallFigure();
   options.style.objects.opacity = 0.35;
   options.style.cameras.keyframes = options.style.cameras.trajectory = false;
@@ -67,13 +67,13 @@ TEST(FigureTest, OutliersLookLikeTheirBaseline) {
   ExpectBaseline(Pixels(DrawOutliers(TwoJudged(), options)), "figure_outliers", kFigureThreshold);
 }
 
-TEST(FigureTest, YawLooksLikeItsBaseline) {
+TEST(FigureTest, DrawsYawLikeBaseline) {
   FigureOptions options = SmallFigure();
-  options.height_px = 210;
+  options.pixels = {360, 210};
   ExpectBaseline(Pixels(DrawYaw(OneTurned(), options)), "figure_yaw", kFigureThreshold);
 }
 
-TEST(FigureTest, OutliersAreCountedByTheirFate) {
+TEST(FigureTest, CountsOutliersByFate) {
   OutliersFigure figure = TwoJudged();
   const std::vector<std::string> texts =
       SvgTexts(EncodeFigure(DrawOutliers(figure, SmallFigure()), "figure.svg"));
@@ -87,7 +87,7 @@ TEST(FigureTest, OutliersAreCountedByTheirFate) {
               Contains("24 kept, 1 isolated, 2 without score; 1 not in view"));
 }
 
-TEST(FigureTest, TheScoresOfAllObjectsShareOneRamp) {
+TEST(FigureTest, SharesOneColourScaleAmongObjects) {
   EXPECT_EQ(Viridis(-1.0), Viridis(0.0));
   EXPECT_EQ(Viridis(2.0), Viridis(1.0));
   const auto lightness = [](const Eigen::Vector3d& c) {
@@ -109,7 +109,7 @@ TEST(FigureTest, TheScoresOfAllObjectsShareOneRamp) {
   EXPECT_GE(std::count(crosses.begin(), crosses.end(), crosses.at(0)), 4) << "two strokes each";
 }
 
-TEST(FigureTest, YawIsToldInNumbersAndAxesHaveLetters) {
+TEST(FigureTest, WritesYawAnglesAndAxisLetters) {
   YawFigure figure = OneTurned();
   EXPECT_THAT(SvgTexts(EncodeFigure(DrawYaw(figure, {}), "figure.svg")),
               AllOf(Contains("mean angle 30.0°, 3 lines"), Contains("mean angle 0.2°, yaw 30.0°"),
@@ -118,7 +118,7 @@ TEST(FigureTest, YawIsToldInNumbersAndAxesHaveLetters) {
   EXPECT_THAT(SvgTexts(EncodeFigure(DrawYaw(figure, {}), "figure.svg")), Contains("no line tells the yaw"));
 }
 
-TEST(FigureTest, WhatLiesOnAnImageStaysThereWhenItIsCutAndTurned) {
+TEST(FigureTest, KeepsMarksInPlaceWhenImageIsCutAndTurned) {
   cv::Mat image(60, 100, CV_8UC3, cv::Scalar(0, 0, 0));
   const Eigen::Vector2d mark(30.0, 20.0);
   image.at<cv::Vec3b>(20, 30) = {255, 255, 255};
@@ -148,7 +148,7 @@ TEST(FigureTest, WhatLiesOnAnImageStaysThereWhenItIsCutAndTurned) {
   EXPECT_EQ(page.elements.size(), 1u);
 }
 
-TEST(FigureTest, BaselineTellsAChangedBarFromTheSame) {
+TEST(FigureTest, BaselineDetectsChangedBar) {
   IouFigure changed = TwoScored();
   changed.series[0].values[0] = 0.6;
   EXPECT_GT(
@@ -156,7 +156,7 @@ TEST(FigureTest, BaselineTellsAChangedBarFromTheSame) {
       kFigureThreshold);
 }
 
-TEST(FigureTest, WithoutBackgroundCornersAreTransparentAndBarsAreNot) {
+TEST(FigureTest, DrawsOpaqueBarsOnTransparentBackground) {
   FigureOptions options = SmallFigure();
   options.transparent = true;
   options.style.objects.opacity = 1.0;
@@ -171,7 +171,7 @@ TEST(FigureTest, WithoutBackgroundCornersAreTransparentAndBarsAreNot) {
   }
 }
 
-TEST(FigureTest, AClassHasOneColourInAllMapsAndTheLegendShowsAll) {
+TEST(FigureTest, GivesClassOneColourInAllMapsAndLegend) {
   const FigurePage page = DrawMaps(TwoMaps(), SmallFigure());
   const std::vector<std::string> labels = {"book", "cup", "laptop", "sports_ball"};
   const LabelColors colors(labels);
@@ -188,7 +188,7 @@ TEST(FigureTest, AClassHasOneColourInAllMapsAndTheLegendShowsAll) {
                                                                 Contains("(a) desk"), Contains("(b) table")));
 }
 
-TEST(FigureTest, MapsWithoutImagesGetAnEmptyPlaceOnlyBesideOthers) {
+TEST(FigureTest, LeavesPlaceForMissingImageOnlyBesideOtherImages) {
   MapsFigure figure = TwoMaps();
   figure.panels[1].image.release();
   const FigurePage one = DrawMaps(figure, {});
@@ -200,7 +200,7 @@ TEST(FigureTest, MapsWithoutImagesGetAnEmptyPlaceOnlyBesideOthers) {
   EXPECT_LT(none.height, 0.7 * one.height);
 }
 
-TEST(FigureTest, PathsHaveOneScaleForBothAxes) {
+TEST(FigureTest, UsesOneScaleForBothAxesOfPaths) {
   TrajectoryFigure figure;
   figure.paths = {{"square", {{{0.0, {0, 0, 0}}, {1.0, {3, 0, 0}}, {2.0, {3, 1, 0}}}}}};
   const FigurePage page = DrawTrajectories(figure, {});
@@ -217,7 +217,7 @@ TEST(FigureTest, PathsHaveOneScaleForBothAxes) {
   FAIL() << "the path is not on the page";
 }
 
-TEST(FigureTest, UncertainObjectsAreDashesFromAbove) {
+TEST(FigureTest, DashesUncertainObjectsFromAbove) {
   TrajectoryFigure figure;
   figure.objects = {{"cup", {1, 0, 0}, {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}}, false},
                     {"oven", {0, 0, 1}, {{2, 0, 0}, {3, 0, 0}, {3, 1, 0}}, true}};
@@ -234,7 +234,7 @@ TEST(FigureTest, UncertainObjectsAreDashesFromAbove) {
   EXPECT_EQ(dashed, 1);
 }
 
-TEST(FigureTest, BarsReachToTheirValues) {
+TEST(FigureTest, DrawsBarsUpToTheirValues) {
   const FigurePage page = DrawIou({{"cup"}, {{"run", {0.5}}}}, {});
   std::vector<double> heights;
   for (const FigureElement& element : page.elements) {
@@ -249,7 +249,7 @@ TEST(FigureTest, BarsReachToTheirValues) {
   EXPECT_NEAR(heights[1], 60.0, 1e-9);
 }
 
-TEST(FigureTest, MeansOfIouSayOfHowMany) {
+TEST(FigureTest, WritesNumberOfObjectsBesideMeanIou) {
   IouFigure figure = TwoScored();
   figure.not_shown = 3;
   EXPECT_THAT(SvgTexts(EncodeFigure(DrawIou(figure, {}), "figure.svg")),
@@ -261,7 +261,7 @@ TEST(FigureTest, MeansOfIouSayOfHowMany) {
               Contains("quadrics: mean 0.00 of 6, none found"));
 }
 
-TEST(FigureTest, UprightNumbersOfIouKeepOutOfTheLegend) {
+TEST(FigureTest, KeepsUprightNumbersOutOfLegend) {
   IouFigure figure = TwoScored();
   while (figure.series.size() < 12) {
     figure.series.push_back({"more", {0.99, 0.98, 0.97}});
@@ -279,7 +279,7 @@ TEST(FigureTest, UprightNumbersOfIouKeepOutOfTheLegend) {
   EXPECT_GT(numbers, legend);
 }
 
-TEST(FigureTest, WithMoreClassesThanColoursNamesStandInTheMaps) {
+TEST(FigureTest, WritesNamesIntoMapsWhenClassesOutnumberColours) {
   MapsFigure figure;
   figure.panels.push_back({"desk", HandMadeMap(), cv::Mat(120, 160, CV_8UC3, cv::Scalar(150, 160, 170)), {}});
   std::vector<SnapshotObject>& objects = figure.panels[0].map.objects;
@@ -298,7 +298,7 @@ TEST(FigureTest, WithMoreClassesThanColoursNamesStandInTheMaps) {
   EXPECT_EQ(times("lamp"), 2) << "and in the box";
 }
 
-TEST(FigureTest, ManyClassesAndSeriesLookDifferent) {
+TEST(FigureTest, DistinguishesManyClassesAndSeries) {
   std::vector<std::string> labels;
   for (int i = 0; i < 35; ++i) {
     labels.push_back("class " + std::to_string(i));
@@ -317,7 +317,7 @@ TEST(FigureTest, ManyClassesAndSeriesLookDifferent) {
   }
 }
 
-TEST(FigureTest, NumbersOfTimesKeepClearOfAllMarks) {
+TEST(FigureTest, KeepsNumbersOfTimesClearOfMarks) {
   TimingFigure figure;
   figure.stages = {"tracking"};
   figure.series = {{"run", {{"tracking", {5.0, 20.0, 20.0}}}}};  // the median at the end of the whisker
@@ -336,7 +336,7 @@ TEST(FigureTest, NumbersOfTimesKeepClearOfAllMarks) {
   EXPECT_GT(farthest, 100.0);
 }
 
-TEST(FigureTest, AxesHaveRoundNumbers) {
+TEST(FigureTest, GivesAxesRoundNumbers) {
   const ChartAxis axis = RoundAxis(0.13, 0.87, 4, true);
   EXPECT_DOUBLE_EQ(axis.step, 0.2);
   EXPECT_NEAR(axis.low, 0.0, 1e-12);
@@ -349,7 +349,7 @@ TEST(FigureTest, AxesHaveRoundNumbers) {
   EXPECT_EQ((ChartAxis{0.0, 1.0, 1e-9}.Ticks().size()), 1000u);
 }
 
-TEST(FigureTest, HatchesStayInsideTheirBars) {
+TEST(FigureTest, KeepsHatchesInsideBars) {
   const FigureRect bar{10.0, 20.0, 7.0, 30.0};
   for (int hatch = 1; hatch <= 4; ++hatch) {
     const auto lines = HatchLines(bar, hatch, 3.0);
@@ -363,7 +363,7 @@ TEST(FigureTest, HatchesStayInsideTheirBars) {
   EXPECT_TRUE(HatchLines(bar, 0, 3.0).empty());
 }
 
-TEST(FigureTest, LongTextsAreCutBetweenLetters) {
+TEST(FigureTest, CutsLongTextsBetweenLetters) {
   const std::string text = "Größenverhältnisse";
   EXPECT_EQ(FittingText(text, 8.0, 1000.0), text);
   const std::string cut = FittingText(text, 8.0, 30.0);
@@ -372,7 +372,7 @@ TEST(FigureTest, LongTextsAreCutBetweenLetters) {
   EXPECT_TRUE(text.starts_with(cut.substr(0, cut.size() - std::strlen("…"))));
 }
 
-TEST(FigureTest, LongTextsAreBrokenAtBlanks) {
+TEST(FigureTest, BreaksLongTextsAtBlanks) {
   const std::string text = "points that nobody can tell apart";
   EXPECT_THAT(WrappedText(text, 8.0, 1000.0), ::testing::ElementsAre(text));
   std::string joined;
@@ -384,7 +384,7 @@ TEST(FigureTest, LongTextsAreBrokenAtBlanks) {
   EXPECT_EQ(WrappedText(text, 8.0, 1.0).size(), 6U);
 }
 
-TEST(FigureTest, NamesGetSmallerBeforeTheyAreCut) {
+TEST(FigureTest, ShrinksNamesBeforeCuttingThem) {
   FigureText name;
   name.text = "Superquadric";
   name.size = 8.0;
