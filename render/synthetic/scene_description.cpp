@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <string>
 #include <utility>
 #include <vector>
@@ -30,7 +31,7 @@ T ReadValue(const YAML::Node& node, const char* key, T otherwise) {
 }
 
 double ReadNumber(const YAML::Node& node, const char* key, double otherwise) {
-  const double number = ReadValue(node, key, otherwise);
+  const auto number = ReadValue(node, key, otherwise);
   ThrowIf<InputError>(!std::isfinite(number), "'{}': expected a finite number", key);
   return number;
 }
@@ -140,11 +141,8 @@ SceneDescription ReadNode(const YAML::Node& root) {
   scene.frames = ReadValue<int>(root, "frames", 240);
   scene.camera = ReadCamera(root["camera"]);
   scene.bodies = ReadList(root, "furniture", ReadBody);
-  for (SceneBody& body : scene.bodies) {
-    body.id = 0;
-  }
-  const std::vector<SceneBody> objects = ReadList(root, "objects", ReadBody);
-  scene.bodies.insert(scene.bodies.end(), objects.begin(), objects.end());
+  std::ranges::for_each(scene.bodies, [](SceneBody& body) { body.id = 0; });
+  std::ranges::copy(ReadList(root, "objects", ReadBody), std::back_inserter(scene.bodies));
   scene.panels = ReadList(root, "panels", ReadPanel);
   scene.lights = ReadList(root, "lights", ReadLight);
   scene.waypoints = ReadList(root["motion"], "waypoints", [](const YAML::Node& node) {

@@ -21,8 +21,8 @@
 namespace sqslam {
 namespace {
 
-constexpr double kNear = 0.05;  // metres
-constexpr double kFar = 30.0;
+constexpr double kNearPlane = 0.05;  // metres
+constexpr double kFarPlane = 30.0;
 
 vtkNew<vtkTexture> MakeTexture(const cv::Mat& bgr) {
   vtkNew<vtkImageData> image;
@@ -40,15 +40,15 @@ vtkNew<vtkTexture> MakeTexture(const cv::Mat& bgr) {
   return texture;
 }
 
-// Returns the pinhole camera that shows what a fisheye lens shows, as large in the middle.
+// Returns a pinhole camera with the field of view of a fisheye lens and the same scale in the middle.
 Camera PinholeOf(const Camera& lens, int supersampling) {
-  constexpr double kLargest = 16384.0;  // pixels, of a side of a picture that OpenGL draws
+  constexpr double kMaxSide = 16384.0;  // pixels, of a side of a picture that OpenGL draws
   if (lens.lens != LensModel::kFisheye) {
     return lens;
   }
   const auto [left, top, right, bottom] = lens.ShownBounds();
   ThrowIf<InputError>(
-      std::max(right - left, bottom - top) * supersampling > kLargest,
+      std::max(right - left, bottom - top) * supersampling > kMaxSide,
       "'camera': the fisheye lens is too wide to be drawn; expected a larger fx or fewer pixels");
   Camera pinhole = lens.WithoutDistortion();
   pinhole.cx -= left;
@@ -125,20 +125,22 @@ void SceneRenderer::Add(const TexturedMesh& mesh) {
   id_actor->GetProperty()->SetColor(mesh.id / 255.0, mesh.id / 255.0, mesh.id / 255.0);
 }
 
-cv::Mat SceneRenderer::Render(vtkRenderer* drawn, vtkRenderer* other, const Rigid3d& T_world_camera) {
-  SetPinholeCamera(pinhole_, T_world_camera, kNear, kFar, drawn->GetActiveCamera());
+cv::Mat SceneRenderer::Render(vtkRenderer* drawn, vtkRenderer* other, const Rigid3d& T_world_camera,
+                              int interpolation) {
+  SetPinholeCamera(pinhole_, T_world_camera, kNearPlane, kFarPlane, drawn->GetActiveCamera());
   drawn->DrawOn();
   other->DrawOff();
-  return window_.Render();
+  const cv::Mat image = window_.Render();
+  if (bend_.empty()) {
+    return image;
+  }
+  cv::Mat bent;
+  cv::remap(image, bent, bend_, cv::noArray(), interpolation, cv::BORDER_REPLICATE);
+  return bent;
 }
 
 cv::Mat SceneRenderer::RenderColor(const Rigid3d& T_world_camera) {
-  cv::Mat image = Render(color_renderer_, id_renderer_, T_world_camera);
-  if (!bend_.empty()) {
-    cv::Mat bent;
-    cv::remap(image, bent, bend_, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
-    image = bent;
-  }
+  cv::Mat image = Render(color_renderer_, id_renderer_, T_world_camera, cv::INTER_LINEAR);
   if (supersampling_ > 1) {
     cv::resize(image, image, {camera_.width, camera_.height}, 0.0, 0.0, cv::INTER_AREA);
   }
@@ -146,14 +148,8 @@ cv::Mat SceneRenderer::RenderColor(const Rigid3d& T_world_camera) {
 }
 
 cv::Mat SceneRenderer::RenderIds(const Rigid3d& T_world_camera) {
-  const cv::Mat image = Render(id_renderer_, color_renderer_, T_world_camera);
   cv::Mat ids;
-  cv::extractChannel(image, ids, 0);
-  if (!bend_.empty()) {
-    cv::Mat bent;
-    cv::remap(ids, bent, bend_, cv::noArray(), cv::INTER_NEAREST, cv::BORDER_REPLICATE);
-    return bent;
-  }
+  cv::extractChannel(Render(id_renderer_, color_renderer_, T_world_camera, cv::INTER_NEAREST), ids, 0);
   return ids;
 }
 
@@ -161,16 +157,15 @@ namespace {
 
 // Clips to the range of pixel centres, [0, width - 1] x [0, height - 1].
 Box2d ClippedBox(double left, double top, double right, double bottom, const Camera& camera) {
-  left = std::clamp(left, 0.0, camera.width - 1.0);
-  right = std::clamp(right, 0.0, camera.width - 1.0);
-  top = std::clamp(top, 0.0, camera.height - 1.0);
-  bottom = std::clamp(bottom, 0.0, camera.height - 1.0);
-  return {left, top, right - left, bottom - top};
+  const Eigen::Array2d last(camera.width - 1.0, camera.height - 1.0);
+  const Eigen::Array2d low = Eigen::Array2d(left, top).max(0.0).min(last);
+  const Eigen::Array2d high = Eigen::Array2d(right, bottom).max(0.0).min(last);
+  return {low.x(), low.y(), high.x() - low.x(), high.y() - low.y()};
 }
 
 // Returns the area of an object's whole silhouette in square pixels; 0 if a part of it is behind the camera.
 // Superquadrics with exponents up to 2 are convex, so the silhouette is the convex hull of the projected
-// surface, also through a fisheye lens to within what it bends.
+// surface; through a fisheye lens this is an approximation.
 double SilhouetteArea(const PosedSuperquadric& superquadric, const Camera& camera,
                       const Rigid3d& T_world_camera) {
   const Rigid3d T_camera_object = T_world_camera.Inverse() * superquadric.T_map_object;

@@ -31,7 +31,7 @@ class SceneRenderer {
 
  private:
   void Add(const TexturedMesh& mesh);
-  cv::Mat Render(vtkRenderer* drawn, vtkRenderer* other, const Rigid3d& T_world_camera);
+  cv::Mat Render(vtkRenderer* drawn, vtkRenderer* other, const Rigid3d& T_world_camera, int interpolation);
 
   Camera camera_;
   Camera pinhole_;  // that the picture is drawn with; `camera_` itself unless that is a fisheye lens

@@ -13,6 +13,7 @@
 #include <set>
 
 #include "render/synthetic/scene_renderer.h"
+#include "render/synthetic/true_surface.h"
 #include "slam/io/cameras.h"
 #include "slam/io/coco.h"
 #include "slam/util/atomic_file.h"
@@ -42,29 +43,24 @@ std::string PrimitiveName(const Superquadric& shape) {
 }
 
 std::string FormatObjects(const SceneDescription& scene) {
-  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  std::vector<std::string> lines;
   for (const SceneBody& body : scene.bodies) {
-    if (body.id <= 0) {
-      continue;
+    if (body.id > 0) {
+      const auto& [shape, T_world_object] = body.superquadric;
+      const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> pose = T_world_object.Matrix();
+      nlohmann::ordered_json entry;
+      entry["id"] = body.id;
+      entry["label"] = body.label;
+      entry["primitive"] = PrimitiveName(shape);
+      entry["center"] = T_world_object.translation;
+      entry["yaw"] = body.yaw;
+      entry["T_world_object"] = std::vector<double>(pose.data(), pose.data() + 16);
+      entry["half_size"] = shape.half_size;
+      entry["shape"] = {shape.e1, shape.e2};
+      lines.push_back(entry.dump());
     }
-    const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> pose = body.superquadric.T_map_object.Matrix();
-    const Superquadric& shape = body.superquadric.shape;
-    nlohmann::ordered_json entry;
-    entry["id"] = body.id;
-    entry["label"] = body.label;
-    entry["primitive"] = PrimitiveName(shape);
-    entry["center"] = body.superquadric.T_map_object.translation;
-    entry["yaw"] = body.yaw;
-    entry["T_world_object"] = std::vector<double>(pose.data(), pose.data() + 16);
-    entry["half_size"] = shape.half_size;
-    entry["shape"] = {shape.e1, shape.e2};
-    list.push_back(entry);
   }
-  std::string text = "[\n";
-  for (std::size_t i = 0; i < list.size(); ++i) {
-    text += list[i].dump() + (i + 1 < list.size() ? ",\n" : "\n");
-  }
-  return text + "]\n";
+  return fmt::format("[\n{}\n]\n", fmt::join(lines, ",\n"));
 }
 
 std::string FormatDetection(double timestamp, const Detection& detection) {
@@ -79,13 +75,12 @@ struct ImageFile {
 };
 
 void AddSensorNoise(cv::Mat& image, double sigma, std::uint64_t seed) {
-  if (sigma <= 0.0) {
-    return;
+  if (sigma > 0.0) {
+    cv::RNG random(seed);
+    cv::Mat noise(image.size(), CV_16SC3);
+    random.fill(noise, cv::RNG::NORMAL, 0.0, sigma);
+    cv::add(image, noise, image, cv::noArray(), CV_8U);
   }
-  cv::RNG random(seed);
-  cv::Mat noise(image.size(), CV_16SC3);
-  random.fill(noise, cv::RNG::NORMAL, 0.0, sigma);
-  cv::add(image, noise, image, cv::noArray(), CV_8U);
 }
 
 // The text files of a sequence, extended frame by frame.
@@ -268,6 +263,7 @@ SynthesisSummary WriteSyntheticSequence(const SceneDescription& scene, const fs:
   text.Save(folder.Path(), options.noisy_detections);
   WriteCamera(folder.Path() / "camera.yaml", scene.camera);
   WriteFileAtomically(folder.Path() / "objects_gt.json", FormatObjects(scene));
+  WriteSurface(folder.Path() / "dense.ply", SeenSurface(scene, poses));
   folder.Commit();
   return summary;
 }

@@ -33,9 +33,9 @@ struct SynthesisSummary {
 using SynthesisProgress = std::function<void(int done, int total)>;
 
 // Renders a scene into a sequence folder with exact ground truth: rgb/, rgb.txt, camera.yaml,
-// groundtruth.txt, objects_gt.json, boxes.txt, and boxes_noisy.txt or boxes_exact.txt. The folder is written
-// completely or not at all; the same scene and options give identical files. Throws InputError if `output` is
-// not empty or cannot be written.
+// groundtruth.txt, objects_gt.json, dense.ply (true_surface.h), boxes.txt, and boxes_noisy.txt or
+// boxes_exact.txt. The folder is written completely or not at all; the same scene and options give identical
+// files. Throws InputError if `output` is not empty or cannot be written.
 SynthesisSummary WriteSyntheticSequence(const SceneDescription& scene, const std::filesystem::path& output,
                                         const SynthesisOptions& options,
                                         const SynthesisProgress& progress = {});

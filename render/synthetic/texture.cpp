@@ -51,7 +51,7 @@ cv::Mat FractalNoise(cv::Size size, double coarse, double persistence, cv::RNG& 
   return sum / std::sqrt(power);
 }
 
-cv::Mat OfThreeChannels(const cv::Mat& single) {
+cv::Mat ThreeChannels(const cv::Mat& single) {
   cv::Mat merged;
   cv::merge(std::vector<cv::Mat>(3, single), merged);
   return merged;
@@ -59,7 +59,7 @@ cv::Mat OfThreeChannels(const cv::Mat& single) {
 
 // Adds noise to all channels alike: image * (1 + strength * noise).
 void Modulate(Canvas& canvas, const cv::Mat& noise, double strength) {
-  const cv::Mat gain = OfThreeChannels(1.0 + strength * noise);
+  const cv::Mat gain = ThreeChannels(1.0 + strength * noise);
   cv::Mat pixels;
   canvas.image.convertTo(pixels, CV_32FC3);
   cv::multiply(pixels, gain, pixels);
@@ -78,7 +78,7 @@ void Clouds(Canvas& canvas, const cv::Scalar& color, double coarse, double sharp
   cv::Mat pixels;
   canvas.image.convertTo(pixels, CV_32FC3);
   const cv::Mat paint(canvas.image.size(), CV_32FC3, color);
-  cv::Mat mixed = pixels + OfThreeChannels(weight).mul(paint - pixels);
+  cv::Mat mixed = pixels + ThreeChannels(weight).mul(paint - pixels);
   mixed.convertTo(canvas.image, CV_8UC3);
 }
 

@@ -15,7 +15,7 @@ constexpr double kObjectPixelsPerMetre = 1400.0;
 constexpr double kFurniturePixelsPerMetre = 600.0;
 constexpr double kHiddenPixelsPerMetre = 100.0;  // undersides
 constexpr double kPanelPixelsPerMetre = 700.0;
-constexpr double kLargestTexture = 2048.0;  // pixels per side
+constexpr double kMaxTextureSide = 2048.0;  // pixels per side
 
 // Applies display gamma to light, as it multiplies textures stored with that gamma.
 std::array<std::uint8_t, 3> EncodeLight(const Eigen::Vector3d& irradiance) {
@@ -40,7 +40,7 @@ void AddLight(const SceneLighting& lighting, TexturedMesh& mesh) {
 
 cv::Mat PaintFor(const TextureDescription& texture, double width, double height, double pixels_per_metre,
                  int variation) {
-  const double scale = std::min(pixels_per_metre, kLargestTexture / std::max(width, height));
+  const double scale = std::min(pixels_per_metre, kMaxTextureSide / std::max(width, height));
   return PaintTexture(texture, std::max(width, 0.01), std::max(height, 0.01), scale, variation);
 }
 

@@ -5,13 +5,17 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <fstream>
 #include <iterator>
 #include <opencv2/imgcodecs.hpp>
+#include <set>
 
 #include "render/solids/tessellation.h"
 #include "render/synthetic/scene_renderer.h"
+#include "render/synthetic/true_surface.h"
 #include "slam/io/cameras.h"
+#include "slam/io/point_cloud.h"
 #include "slam/util/error.h"
 
 namespace sqslam {
@@ -61,7 +65,7 @@ Box2d ProjectedBox(const SceneBody& body, const Camera& camera, const Rigid3d& T
   return {low.x(), low.y(), high.x() - low.x(), high.y() - low.y()};
 }
 
-TEST(SyntheticSceneTest, BoxesOfVisibleBodiesMatchTheirProjections) {
+TEST(SyntheticSceneTest, MatchesBoxesWithProjectionsOfVisibleBodies) {
   const SceneDescription scene = SmallScene();
   SceneRenderer renderer(scene, 2, RenderBackend::kAuto);
   for (const Rigid3d& pose : HandHeldMotion(scene, scene.frames, 1)) {
@@ -87,7 +91,7 @@ Camera EquidistantLens() {
   return lens;
 }
 
-TEST(SyntheticSceneTest, AFisheyeLensBendsPictureAndBoxes) {
+TEST(SyntheticSceneTest, BendsPictureAndBoxesThroughFisheyeLens) {
   SceneDescription scene = SmallScene();
   scene.bodies.resize(2);
   scene.camera = EquidistantLens();
@@ -111,7 +115,7 @@ TEST(SyntheticSceneTest, AFisheyeLensBendsPictureAndBoxes) {
   EXPECT_NEAR(exact->visible_fraction, 1.0, 0.02);
 }
 
-TEST(SyntheticSceneTest, ALensThatIsTooWideToBeDrawnIsRefused) {
+TEST(SyntheticSceneTest, RejectsLensTooWideToDraw) {
   SceneDescription scene = SmallScene();
   scene.camera = EquidistantLens();
   scene.camera.fx = scene.camera.fy = 1000.0;
@@ -119,7 +123,7 @@ TEST(SyntheticSceneTest, ALensThatIsTooWideToBeDrawnIsRefused) {
   EXPECT_THROW(SceneRenderer(scene, 2, RenderBackend::kAuto), InputError);
 }
 
-TEST(SyntheticSceneTest, VisibleFractionCountsWhatTheImageBorderCuts) {
+TEST(SyntheticSceneTest, CountsPartsBeyondImageBorderAsHidden) {
   SceneDescription scene = SmallScene();
   scene.bodies.resize(2);
   const SceneBody& ball = scene.bodies[1];
@@ -133,7 +137,65 @@ TEST(SyntheticSceneTest, VisibleFractionCountsWhatTheImageBorderCuts) {
   EXPECT_NEAR(boxes[0].visible_fraction, 0.5, 0.02);
 }
 
-TEST(HandHeldMotionTest, StartsAndEndsAtTheWaypointsAndMovesSmoothly) {
+// Two bodies and a floor, which lies partly behind the camera.
+SceneDescription SceneWithFloor() {
+  SceneDescription scene = SmallScene();
+  scene.panels.push_back(
+      {{-3.0, -3.0, -0.3}, {6.0, 0.0, 0.0}, {0.0, 6.0, 0.0}, 0.2, scene.bodies[0].texture});
+  return scene;
+}
+
+TEST(SeenSurfaceTest, LiesOnBodiesAndPanelsAndFacesTheCamera) {
+  const SceneDescription scene = SceneWithFloor();
+  const std::vector<Rigid3d> poses = HandHeldMotion(scene, 20, 1);
+  const std::vector<TruePoint> points = SeenSurface(scene, poses);
+  std::array<int, 4> counts{};  // by body; the last: of the floor
+  for (const TruePoint& point : points) {
+    std::size_t on = 3;
+    double distance = std::abs(point.position.z() + 0.3);
+    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+      const auto& [shape, T_world_object] = scene.bodies[i].superquadric;
+      const auto radial = shape.RadialDistanceWithGradient(T_world_object.Inverse() * point.position);
+      if (std::abs(radial.value) < distance) {
+        on = i;
+        distance = std::abs(radial.value);
+        normal = (T_world_object.rotation * radial.by_point).normalized();
+      }
+    }
+    ++counts[on];
+    EXPECT_LT(distance, 1e-3);
+    EXPECT_GT(normal.dot(point.normal), 0.99);
+    const bool faces_camera = std::ranges::any_of(std::array{poses[0], poses[12]}, [&](const Rigid3d& pose) {
+      return point.normal.dot(pose.translation - point.position) > 0.0;
+    });
+    EXPECT_TRUE(faces_camera);
+  }
+  EXPECT_GT(counts[0], 50);
+  EXPECT_GT(counts[1], 50);
+  EXPECT_EQ(counts[2], 0) << "hidden behind the first";
+  EXPECT_GT(counts[3], 50);
+}
+
+TEST(SeenSurfaceTest, KeepsOnlySeenPointsInDistinctCubes) {
+  const SceneDescription scene = SceneWithFloor();
+  const std::vector<Rigid3d> poses = HandHeldMotion(scene, 20, 1);
+  std::set<std::array<int, 3>> cubes;
+  for (const TruePoint& point : SeenSurface(scene, poses)) {
+    const bool is_seen = std::ranges::any_of(std::array{poses[0], poses[12]}, [&](const Rigid3d& pose) {
+      const Eigen::Vector3d p_camera = pose.Inverse() * point.position;
+      const Eigen::Vector2d pixel = scene.camera.Project(p_camera);
+      const auto first = CastRay(scene, pose.translation, point.position - pose.translation);
+      return p_camera.z() > 0.0 && pixel.x() > -0.5 && pixel.y() > -0.5 && pixel.x() < 159.5 &&
+             pixel.y() < 119.5 && first && (first->position - point.position).norm() < 1e-4;
+    });
+    EXPECT_TRUE(is_seen) << point.position.transpose();
+    const Eigen::Array3i cube = (point.position.array() / 0.007).floor().cast<int>();
+    EXPECT_TRUE(cubes.insert({cube.x(), cube.y(), cube.z()}).second);
+  }
+}
+
+TEST(HandHeldMotionTest, StartsAndEndsAtWaypointsAndMovesSmoothly) {
   SceneDescription scene = SmallScene();
   scene.tremor_position = 0.0;
   scene.tremor_angle = 0.0;
@@ -156,7 +218,7 @@ class SyntheticSequenceTest : public testing::Test {
   fs::path folder_;
 };
 
-TEST_F(SyntheticSequenceTest, IsTheSameByteForByteForTheSameSeed) {
+TEST_F(SyntheticSequenceTest, GivesSameBytesForSameSeed) {
   const SceneDescription scene = SmallScene();
   WriteSyntheticSequence(scene, folder_ / "a", {.seed = 5});
   WriteSyntheticSequence(scene, folder_ / "b", {.seed = 5});
@@ -169,11 +231,11 @@ TEST_F(SyntheticSequenceTest, IsTheSameByteForByteForTheSameSeed) {
       EXPECT_EQ(FileText(entry.path()), FileText(folder_ / "b" / name)) << name;
     }
   }
-  EXPECT_EQ(files, 9);  // three pictures and six texts
+  EXPECT_EQ(files, 10);  // three pictures, six texts and the surface
   EXPECT_NE(FileText(folder_ / "a/groundtruth.txt"), FileText(folder_ / "c/groundtruth.txt"));
 }
 
-TEST_F(SyntheticSequenceTest, WritesWhatItsReadersExpect) {
+TEST_F(SyntheticSequenceTest, WritesFilesThatReadersExpect) {
   const SynthesisSummary summary = WriteSyntheticSequence(SmallScene(), folder_ / "a", {.frames = 2});
   EXPECT_EQ(summary.frames, 2);
   EXPECT_EQ(summary.objects, 2);
@@ -183,21 +245,32 @@ TEST_F(SyntheticSequenceTest, WritesWhatItsReadersExpect) {
   EXPECT_NE(FileText(folder_ / "a/camera.yaml").find("cx: 71"), std::string::npos);
 }
 
-TEST_F(SyntheticSequenceTest, NeverOverwritesAFolder) {
+TEST_F(SyntheticSequenceTest, WritesSurfaceSeenByFrames) {
+  const SceneDescription scene = SceneWithFloor();
+  WriteSyntheticSequence(scene, folder_ / "a", {.seed = 5});
+  const PointCloud cloud = ReadPointCloud(folder_ / "a/dense.ply");
+  const std::vector<TruePoint> points = SeenSurface(scene, HandHeldMotion(scene, 3, 5));
+  ASSERT_EQ(cloud.points.size(), points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    EXPECT_LT((cloud.points[i] - points[i].position).norm(), 1e-5);
+  }
+}
+
+TEST_F(SyntheticSequenceTest, NeverOverwritesFolder) {
   fs::create_directories(folder_ / "a");
   std::ofstream(folder_ / "a/mine.txt") << "keep";
   EXPECT_THROW(WriteSyntheticSequence(SmallScene(), folder_ / "a", {}), InputError);
   EXPECT_EQ(FileText(folder_ / "a/mine.txt"), "keep");
 }
 
-TEST(ReadSceneTest, ReadsTheBundledDesk) {
+TEST(ReadSceneTest, ReadsBundledDesk) {
   const SceneDescription scene = ReadScene(fs::path(SQSLAM_SOURCE_DIR) / "assets/scenes/desk.yaml");
   EXPECT_EQ(scene.camera.width, 640);
   EXPECT_GE(std::count_if(scene.bodies.begin(), scene.bodies.end(), [](const auto& b) { return b.id > 0; }),
             10);
 }
 
-TEST_F(SyntheticSequenceTest, WritesTheLensThatItsSceneNames) {
+TEST_F(SyntheticSequenceTest, WritesLensOfScene) {
   fs::create_directories(folder_);
   std::ofstream(folder_ / "scene.yaml")
       << "camera: {width: 160, height: 120, fx: 107, distortion_model: fisheye, "
@@ -211,7 +284,7 @@ TEST_F(SyntheticSequenceTest, WritesTheLensThatItsSceneNames) {
   EXPECT_THROW(ReadScene(folder_ / "other.yaml"), InputError);
 }
 
-TEST(ReadSceneTest, SaysWhichFileCannotBeRead) {
+TEST(ReadSceneTest, NamesUnreadableFile) {
   try {
     ReadScene("/nowhere/scene.yaml");
     FAIL() << "no error";
@@ -220,8 +293,7 @@ TEST(ReadSceneTest, SaysWhichFileCannotBeRead) {
   }
 }
 
-// Each number of a scene can be one that no picture can be made of.
-TEST_F(SyntheticSequenceTest, NumbersThatASceneCannotHaveAreRefusedByName) {
+TEST_F(SyntheticSequenceTest, RejectsInvalidNumbersByName) {
   const std::string desk = FileText(std::string(SQSLAM_SOURCE_DIR) + "/assets/scenes/desk.yaml");
   fs::create_directories(folder_);
   const auto error_with = [&](const std::string& after, char until, const std::string& number) {
