@@ -1,10 +1,10 @@
 #!/usr/bin/python3
-"""Disturbs sqslam at random moments and checks what is left each time.
+"""Disturbs sqslam at random moments and checks the files that remain.
 
 Each round causes one failure: a program killed, interrupted or stopped for a while, a closed terminal, a full disk, a
-read-only folder, closed outputs, removed images, or two programs on one result. Afterwards it checks that no program died of a signal
-it was not sent, errors are one line, every recording is readable, the same command then succeeds, and no temporary
-file is left.
+read-only folder, closed outputs, removed images, or two programs on one result. Afterwards it checks that no program
+died of a signal that it was not sent, errors are one line, every recording is readable, the same command then
+succeeds, and no temporary file remains.
 
     scripts/chaos.py                        # 30 rounds on the bundled desk
     scripts/chaos.py --rounds 300 --seed 7  # repeatable failures; their moments vary with the machine
@@ -24,7 +24,7 @@ import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-FRAMES = 60       # of the sequence: a run takes two or three seconds
+FRAMES = 60       # of the sequence; a run takes two or three seconds
 PATIENCE = 120.0  # s, for any program to end
 DISK_MIB = (1, 6)
 CODES = {0, 1, 2, 3, 4, 130, 143}  # docs/troubleshooting.md; 128 + signal for those that were sent

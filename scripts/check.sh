@@ -6,7 +6,7 @@
 #   words      names of tests and constants, subjects of commits (scripts/check-words.py)
 #   options    docs/options.md is up to date (scripts/list-options.py)
 #   asan-slam  the unit tests of slam/ under AddressSanitizer and the cheaper checks of UBSan
-# By hand, since they take hours:
+# Not part of CI, as they take hours:
 #   tidy       clang-tidy over all sources
 #   asan       all tests under AddressSanitizer and UBSan
 #   asan-runs  whole programs on short inputs, likewise (scripts/sanitized-runs.sh)
@@ -39,7 +39,7 @@ check_options() {
 
 check_asan-slam() {
   scripts/build.sh asan-slam
-  # One process per test program: with its libraries sanitized, each start takes half a second. Those that take longest
+  # One process per test program: with its libraries sanitized, each start takes half a second. The slowest programs
   # come first, so that no core waits for them at the end.
   local programs
   programs=$(printf 'bin/%s_test\n' system run evaluation objects mapping dense

@@ -1,9 +1,9 @@
 #!/usr/bin/python3
 """Measures the SLAM core: accuracy, robustness, speed and memory over several runs of several sequences.
 
-Needs the sequence folders redkitchen, tsukuba and blender_desk_a below DATA; missing ones are skipped. Makes their
-harder variants below WORK from links and lists, a walk of many laps around the bundled desk, and two turns of a camera
-in its room, once with posters that are all alike. Prints one Markdown table of medians with the lowest and highest
+Needs the sequence folders redkitchen, tsukuba and blender_desk_a below DATA; missing ones are skipped. Below WORK it
+makes harder variants of them from links and lists, a walk of many laps around the bundled desk, and two turns of a
+camera in its room, once with identical posters. Prints one Markdown table of medians with the lowest and highest
 values.
 
     scripts/measure-slam.py ../data out/measure

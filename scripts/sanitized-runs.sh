@@ -22,7 +22,7 @@ export UBSAN_OPTIONS=$options:print_stacktrace=1
 export LSAN_OPTIONS=$options:print_suppressions=0:suppressions=$repository/scripts/leak-sanitizer.supp
 number=0 wrong=0
 
-try() {  # CODE COMMAND...: what it writes goes to a log
+try() {  # CODE COMMAND...: its output goes to a log
   local expected=$1 code=0 began=$SECONDS verdict=
   shift
   number=$((number + 1))
@@ -40,7 +40,7 @@ q() {  # ARGUMENTS...: sqslam, which succeeds
 interrupt() {  # SECONDS ARGUMENTS...: by Ctrl-C
   try 130 timeout --preserve-status --signal=INT "$1" "$folder/bin/sqslam" "${@:2}"
 }
-# The driver of OpenGL stays loaded until leaks are looked for: unloaded, its own would be nameless.
+# Keeps the OpenGL driver loaded until leaks are reported: the leaks of an unloaded driver have no names.
 driver=/usr/lib/x86_64-linux-gnu/dri/swrast_dri.so
 sanitizer=$(ldd "$folder/bin/sqslam-viewer" | awk '/libasan/ {print $3}')
 window() {  # ARGUMENTS...: the viewer, with a script on standard input
@@ -77,7 +77,7 @@ q run fisheye -o fisheye-map
 q run film.mp4 -o film-map --resize 480 --camera auto --detector none
 q run desk/rgb -o pictures --camera desk/camera.yaml --detections desk/boxes.txt --no-render
 q run desk -o extended --extend deterministic --start 20 --no-render
-# The same to and fro for over a minute.
+# The same path forwards and backwards for over a minute.
 mkdir laps && ln -s ../desk/rgb laps/rgb && cp desk/camera.yaml laps
 tac desk/rgb.txt | cat desk/rgb.txt - | awk '/rgb\// {file[n++] = $2} END {
   for (i = 0; i < 20 * n; ++i) printf "%.6f %s\n", i / 30, file[i % n]}' >laps/rgb.txt
@@ -144,7 +144,7 @@ for end in png svg pdf; do q figure compare map -o "compare.$end" --values; done
 q figure maps map fisheye-map --name Desk --name Fisheye --boxes --labels -o maps.png --dpi 150
 q figure trajectory map second --ground-truth desk --heights -o path.svg
 q figure timing map second -o timing.pdf
-q figure iou map ellipsoid --ellipsoids --objects all -o iou.pdf
+q figure iou map ellipsoid --objects all -o iou.pdf
 q figure outliers map -o outliers.pdf
 q figure yaw map -o yaw.pdf
 

@@ -1,10 +1,10 @@
 #!/usr/bin/python3
 """Runs the viewer for an hour under Xvfb and watches its memory and its messages.
 
-Every round of the script plays, scrubs, opens the panels, picks, undoes, rotates, zooms, clips, resizes, minimises,
-switches looks, takes a picture and reopens the recording. Prints memory over time and everything that the program,
-OpenGL (through Mesa's own messages) or VTK wrote to stderr. Exits with 1 if anything was written, the program failed or
-its memory kept growing (not checked under AddressSanitizer, which keeps freed memory).
+Every round of the script plays, scrubs, opens every panel, picks, undoes, turns, zooms, cuts, resizes, minimises,
+switches looks, takes a picture and reopens the recording. Prints memory over time and the messages of the program,
+OpenGL (Mesa) and VTK on stderr. Exits with 1 if there was a message, the program failed or its memory kept growing
+(not checked under AddressSanitizer, which keeps freed memory).
 
     scripts/viewer-endurance.py out/desk --minutes 60
     scripts/viewer-endurance.py out/desk --minutes 60 --viewer build/asan/bin/sqslam-viewer

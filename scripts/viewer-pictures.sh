@@ -41,12 +41,12 @@ point 700 0 tracked points
 press left
 release left
 wait idle'
-# Moves the mouse beside everything and waits until messages are gone.
+# Moves the mouse to an empty place and waits until messages disappear.
 finish='point 500 -32 tracked points
 frames 360
 wait idle'
 
-# Runs slowly, so that a busy computer does not miss the middle, and pauses for a picture in full quality.
+# Plays slowly, so that a busy computer does not miss the middle; pauses, so that the view is rendered in full quality.
 play live run "$demo/desk" --output "$work/live" <<EOF
 wait frame 1
 key Space
