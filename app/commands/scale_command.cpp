@@ -25,8 +25,8 @@ constexpr const char* kScaleNotes = R"(
 A monocular map has no metric scale. One known length provides it: the height of an object, the distance between two
 objects or positions, or a ChArUco board in the video. The recording stores the factor with its standard deviation;
 from then on pictures, report, exports, localize and --extend use metres, and the text files of the result are
-rewritten. The map itself does not change: a later call replaces the scale, --none removes it. Without a reference the
-command prints the scale.
+rewritten (repeat the command if that is interrupted). The map itself does not change: a later call replaces the scale,
+--none removes it. Without a reference the command prints the scale.
 
 The standard deviation covers the error of the map: of the object's height, of the points at both ends, or of the
 board's corners. Your measurement is taken as exact. Tall, well-observed objects give an error of 1 to 3 %; flat

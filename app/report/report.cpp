@@ -193,7 +193,6 @@ ReportData ReadReportData(const ReportInputs& inputs) {
   const fs::path& folder = inputs.result;
   ThrowIf<InputError>(!fs::is_directory(folder), "{}: no such folder; expected the result folder of a run",
                       folder.string());
-  FinishRescaling(folder / "map.sqmap");
   const auto has = [&](const char* name) { return fs::exists(folder / name); };
   ReportData data;
   data.evaluation = inputs.evaluation;

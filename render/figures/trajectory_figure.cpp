@@ -261,7 +261,6 @@ std::string LengthText(double metres) {
 
 Trajectory ReadPath(const std::string& result) {
   const fs::path file = ResultFile(result, "trajectory.txt");
-  FinishRescaling(file.parent_path() / "map.sqmap");
   Trajectory trajectory = ReadTrajectory(file);
   ThrowIf<InputError>(trajectory.empty(), "{}: holds no pose, expected a camera path", result);
   return trajectory;

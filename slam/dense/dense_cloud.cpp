@@ -13,6 +13,7 @@
 #include <string>
 
 #include "slam/snapshot/byte_archive.h"
+#include "slam/snapshot/map_scale.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 
@@ -44,13 +45,14 @@ std::uint8_t Rounded(double value) {
   return static_cast<std::uint8_t>(std::clamp(std::lround(value), 0L, 255L));
 }
 
-std::string HeaderOf(std::size_t points) {
+std::string HeaderOf(std::size_t points, double metres_per_unit) {
+  const std::string unit = UnitComment(metres_per_unit);
   return fmt::format(
-      "ply\nformat binary_little_endian 1.0\ncomment map frame, z up; views {}: filled by a plane\n"
+      "ply\nformat binary_little_endian 1.0\ncomment map frame, z up; views {}: filled by a plane\n{}"
       "element vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
       "property float nx\nproperty float ny\nproperty float nz\n"
       "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty uchar views\nend_header\n",
-      kFilledByPlane, points);
+      kFilledByPlane, unit.empty() ? "" : fmt::format("comment metres, {}\n", unit), points);
 }
 
 constexpr double kSheetCubes = 4.0;  // edge of the cubes that a sheet is averaged over, in cubes of the cloud
@@ -240,12 +242,12 @@ DenseCloud CloudFusion::Cloud() const {
   return cloud;
 }
 
-void WriteDenseCloud(const std::filesystem::path& path, const DenseCloud& cloud) {
+void WriteDenseCloud(const std::filesystem::path& path, const DenseCloud& cloud, double metres_per_unit) {
   ByteWriter body;
   for (const DensePoint& point : cloud) {
     body(point.p_map, point.normal, point.rgb, point.views);
   }
-  WriteFileAtomically(path, HeaderOf(cloud.size()) + body.Take());
+  WriteFileAtomically(path, HeaderOf(cloud.size(), metres_per_unit) + body.Take());
 }
 
 DenseCloud ReadDensePoints(const std::filesystem::path& path) {
@@ -257,7 +259,7 @@ DenseCloud ReadDensePoints(const std::filesystem::path& path) {
       count_at == std::string::npos
           ? 0
           : static_cast<std::size_t>(std::strtoull(bytes.c_str() + count_at + 15, nullptr, 10));
-  const std::string header = HeaderOf(points);
+  const std::string header = HeaderOf(points, MetresPerUnitIn(bytes));
   // Compared by division: kPointBytes times a number from a file may wrap.
   const std::size_t body_size = bytes.starts_with(header) ? bytes.size() - header.size() : 1;
   if (body_size % kPointBytes != 0 || body_size / kPointBytes != points) {

@@ -58,8 +58,10 @@ class CloudFusion {
 // that show the same surface. Zero if there are none.
 Eigen::Vector3d NormalAt(const DepthMap& map, int x, int y);
 
-// dense.ply: binary little-endian PLY with x y z nx ny nz red green blue views.
-void WriteDenseCloud(const std::filesystem::path& path, const DenseCloud& cloud);
+// dense.ply: binary little-endian PLY with x y z nx ny nz red green blue views. `metres_per_unit`: of a cloud
+// in metres, for its comment (UnitComment).
+void WriteDenseCloud(const std::filesystem::path& path, const DenseCloud& cloud,
+                     double metres_per_unit = 1.0);
 
 // Reads dense.ply. Throws InputError if the file is missing, of another kind or truncated.
 DenseCloud ReadDensePoints(const std::filesystem::path& path);

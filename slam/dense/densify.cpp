@@ -178,7 +178,7 @@ DensifySummary Densify(const DensifyRequest& request, const DensifyProgress& pro
   summary.points = fused->cloud.size();
   summary.complete = static_cast<double>(fused->measured) / pixels;
   summary.filled = static_cast<double>(fused->filled) / pixels;
-  WriteDenseCloud(request.result / "dense.ply", fused->cloud);
+  WriteDenseCloud(request.result / "dense.ply", fused->cloud, recording.Metres());
   return summary;
 }
 

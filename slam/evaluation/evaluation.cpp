@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include "slam/io/result_files.h"
-#include "slam/snapshot/map_scale.h"
 #include "slam/util/throw_if.h"
 
 namespace sqslam {
@@ -157,7 +156,6 @@ Evaluation EvaluateResult(const std::filesystem::path& result, const std::filesy
                           const EvaluationOptions& options) {
   ThrowIf<InputError>(!std::filesystem::is_directory(result),
                       "{}: no such folder; expected the result folder of a run", result.string());
-  FinishRescaling(result / "map.sqmap");
   const std::filesystem::path trajectory = result / "trajectory.txt";
   const Trajectory estimated = ReadTrajectory(trajectory);
   const std::vector<SnapshotObject> mapped = ReadObjects(result / "objects.json");

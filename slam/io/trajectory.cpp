@@ -10,11 +10,17 @@
 #include <utility>
 
 #include "slam/io/sequence.h"
+#include "slam/snapshot/map_scale.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/text_lines.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
+namespace {
+
+constexpr double kTimeTolerance = 1e-4;  // seconds; files have six digits
+
+}  // namespace
 
 Trajectory ReadTrajectory(const std::filesystem::path& path) {
   constexpr const char* kExpected = "'timestamp tx ty tz qx qy qz qw'";
@@ -49,32 +55,33 @@ Trajectory TrackedPoses(const std::filesystem::path& recording, const MapSnapsho
 
 std::function<std::optional<Rigid3d>(double timestamp)> PosesByTime(Trajectory trajectory) {
   return [trajectory = std::move(trajectory)](double timestamp) -> std::optional<Rigid3d> {
-    constexpr double kSame = 1e-4;  // seconds; files have six digits
-    const auto it = std::ranges::lower_bound(trajectory, timestamp - kSame, {}, &TimedPose::timestamp);
-    return it != trajectory.end() && it->timestamp < timestamp + kSame ? std::optional(it->T_map_camera)
-                                                                       : std::nullopt;
+    const auto it =
+        std::ranges::lower_bound(trajectory, timestamp - kTimeTolerance, {}, &TimedPose::timestamp);
+    return it != trajectory.end() && it->timestamp < timestamp + kTimeTolerance
+               ? std::optional(it->T_map_camera)
+               : std::nullopt;
   };
 }
 
 PosesByFrame ReadPosesByFrame(const std::filesystem::path& trajectory, const Sequence& sequence) {
-  constexpr double kSameTime = 1e-4;  // seconds; files have six digits
   PosesByFrame poses;
-  std::size_t at = 0;
-  for (const TimedPose& pose :
-       std::filesystem::exists(trajectory) ? ReadTrajectory(trajectory) : Trajectory()) {
-    while (at < sequence.frames.size() && sequence.frames[at].timestamp < pose.timestamp - kSameTime) {
-      ++at;
-    }
-    if (at < sequence.frames.size() &&
-        std::abs(sequence.frames[at].timestamp - pose.timestamp) <= kSameTime) {
-      poses.emplace(static_cast<std::int64_t>(at), pose.T_map_camera);
+  if (!std::filesystem::exists(trajectory)) {
+    return poses;
+  }
+  const auto pose_at = PosesByTime(ReadTrajectory(trajectory));
+  for (std::size_t i = 0; i < sequence.frames.size(); ++i) {
+    if (const std::optional<Rigid3d> pose = pose_at(sequence.frames[i].timestamp)) {
+      poses.emplace(static_cast<std::int64_t>(i), *pose);
     }
   }
   return poses;
 }
 
-void WriteTrajectory(const std::filesystem::path& path, const Trajectory& trajectory) {
-  std::string text = "# timestamp tx ty tz qx qy qz qw (T_map_camera)\n";
+void WriteTrajectory(const std::filesystem::path& path, const Trajectory& trajectory,
+                     double metres_per_unit) {
+  const std::string unit = UnitComment(metres_per_unit);
+  std::string text = fmt::format("# timestamp tx ty tz qx qy qz qw (T_map_camera){}{}\n",
+                                 unit.empty() ? "" : "; metres, ", unit);
   for (const TimedPose& pose : trajectory) {
     const auto& [rotation, translation] = pose.T_map_camera;
     fmt::format_to(std::back_inserter(text), "{:.6f} {:.9f} {:.9f}\n", pose.timestamp,

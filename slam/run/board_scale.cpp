@@ -11,16 +11,16 @@ namespace {
 
 // Returns the point nearest by angle to all rays, which have unit directions, or nothing if they are nearly
 // parallel.
-std::optional<Eigen::Vector3d> Meet(const std::vector<Ray>& rays) {
-  constexpr double kLeastAngle = 0.02;  // rad between the outermost rays
-  constexpr int kRounds = 3;            // the first takes all rays as equally long
+std::optional<Eigen::Vector3d> IntersectRays(const std::vector<Ray>& rays) {
+  constexpr double kMinAngle = 0.02;  // rad between the outermost rays
+  constexpr int kIterations = 3;      // the first assumes rays of equal length
   const bool apart = std::ranges::any_of(
-      rays, [&](const Ray& ray) { return ray.direction.cross(rays.front().direction).norm() > kLeastAngle; });
+      rays, [&](const Ray& ray) { return ray.direction.cross(rays.front().direction).norm() > kMinAngle; });
   if (rays.size() < 2 || !apart) {
     return std::nullopt;
   }
   Eigen::Vector3d place = Eigen::Vector3d::Zero();
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kIterations; ++round) {
     RaySum sum;
     for (const Ray& ray : rays) {
       sum.Add(ray, round == 0 ? 1.0 : 1.0 / (place - ray.origin).squaredNorm());
@@ -36,15 +36,15 @@ struct Fit {
   int corners = 0;
 };
 
-// `left_out`: index of a sight to leave out.
-std::optional<Fit> FitCorners(const std::vector<BoardSight>& sights, std::size_t left_out,
+// `excluded`: index of a sighting that is not used; beyond the last for none.
+std::optional<Fit> FitCorners(const std::vector<BoardSighting>& sightings, std::size_t excluded,
                               const Camera& camera, const CalibrationBoard& board) {
   std::map<int, std::vector<Ray>> rays;  // by corner
-  for (std::size_t i = 0; i < sights.size(); ++i) {
-    if (i == left_out) {
+  for (std::size_t i = 0; i < sightings.size(); ++i) {
+    if (i == excluded) {
       continue;
     }
-    const auto& [pose, view] = sights[i];
+    const auto& [pose, view] = sightings[i];
     for (std::size_t k = 0; k < view.ids.size(); ++k) {
       const Eigen::Vector2d pixel(view.corners[k].x, view.corners[k].y);
       const Eigen::Vector3d ray = camera.Unproject(camera.Undistort(pixel));
@@ -54,7 +54,7 @@ std::optional<Fit> FitCorners(const std::vector<BoardSight>& sights, std::size_t
   const std::vector<cv::Point3f> corners = BoardCorners(board);
   std::vector<Eigen::Vector3d> in_map, on_board;
   for (const auto& [id, lines] : rays) {
-    if (const auto place = Meet(lines)) {
+    if (const auto place = IntersectRays(lines)) {
       const cv::Point3f& corner = corners[static_cast<std::size_t>(id)];
       in_map.push_back(*place);
       on_board.push_back(1e-3 * Eigen::Vector3d(corner.x, corner.y, corner.z));
@@ -74,16 +74,16 @@ std::optional<Fit> FitCorners(const std::vector<BoardSight>& sights, std::size_t
 
 }  // namespace
 
-std::optional<BoardScale> ScaleByBoard(const std::vector<BoardSight>& sights, const Camera& camera,
+std::optional<BoardScale> ScaleByBoard(const std::vector<BoardSighting>& sightings, const Camera& camera,
                                        const CalibrationBoard& board) {
-  constexpr std::size_t kFewest = 4;
-  const std::optional<Fit> all = FitCorners(sights, sights.size(), camera, board);
-  if (!all || sights.size() < kFewest) {
+  constexpr std::size_t kMinKeyframes = 4;
+  const std::optional<Fit> all = FitCorners(sightings, sightings.size(), camera, board);
+  if (!all || sightings.size() < kMinKeyframes) {
     return std::nullopt;
   }
   std::vector<double> logs;
-  for (std::size_t i = 0; i < sights.size(); ++i) {
-    const std::optional<Fit> others = FitCorners(sights, i, camera, board);
+  for (std::size_t i = 0; i < sightings.size(); ++i) {
+    const std::optional<Fit> others = FitCorners(sightings, i, camera, board);
     if (!others) {
       return std::nullopt;  // depends on a single keyframe
     }

@@ -102,8 +102,9 @@ LocalizedRun LocalizeSequence(const LocalizeRequest& request, RunHost& host) {
       pose.T_map_camera.translation *= scale->metres;
     }
   }
-  WriteTrajectory(request.output / "trajectory.txt", ToVector(run.result.poses | std::views::values,
-                                                              [](const TimedPose& pose) { return pose; }));
+  WriteTrajectory(request.output / "trajectory.txt",
+                  ToVector(run.result.poses | std::views::values, [](const TimedPose& pose) { return pose; }),
+                  scale ? scale->metres : 1.0);
   WriteCamera(request.output / "camera.yaml", sequence.camera);
   RecordingInfo info = recording.Info();
   info.sequence_path = sequence.path.string();

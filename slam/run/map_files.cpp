@@ -14,6 +14,7 @@
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/recording.h"
 #include "slam/util/atomic_file.h"
+#include "slam/util/text_lines.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -103,53 +104,51 @@ void ScalePoses(double factor, Trajectory& trajectory) {
   }
 }
 
-// Writes one of kScaledFiles in the scale of `map`, see RescaleFile.
-void Rescale(const MapSnapshot& map, const fs::path& file, const fs::path& rescaled,
-             const std::optional<double>& factor) {
-  const std::string name = file.filename().string();
-  if (name == "points.ply") {
-    WritePoints(rescaled, map.points);
-  } else if (name == "objects.json") {
-    WriteObjects(rescaled, map.objects);
-  } else if (!factor) {
-    spdlog::warn("{}: left as it is, since the recording's broken scale does not tell that of this file",
-                 file.string());
-  } else if (name == "dense.ply") {
-    DenseCloud cloud = ReadDensePoints(file);
-    for (DensePoint& point : cloud) {
-      point.p_map *= static_cast<float>(*factor);
-    }
-    WriteDenseCloud(rescaled, cloud);
-  } else {
-    Trajectory trajectory = ReadTrajectory(file);
-    ScalePoses(*factor, trajectory);
-    WriteTrajectory(rescaled, trajectory);
-  }
+// The files name the scale of their lengths (MetresPerUnitIn): a repeated call leaves them as they are.
+void RescaleTrajectory(const fs::path& file, double metres) {
+  const std::string text = ReadFile(file, "a trajectory in TUM format");
+  Trajectory trajectory = ReadTrajectory(file);
+  ScalePoses(metres / MetresPerUnitIn(text), trajectory);
+  WriteTrajectory(file, trajectory, metres);
 }
 
-MapSnapshot InMetres(const MapSnapshot& map, const MapScale& scale) {
-  MapSnapshot metric = map;
-  ScaleLengths(scale.metres, metric);
-  metric.metric = true;
-  return metric;
+void RescaleCloud(const fs::path& file, double metres) {
+  DenseCloud cloud = ReadDensePoints(file);
+  const double factor = metres / MetresPerUnitIn(ReadFile(file, "a dense.ply"));
+  for (DensePoint& point : cloud) {
+    point.p_map *= static_cast<float>(factor);
+  }
+  WriteDenseCloud(file, cloud, metres);
 }
 
 }  // namespace
 
 void ScaleResult(const fs::path& result, const std::optional<MapScale>& scale) {
   const fs::path recording = result / "map.sqmap";
-  const MapSnapshotPtr units = RecordingReader(recording, {}, RecordingReader::Lengths::kInUnits).Last();
-  const MapSnapshot map = scale ? InMetres(*units, *scale) : *units;
-  KeepMapScale(recording, scale,
-               [&map](const fs::path& file, const fs::path& rescaled, const std::optional<double>& factor) {
-                 Rescale(map, file, rescaled, factor);
-               });
+  StoreMapScale(recording, scale);
+  const MapSnapshotPtr map = RecordingReader(recording).Last();
+  const double metres = scale ? scale->metres : 1.0;
+  const auto renew = [&](const char* name, const auto& write) {
+    return [file = result / name, write] {
+      if (fs::exists(file)) {
+        write(file);
+      }
+    };
+  };
+  const auto rescale_trajectory = [&](const fs::path& file) { RescaleTrajectory(file, metres); };
+  AttemptAll({renew("trajectory.txt", rescale_trajectory), renew("keyframes.txt", rescale_trajectory),
+              renew("points.ply", [&](const fs::path& file) { WritePoints(file, map->points); }),
+              renew("objects.json", [&](const fs::path& file) { WriteObjects(file, map->objects); }),
+              renew("dense.ply", [&](const fs::path& file) { RescaleCloud(file, metres); })});
 }
 
 void ScaleRun(const MapScale& scale, FinishedRun& run) {
   ScaleResult(run.output, scale);
   FinishedMap& map = run.result.map;
-  map.snapshot = std::make_shared<MapSnapshot>(InMetres(*map.snapshot, scale));
+  MapSnapshot metric = *map.snapshot;
+  ScaleLengths(scale.metres, metric);
+  metric.metric = true;
+  map.snapshot = std::make_shared<MapSnapshot>(std::move(metric));
   ScalePoses(scale.metres, map.trajectory);
   ScalePoses(scale.metres, map.keyframes);
 }

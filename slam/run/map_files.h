@@ -23,9 +23,10 @@ void WriteMapFiles(const std::filesystem::path& folder, const RunResult& result)
 // Returns the counts and times of a result for stats.json, with this process's peak memory so far.
 RunStats StatsOf(const RunResult& result);
 
-// Replaces or removes the scale in the recording of a result folder, and rewrites those of kScaledFiles that
-// exist: in metres, or in the map's units. All or none of this happens, see KeepMapScale(). The live map and
-// submaps keep their units. Throws InputError.
+// Replaces or removes the scale in the recording of a result folder, then rewrites those of trajectory.txt,
+// keyframes.txt, points.ply, objects.json and dense.ply that exist: in metres, or in the map's units. Each
+// file is replaced whole; calling this again completes an interrupted call. The live map and submaps keep
+// their units. Throws InputError.
 void ScaleResult(const std::filesystem::path& result, const std::optional<MapScale>& scale);
 
 // Same for a run that has just written its files; also scales the values of `run`.

@@ -23,7 +23,7 @@ namespace sqslam {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr double kVague = 0.05;  // relative deviation above which a scale is called vague
+constexpr double kMaxRelativeDeviation = 0.05;  // of a scale; a larger one is warned of
 
 CalibrationBoard ParseBoard(const std::string& text) {
   const std::vector<std::string> parts = Split(text, ',');
@@ -114,7 +114,7 @@ Place PlaceOfObject(const MapSnapshot& map, const std::string& text) {
 }
 
 Place PlaceOfPoint(const MapSnapshot& map, const Eigen::Vector3d& wanted, const Map& live, double unit) {
-  constexpr double kNear = 0.02;  // of its distance to the nearest keyframe
+  constexpr double kMaxDistanceShare = 0.02;  // of its distance to the nearest keyframe
   const MapPoint* nearest = nullptr;
   double least = std::numeric_limits<double>::infinity();
   for (const MapPoint& point : live.Points()) {
@@ -128,7 +128,7 @@ Place PlaceOfPoint(const MapSnapshot& map, const Eigen::Vector3d& wanted, const 
   for (const SnapshotKeyframe& keyframe : map.keyframes) {
     view = std::min(view, (keyframe.T_map_camera.translation - wanted).norm());
   }
-  ThrowIf<InputError>(nearest == nullptr || least > kNear * view,
+  ThrowIf<InputError>(nearest == nullptr || least > kMaxDistanceShare * view,
                       "no map point lies at {:.4g},{:.4g},{:.4g}{}", wanted.x(), wanted.y(), wanted.z(),
                       nearest == nullptr
                           ? std::string()
@@ -138,16 +138,16 @@ Place PlaceOfPoint(const MapSnapshot& map, const Eigen::Vector3d& wanted, const 
           fmt::format("{:.4g},{:.4g},{:.4g}", wanted.x(), wanted.y(), wanted.z())};
 }
 
-std::vector<BoardSight> FindBoards(const RecordingReader& recording, const MapSnapshot& map,
-                                   const CalibrationBoard& board,
-                                   const std::function<void(int, int)>& progress) {
-  constexpr std::size_t kMost = 120;  // keyframes that are searched
+std::vector<BoardSighting> FindBoards(const RecordingReader& recording, const MapSnapshot& map,
+                                      const CalibrationBoard& board,
+                                      const std::function<void(int, int)>& progress) {
+  constexpr std::size_t kMaxSearchedKeyframes = 120;  // keyframes that are searched
   std::vector<SnapshotKeyframe> keyframes = map.keyframes;
   std::ranges::sort(keyframes, {}, &SnapshotKeyframe::frame_index);
   InputImages images(recording);
-  std::vector<BoardSight> sights;
+  std::vector<BoardSighting> sightings;
   bool any = false;
-  const std::size_t count = std::min(kMost, keyframes.size());
+  const std::size_t count = std::min(kMaxSearchedKeyframes, keyframes.size());
   for (std::size_t i = 0; i < count; ++i) {
     const SnapshotKeyframe& keyframe = keyframes[i * keyframes.size() / count];
     const cv::Mat image = images.Read(keyframe.frame_index);
@@ -156,7 +156,7 @@ std::vector<BoardSight> FindBoards(const RecordingReader& recording, const MapSn
       cv::Mat gray;
       cv::cvtColor(image, gray, cv::COLOR_BGR2GRAY);
       if (std::optional<BoardView> view = FindBoard(gray, board)) {
-        sights.push_back({keyframe.T_map_camera, std::move(*view)});
+        sightings.push_back({keyframe.T_map_camera, std::move(*view)});
       }
     }
     if (progress) {
@@ -165,7 +165,7 @@ std::vector<BoardSight> FindBoards(const RecordingReader& recording, const MapSn
   }
   ThrowIf<InputError>(!any, "{}: the mapped images are needed to find a board: {}",
                       recording.Info().sequence_path, images.WhyNot());
-  return sights;
+  return sightings;
 }
 
 MapScale ScaleFrom(const MeasuredLength& measured, double metres) {
@@ -176,13 +176,13 @@ MapScale ScaleFrom(const MeasuredLength& measured, double metres) {
 // Measures in units of the snapshot.
 MapScale ScaleByBoardIn(const RecordingReader& recording, const MapSnapshot& map,
                         const CalibrationBoard& board, const std::function<void(int, int)>& progress) {
-  const std::vector<BoardSight> sights = FindBoards(recording, map, board, progress);
-  const std::optional<BoardScale> scale = ScaleByBoard(sights, map.camera, board);
+  const std::vector<BoardSighting> sightings = FindBoards(recording, map, board, progress);
+  const std::optional<BoardScale> scale = ScaleByBoard(sightings, map.camera, board);
   ThrowIf<InputError>(!scale,
                       "a {} is seen in {} of {} keyframes, expected at least four from different positions",
-                      BoardText(board), sights.size(), map.keyframes.size());
+                      BoardText(board), sightings.size(), map.keyframes.size());
   return {scale->metres, scale->deviation,
-          fmt::format("{}, in {} keyframes", BoardText(board), sights.size())};
+          fmt::format("{}, in {} keyframes", BoardText(board), sightings.size())};
 }
 
 }  // namespace
@@ -254,11 +254,11 @@ MeasuredLength MeasureDistance(const MapSnapshot& map, const KnownDistance& dist
   };
   const Place a = place(distance.from);
   const Place b = place(distance.to);
-  const Eigen::Vector3d way = b.at - a.at;
-  const double length = way.norm();
+  const Eigen::Vector3d difference = b.at - a.at;
+  const double length = difference.norm();
   const Eigen::Matrix3d covariance = a.covariance + b.covariance;
   ThrowIf<InputError>(!(length > 0.0), "{} and {} are the same place, expected two", a.what, b.what);
-  return {length, std::sqrt(way.dot(covariance * way)) / length,
+  return {length, std::sqrt(difference.dot(covariance * difference)) / length,
           fmt::format("distance of {} and {}", a.what, b.what)};
 }
 
@@ -276,7 +276,7 @@ Eigen::Matrix3d PointCovariance(const Map& map, const Camera& camera, PointId id
 }
 
 double PixelVariance(const Map& map, const Camera& camera) {
-  constexpr double kLeast = 1e-6;  // px^2
+  constexpr double kMinVariance = 1e-6;  // px^2
   double squares = 0.0, freedom = 0.0;
   for (const MapPoint& point : map.Points()) {
     for (const Observation& observation : point.observations) {
@@ -288,7 +288,7 @@ double PixelVariance(const Map& map, const Camera& camera) {
     }
     freedom -= 3.0;  // of its position
   }
-  return std::max(kLeast, squares / std::max(1.0, freedom));
+  return std::max(kMinVariance, squares / std::max(1.0, freedom));
 }
 
 MapScale EstimateScale(const fs::path& recording, const ScaleReference& reference,
@@ -318,7 +318,7 @@ MapScale EstimateScale(const fs::path& recording, const ScaleReference& referenc
   scale.metres *= unit;
   scale.deviation *= unit;
   CheckMapScale(recording, scale);
-  if (scale.deviation > kVague * scale.metres) {
+  if (scale.deviation > kMaxRelativeDeviation * scale.metres) {
     spdlog::warn("the standard deviation of the scale is {:.0f} %: {}",
                  100.0 * scale.deviation / scale.metres, scale.source);
   }

@@ -16,7 +16,7 @@ namespace sqslam {
 
 // An object of known height, in metres.
 struct KnownHeight {
-  std::string object;  // its id, or a label: then the object of that label with the surest height
+  std::string object;  // its id, or a label: the object of that label with the most certain height
   double metres = 0.0;
 };
 struct KnownDistance {
@@ -58,26 +58,26 @@ Eigen::Matrix3d PointCovariance(const Map& map, const Camera& camera, PointId po
 // the points.
 double PixelVariance(const Map& map, const Camera& camera);
 
-// A board as seen in one keyframe.
-struct BoardSight {
+// A board in one keyframe.
+struct BoardSighting {
   Rigid3d T_map_camera;
   BoardView view;
 };
 
 // Metres per unit of the map, from the best similarity between the board and its corners as triangulated from
 // the keyframes; the deviation is a jackknife over the keyframes. Empty if fewer than four keyframes show
-// corners from places apart.
+// corners from different positions.
 struct BoardScale {
   double metres = 0.0;
   double deviation = 0.0;
   double rms = 0.0;  // of the corners after the fit, metres
   int corners = 0;
 };
-std::optional<BoardScale> ScaleByBoard(const std::vector<BoardSight>& sights, const Camera& camera,
+std::optional<BoardScale> ScaleByBoard(const std::vector<BoardSighting>& sightings, const Camera& camera,
                                        const CalibrationBoard& board);
 
 // Returns the scale of a recording's map from a known object, whether or not it has a scale already; warns
-// about what makes it doubtful. `progress`: over the images searched for a board. Throws InputError.
+// about doubtful values. `progress`: over the images searched for a board. Throws InputError.
 MapScale EstimateScale(const std::filesystem::path& recording, const ScaleReference& reference,
                        const std::function<void(int done, int total)>& progress = {});
 

@@ -40,23 +40,6 @@ std::string Inflate(std::string_view packed, std::size_t size, const std::string
   return raw;
 }
 
-std::string PackBytes(std::string_view raw) {
-  ByteWriter size;
-  size(static_cast<std::uint64_t>(raw.size()));
-  return size.Take() + Deflate(raw);
-}
-
-std::string UnpackBytes(std::string_view packed, const std::string& what) {
-  constexpr std::uint64_t kMaxRatio = 1100;  // zlib cannot compress further: a larger ratio is a broken size
-  std::uint64_t raw_size = 0;
-  ByteReader(packed, what)(raw_size);
-  packed.remove_prefix(sizeof(raw_size));
-  if (raw_size > kMaxRatio * packed.size()) {
-    throw InputError(what + " is broken");
-  }
-  return Inflate(packed, raw_size, what);
-}
-
 std::string PackPatch(std::string_view raw, std::string_view base) {
   const std::unique_ptr<ZSTD_CCtx, FreeContext> context(ZSTD_createCCtx());
   // The window must span both for matches to reach back to the beginning of the base.
@@ -76,7 +59,7 @@ std::string PackPatch(std::string_view raw, std::string_view base) {
 std::string UnpackPatch(std::string_view packed, std::string_view base, std::size_t max_size,
                         const std::string& what) {
   const unsigned long long size = ZSTD_getFrameContentSize(packed.data(), packed.size());
-  if (size > max_size) {  // including the codes for an unknown size and for what is no frame
+  if (size > max_size) {  // including the codes for an unknown size and for bytes that are no frame
     throw InputError(what + " is broken");
   }
   std::string raw(size, '\0');

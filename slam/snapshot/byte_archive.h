@@ -30,20 +30,15 @@ namespace sqslam {
 
 namespace byte_archive {
 
-struct Probe {
-  void operator()(const auto&...) const {}
-};
-
-template <typename T>
-concept HasState = requires(T& value) {
-  T::VisitState(value, Probe());
-};
-
-// Members of the geometric types, which don't define VisitState themselves.
+// Visits the members of a value: by VisitState, or of a pair or a geometric type.
 template <typename Self, typename Visit>
-void VisitGeometry(Self& self, Visit&& visit) {
+void VisitMembers(Self& self, Visit&& visit) {
   using T = std::remove_const_t<Self>;
-  if constexpr (std::is_same_v<T, Eigen::Quaterniond>) {
+  if constexpr (requires { T::VisitState(self, visit); }) {
+    T::VisitState(self, visit);
+  } else if constexpr (requires { self.first, self.second; }) {
+    visit(self.first, self.second);
+  } else if constexpr (std::is_same_v<T, Eigen::Quaterniond>) {
     visit(self.coeffs());
   } else if constexpr (std::is_same_v<T, Rigid3d>) {
     visit(self.rotation, self.translation);
@@ -57,7 +52,7 @@ void VisitGeometry(Self& self, Visit&& visit) {
     visit(self.shape, self.T_map_object);
   } else if constexpr (std::is_same_v<T, Camera>) {
     visit(self.width, self.height, self.fx, self.fy, self.cx, self.cy, self.distortion, self.fps,
-          self.readout_ms);
+          self.readout_ms, self.lens);
   } else {
     static_assert(sizeof(T) == 0, "a type without VisitState");
   }
@@ -82,10 +77,6 @@ class ByteWriter {
   void Put(const std::string& text) {
     PutSize(text.size());
     bytes_ += text;
-  }
-  template <typename A, typename B>
-  void Put(const std::pair<A, B>& pair) {
-    (*this)(pair.first, pair.second);
   }
   template <typename T>
   void Put(const std::optional<T>& value) {
@@ -117,11 +108,7 @@ class ByteWriter {
   }
   template <typename T>
   requires(std::is_class_v<T> && !std::ranges::range<T>) void Put(const T& value) {
-    if constexpr (byte_archive::HasState<T>) {
-      T::VisitState(value, *this);
-    } else {
-      byte_archive::VisitGeometry(value, *this);
-    }
+    byte_archive::VisitMembers(value, *this);
   }
 
   void PutSize(std::size_t size) { Put(static_cast<std::uint32_t>(size)); }
@@ -157,15 +144,11 @@ class ByteReader {
     }
     if constexpr (std::is_floating_point_v<T>) {
       if (allowed_ == Numbers::kFinite && !std::isfinite(value)) {
-        Refuse("holds a number that is none");
+        Refuse("holds a number that is not finite");
       }
     }
   }
   void Get(std::string& text) { text = std::string(TakeBytes(GetSize())); }
-  template <typename A, typename B>
-  void Get(std::pair<A, B>& pair) {
-    (*this)(pair.first, pair.second);
-  }
   template <typename T>
   void Get(std::optional<T>& value) {
     bool present = false;
@@ -207,18 +190,13 @@ class ByteReader {
   }
   template <typename T>
   requires std::is_class_v<T>
-  void Get(T& value) {
-    if constexpr (byte_archive::HasState<T>) {
-      T::VisitState(value, *this);
-    } else {
-      byte_archive::VisitGeometry(value, *this);
-    }
-  }
+  void Get(T& value) { byte_archive::VisitMembers(value, *this); }
 
   template <typename Item>
   void GetItems(auto& items) {
     items.clear();
-    for (std::size_t left = GetSize(); left > 0; --left) {  // grows with the data: a broken count costs none
+    for (std::size_t left = GetSize(); left > 0;
+         --left) {  // grows with the data: a broken count allocates nothing
       Item item{};
       Get(item);
       items.insert(items.end(), std::move(item));
@@ -247,17 +225,11 @@ class ByteReader {
 };
 
 // Compresses bytes with zlib. Level 1 is three times as fast as the default for 10 % more bytes (floats
-// hardly compress at all).
+// barely compress).
 std::string Deflate(std::string_view raw, int level = 1);
 
 // Throws InputError that begins with `what` if Deflate did not make the bytes from `size` bytes.
 std::string Inflate(std::string_view packed, std::size_t size, const std::string& what);
-
-// Compresses bytes behind their size.
-std::string PackBytes(std::string_view raw);
-
-// Throws InputError that begins with `what` if PackBytes did not make the bytes.
-std::string UnpackBytes(std::string_view packed, const std::string& what);
 
 // Compresses bytes with zstd by their differences from similar ones, which may be empty.
 std::string PackPatch(std::string_view raw, std::string_view base);
@@ -267,14 +239,8 @@ std::string PackPatch(std::string_view raw, std::string_view base);
 std::string UnpackPatch(std::string_view packed, std::string_view base, std::size_t max_size,
                         const std::string& what);
 
-// Reads the lens model that follows other data only if it is not the usual one.
-inline void ReadLens(ByteReader& reader, Camera& camera) {
-  if (!reader.AtEnd()) {
-    reader(camera.lens);
-    if (camera.lens != LensModel::kFisheye) {
-      reader.Refuse("has an unknown lens model");
-    }
-  }
+inline bool IsLensModel(LensModel lens) {
+  return lens == LensModel::kRadialTangential || lens == LensModel::kFisheye;
 }
 
 }  // namespace sqslam

@@ -2,18 +2,17 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <memory>
 #include <string>
 #include <vector>
 
 #include "slam/snapshot/depth_map.h"
+#include "slam/snapshot/sqlite_file.h"
 
 namespace sqslam {
 
-// The depth maps in a recording (map.sqmap): a table beside the snapshots with one row per keyframe, which
-// older programs ignore. A row holds the estimated depth with its settings, and the part that its neighbours
-// confirmed once that is known. Depths are stored as 16-bit inverse depths between the smallest and the
-// largest of a map, images as JPEG.
+// The depth maps in a recording (map.sqmap): a table beside the snapshots with one row per keyframe. A row
+// holds the estimated depth with its settings, and the part that its neighbours confirmed once that is known.
+// Depths are stored as 16-bit inverse depths between the smallest and the largest of a map, images as JPEG.
 //
 // Depths and poses are passed in metres if the recording has a MapScale; the rows stay in the map's units.
 //
@@ -24,10 +23,10 @@ class DepthRecording {
   // kBeside: writes while another connection is still writing the recording and will close it.
   enum class Access { kRead, kWrite, kBeside };
 
-  // A recording that was never densified has no rows; kWrite and kBeside create the table.
+  // A recording that was never densified has no rows.
   explicit DepthRecording(const std::filesystem::path& recording, Access access = Access::kRead);
   ~DepthRecording();
-  DepthRecording(DepthRecording&&) noexcept;
+  DepthRecording(DepthRecording&&) noexcept = default;
 
   // Keyframes with a kept depth map, in the order of frames.
   std::vector<std::int64_t> Keyframes() const;
@@ -38,7 +37,7 @@ class DepthRecording {
   // The keyframe's depth before filtering by its neighbours; without `views`.
   DepthMap Estimate(std::int64_t keyframe) const;
 
-  double Metres() const;  // per unit of the rows; 1 if the recording has no scale
+  double Metres() const { return metres_; }  // per unit of the rows; 1 if the recording has no scale
 
   // Settings of the keyframe's depth estimate; empty if it has none.
   std::string Settings(std::int64_t keyframe) const;
@@ -60,8 +59,16 @@ class DepthRecording {
   void Close();  // merges the WAL into the one file; also done by the destructor
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  sqlite::Statement Prepare(const char* sql, const auto&... values) const {
+    return {db_.get(), path_, sql, values...};
+  }
+  std::vector<std::int64_t> List(const char* sql) const;
+  DepthMap Read(std::int64_t keyframe, const char* sql) const;
+
+  std::filesystem::path path_;
+  sqlite::Database db_;
+  Access access_;
+  double metres_ = 1.0;
 };
 
 }  // namespace sqslam

@@ -1,6 +1,5 @@
 #include "slam/snapshot/kept_map.h"
 
-#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -9,43 +8,22 @@
 #include "slam/snapshot/recording.h"
 #include "slam/snapshot/sqlite_file.h"
 #include "slam/util/limits.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace {
 
-// A row of SQLite holds less than a gigabyte; small pieces need no second copy of the map in memory.
-constexpr std::size_t kPieceBytes = std::size_t{4} << 20;
-constexpr int kFirstVersion = 7;  // of the recordings that keep their maps
-
-bool IsCamera(const Camera& c) {
+bool IsUsableCamera(const Camera& c) {
   const auto side = [](int pixels) { return pixels >= kMinImageSide && pixels <= kMaxImageSide; };
-  return side(c.width) && side(c.height) && c.fx > 0.0 && c.fy > 0.0;
+  return side(c.width) && side(c.height) && c.fx > 0.0 && c.fy > 0.0 && IsLensModel(c.lens);
 }
 
-// Serializes and packs a map piece by piece.
-std::vector<std::string> PackPieces(const KeptMap& map) {
-  ByteWriter begin;
-  begin(map.camera, map.vocabulary, static_cast<std::uint32_t>(map.state.size()));
-  ByteWriter end;
-  if (map.camera.lens != LensModel::kRadialTangential) {
-    end(map.camera.lens);
-  }
+constexpr std::size_t kPieceBytes = std::size_t{4} << 20;  // a row of SQLite holds less than a gigabyte
+
+std::vector<std::string> PackPieces(std::string_view bytes) {
   std::vector<std::string> pieces;
-  std::string piece;
-  for (std::string_view part :
-       {std::string_view(begin.Bytes()), std::string_view(map.state), std::string_view(end.Bytes())}) {
-    while (!part.empty()) {
-      const std::string_view fits = part.substr(0, kPieceBytes - piece.size());
-      piece += fits;
-      part.remove_prefix(fits.size());
-      if (piece.size() == kPieceBytes) {
-        pieces.push_back(PackBytes(piece));
-        piece.clear();
-      }
-    }
-  }
-  if (!piece.empty()) {
-    pieces.push_back(PackBytes(piece));
+  for (std::size_t begin = 0; begin < bytes.size(); begin += kPieceBytes) {
+    pieces.push_back(PackPatch(bytes.substr(begin, kPieceBytes), {}));
   }
   return pieces;
 }
@@ -53,11 +31,11 @@ std::vector<std::string> PackPieces(const KeptMap& map) {
 }  // namespace
 
 void KeepInRecording(const std::filesystem::path& recording, const KeptMap& map) {
-  const std::vector<std::string> pieces = PackPieces(map);  // before the file is locked
+  ByteWriter writer;
+  writer(map);
+  const std::vector<std::string> pieces = PackPieces(writer.Bytes());  // before the file is locked
   const sqlite::Database db = sqlite::OpenRecording(recording, SQLITE_OPEN_READWRITE);
-  sqlite::Execute(db.get(), recording,
-                  "BEGIN IMMEDIATE; CREATE TABLE IF NOT EXISTS live_map"
-                  " (piece INTEGER PRIMARY KEY, data BLOB NOT NULL); DELETE FROM live_map;");
+  sqlite::Execute(db.get(), recording, "BEGIN IMMEDIATE; DELETE FROM live_map;");
   for (const std::string& piece : pieces) {
     sqlite::Statement(db.get(), recording, "INSERT INTO live_map (data) VALUES (?)", sqlite::Blob{piece})
         .Run();
@@ -66,29 +44,20 @@ void KeepInRecording(const std::filesystem::path& recording, const KeptMap& map)
 }
 
 KeptMap ReadKeptMap(const std::filesystem::path& recording) {
-  const int version = RecordingReader(recording).Version();  // throws if it is no recording
-  if (version < kFirstVersion) {
-    throw InputError(
-        "{}: version {} stores its map without keypoints and descriptors, expected version {} or newer (map "
-        "the sequence again)",
-        recording.string(), version, kFirstVersion);
-  }
+  RecordingReader{recording};  // undoes or completes the changes of killed programs
   const sqlite::Database db = sqlite::OpenRecording(recording, SQLITE_OPEN_READONLY);
   const std::string what = recording.string() + ": its live map";
   std::string bytes;
-  if (!sqlite::Statement(db.get(), recording, "SELECT 1 FROM sqlite_master WHERE name = 'live_map'").Next()) {
-    throw InputError("{}: holds no map to continue, expected the recording of a finished run",
-                     recording.string());
-  }
   sqlite::Statement select(db.get(), recording, "SELECT data FROM live_map ORDER BY piece");
   while (select.Next()) {
-    bytes += UnpackBytes(select.Bytes(0), what);
+    bytes += UnpackPatch(select.Bytes(0), {}, kPieceBytes, what);
   }
+  ThrowIf<InputError>(bytes.empty(), "{}: holds no map to continue, expected the recording of a finished run",
+                      recording.string());
   ByteReader reader(bytes, what);
   KeptMap map;
-  reader(map.camera, map.vocabulary, map.state);
-  ReadLens(reader, map.camera);
-  if (!reader.AtEnd() || !IsCamera(map.camera)) {
+  reader(map);
+  if (!reader.AtEnd() || !IsUsableCamera(map.camera)) {
     reader.Refuse("is broken");
   }
   return map;

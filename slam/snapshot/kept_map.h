@@ -8,12 +8,14 @@
 
 namespace sqslam {
 
-// The live map at the end of a run: all that extending it or locating in it needs. A snapshot only shows a
+// The live map at the end of a run, from which it can be extended or localised in. A snapshot only shows a
 // map.
 struct KeptMap {
   Camera camera;           // that the map was made with
   std::string vocabulary;  // fingerprint of the vocabulary (Vocabulary::Fingerprint); empty: none
-  std::string state;       // what Mapper::Save wrote
+  std::string state;       // written by Mapper::Save
+
+  static void VisitState(auto& self, auto&& visit) { visit(self.camera, self.vocabulary, self.state); }
 };
 
 // Frames that were added to a kept map: the index of the first one in the map, and the shifts of indices and
@@ -28,8 +30,8 @@ struct AddedFrames {
 // transaction: readers find the old or the new map. Throws InputError.
 void KeepInRecording(const std::filesystem::path& recording, const KeptMap& map);
 
-// Throws InputError if the file is no recording, older than version 7 (which had snapshots only), of a run
-// that was killed before it first kept its map, or damaged.
+// Throws InputError if the file is no recording, if its run was killed before it first saved its map, or if
+// the map is damaged.
 KeptMap ReadKeptMap(const std::filesystem::path& recording);
 
 }  // namespace sqslam

@@ -2,10 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <system_error>
 
 #include "slam/snapshot/sqlite_file.h"
 #include "slam/util/error.h"
@@ -51,14 +49,8 @@ bool IsPossible(const MapScale& scale) {
          scale.deviation >= 0.0 && std::isfinite(scale.deviation);
 }
 
-// Returns the stored scale as text, or nothing if there is none.
-std::optional<std::string> ScaleRow(sqlite3* db, const fs::path& recording) {
-  sqlite::Statement select(db, recording, "SELECT value FROM meta WHERE key = 'map_scale'");
-  return select.Next() ? std::optional(select.Bytes(0)) : std::nullopt;
-}
-
 // Returns nothing for a broken scale.
-std::optional<MapScale> ParseScaleRow(const std::string& text) {
+std::optional<MapScale> ParseScale(const std::string& text) {
   try {
     const auto json = nlohmann::json::parse(text);
     MapScale scale{json.at("metres"), json.at("deviation"),
@@ -69,82 +61,18 @@ std::optional<MapScale> ParseScaleRow(const std::string& text) {
   }
 }
 
-void PutScaleRow(sqlite3* db, const fs::path& recording, const std::optional<MapScale>& scale) {
-  if (!scale) {
-    sqlite::Statement(db, recording, "DELETE FROM meta WHERE key = 'map_scale'").Run();
-    return;
-  }
-  const std::string text =
-      nlohmann::ordered_json(
-          {{"metres", scale->metres}, {"deviation", scale->deviation}, {"source", scale->source}})
-          .dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
-  sqlite::Statement(db, recording, "INSERT OR REPLACE INTO meta (key, value) VALUES ('map_scale', ?)", text)
-      .Run();
-}
-
-// New files lie beside the old ones until the new scale is stored, in one transaction with the row `rescaled`
-// of `meta`: from then on they are to be renamed, after which the row is removed. Whoever writes, renames or
-// removes them holds the lock of a transaction. Files without the row are what a program left that was killed
-// before it stored its scale.
-
-fs::path RescaledPath(const fs::path& recording, const char* name) {
-  return recording.parent_path() / fmt::format("{}.rescaled", name);
-}
-
-bool AwaitsRenaming(sqlite3* db, const fs::path& recording) {
-  return sqlite::Statement(db, recording, "SELECT 1 FROM meta WHERE key = 'rescaled'").Next();
-}
-
-// Renames the new files, in a transaction. Returns false if there are none that wait for it.
-bool PlaceRescaled(sqlite3* db, const fs::path& recording) {
-  if (!AwaitsRenaming(db, recording)) {
-    return false;
-  }
-  for (const char* name : kScaledFiles) {
-    std::error_code error;
-    fs::rename(RescaledPath(recording, name), recording.parent_path() / name, error);
-    if (error && error != std::errc::no_such_file_or_directory) {  // that one was renamed before the kill
-      throw InputError("{}: cannot be renamed ({}), expected a folder that can be written",
-                       RescaledPath(recording, name).string(), error.message());
-    }
-  }
-  sqlite::Statement(db, recording, "DELETE FROM meta WHERE key = 'rescaled'").Run();
-  return true;
-}
-
-void RemoveRescaled(const fs::path& recording) {
-  for (const char* name : kScaledFiles) {
-    std::error_code error;
-    fs::remove(RescaledPath(recording, name), error);
-    ThrowIf<InputError>(static_cast<bool>(error), "{}: cannot be removed ({})",
-                        RescaledPath(recording, name).string(), error.message());
-  }
-}
-
-// Writes the new files, in a transaction in which the old scale is still stored.
-void WriteRescaled(sqlite3* db, const fs::path& recording, double metres, const RescaleFile& rescale) {
-  RemoveRescaled(recording);
-  std::optional<double> factor = metres;
-  if (const std::optional<std::string> before = ScaleRow(db, recording)) {
-    const std::optional<MapScale> scale = ParseScaleRow(*before);
-    factor = scale ? std::optional(metres / scale->metres) : std::nullopt;
-  }
-  for (const char* name : kScaledFiles) {
-    const fs::path file = recording.parent_path() / name;
-    if (fs::exists(file)) {
-      rescale(file, RescaledPath(recording, name), factor);
-    }
-  }
-  sqlite::Statement(db, recording, "INSERT INTO meta (key, value) VALUES ('rescaled', '')").Run();
-}
+constexpr std::string_view kUnitComment = "1 map unit = ";
 
 }  // namespace
 
 std::optional<MapScale> ReadMapScale(const fs::path& recording) {
   const sqlite::Database db = sqlite::OpenRecording(recording, SQLITE_OPEN_READONLY);
-  const std::optional<std::string> text = ScaleRow(db.get(), recording);
-  std::optional<MapScale> scale = text ? ParseScaleRow(*text) : std::nullopt;
-  ThrowIf<InputError>(text && !scale,
+  sqlite::Statement select(db.get(), recording, "SELECT value FROM meta WHERE key = 'map_scale'");
+  if (!select.Next()) {
+    return std::nullopt;
+  }
+  const std::optional<MapScale> scale = ParseScale(select.Bytes(0));
+  ThrowIf<InputError>(!scale,
                       "{}: its scale is broken, expected metres above 0; sqslam scale --none removes it",
                       recording.string());
   return scale;
@@ -158,53 +86,37 @@ void CheckMapScale(const fs::path& recording, const MapScale& scale) {
       recording.string(), scale.metres, scale.deviation, 1.0 / kMaxMetresPerUnit, kMaxMetresPerUnit);
 }
 
-void KeepMapScale(const fs::path& recording, const std::optional<MapScale>& scale,
-                  const RescaleFile& rescale) {
+void StoreMapScale(const fs::path& recording, const std::optional<MapScale>& scale) {
   if (scale) {
     CheckMapScale(recording, *scale);
   }
   const sqlite::Database db = sqlite::OpenRecording(recording, SQLITE_OPEN_READWRITE);
-  sqlite::Execute(db.get(), recording, "BEGIN IMMEDIATE");
-  while (PlaceRescaled(db.get(), recording)) {
-    sqlite::Execute(db.get(), recording, "COMMIT; BEGIN IMMEDIATE");
-  }
-  try {
-    if (rescale) {
-      WriteRescaled(db.get(), recording, scale ? scale->metres : 1.0, rescale);
-    }
-    PutScaleRow(db.get(), recording, scale);
-    sqlite::Execute(db.get(), recording, "COMMIT");
-  } catch (...) {
-    if (rescale) {
-      RemoveRescaled(recording);
-    }
-    throw;
-  }
-  if (rescale) {
-    sqlite::Execute(db.get(), recording, "BEGIN IMMEDIATE");
-    PlaceRescaled(db.get(), recording);
-    sqlite::Execute(db.get(), recording, "COMMIT");
-  }
-}
-
-void FinishRescaling(const fs::path& recording) {
-  const bool waits = fs::exists(recording) && std::ranges::any_of(kScaledFiles, [&](const char* name) {
-                       return fs::exists(RescaledPath(recording, name));
-                     });
-  if (!waits || !AwaitsRenaming(sqlite::OpenRecording(recording, SQLITE_OPEN_READONLY).get(), recording)) {
+  if (!scale) {
+    sqlite::Statement(db.get(), recording, "DELETE FROM meta WHERE key = 'map_scale'").Run();
     return;
   }
-  try {
-    const sqlite::Database db = sqlite::OpenRecording(recording, SQLITE_OPEN_READWRITE);
-    sqlite::Execute(db.get(), recording, "BEGIN IMMEDIATE");
-    PlaceRescaled(db.get(), recording);
-    sqlite::Execute(db.get(), recording, "COMMIT");
-  } catch (const InputError& error) {
-    throw InputError(
-        "{}; a program was killed while it changed the scale, expected a folder in which this can be "
-        "completed",
-        error.what());
+  const std::string text =
+      nlohmann::ordered_json(
+          {{"metres", scale->metres}, {"deviation", scale->deviation}, {"source", scale->source}})
+          .dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+  sqlite::Statement(db.get(), recording, "INSERT OR REPLACE INTO meta (key, value) VALUES ('map_scale', ?)",
+                    text)
+      .Run();
+}
+
+std::string UnitComment(double metres) {
+  return metres == 1.0 ? "" : fmt::format("{}{} m", kUnitComment, metres);
+}
+
+double MetresPerUnitIn(std::string_view text) {
+  constexpr std::size_t kFirstLines = 500;  // bytes, more than the header of any file
+  const std::size_t comment = text.substr(0, kFirstLines).find(kUnitComment);
+  if (comment == std::string_view::npos) {
+    return 1.0;
   }
+  const std::string_view number = text.substr(comment + kUnitComment.size(), kFirstLines);
+  const double metres = ParseNumber<double>(number.substr(0, number.find(' '))).value_or(1.0);
+  return metres > 0.0 && std::isfinite(metres) ? metres : 1.0;
 }
 
 }  // namespace sqslam

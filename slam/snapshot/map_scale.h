@@ -1,17 +1,16 @@
 #pragma once
 
-#include <array>
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "slam/snapshot/snapshot.h"
 
 namespace sqslam {
 
-// Length of a map unit in metres, from a reference of known size. The map itself stays in its own units;
-// readers of its recording get metres.
+// Length of a map unit in metres, from a reference of known size. The map itself stays in its own units; its
+// readers return metres.
 struct MapScale {
   double metres = 1.0;     // of a map unit
   double deviation = 0.0;  // standard deviation of `metres`
@@ -33,26 +32,15 @@ std::optional<MapScale> ReadMapScale(const std::filesystem::path& recording);
 // kMaxMetresPerUnit.
 void CheckMapScale(const std::filesystem::path& recording, const MapScale& scale);
 
-// Files beside a recording whose lengths are in its scale.
-inline constexpr std::array kScaledFiles = {"trajectory.txt", "keyframes.txt", "points.ply", "objects.json",
-                                            "dense.ply"};
+// Stores a scale in a finished recording in one transaction, replacing an earlier one, even a broken one;
+// empty removes it. Throws InputError.
+void StoreMapScale(const std::filesystem::path& recording, const std::optional<MapScale>& scale);
 
-// Writes a file of the old scale in the new one, under the name `rescaled`. `factor`: new lengths by old
-// ones; empty if the old scale is broken. A file that is not written stays as it is.
-using RescaleFile =
-    std::function<void(const std::filesystem::path& file, const std::filesystem::path& rescaled,
-                       const std::optional<double>& factor)>;
+// A comment for a file in metres from which a later scale learns the file's own: "1 map unit = 2.5 m". Empty
+// for a file in map units (`metres` is 1).
+std::string UnitComment(double metres);
 
-// Stores a scale in a finished recording, replacing an earlier one, even a broken one; empty removes it.
-// `rescale` is called for each of kScaledFiles that is there. Keeps other programs from doing the same
-// meanwhile. If it throws InputError, or if its program is killed, scale and files are all the old ones, or
-// FinishRescaling() makes them all the new ones.
-void KeepMapScale(const std::filesystem::path& recording, const std::optional<MapScale>& scale,
-                  const RescaleFile& rescale = {});
-
-// Puts files in place that wait beside the recording since a program was killed in KeepMapScale(). A
-// RecordingReader does so itself; to be called before kScaledFiles are read without one. Does nothing if
-// there is no recording. Throws InputError if the folder cannot be written.
-void FinishRescaling(const std::filesystem::path& recording);
+// Returns the metres per map unit from the comment in a file's first lines; 1 if there is none.
+double MetresPerUnitIn(std::string_view text);
 
 }  // namespace sqslam

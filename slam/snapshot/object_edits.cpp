@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <boost/algorithm/string/trim.hpp>
 #include <functional>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -18,12 +19,7 @@
 namespace sqslam {
 namespace {
 
-std::string Trimmed(const std::string& text) {
-  const std::size_t first = text.find_first_not_of(" \t\r\n");
-  return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(" \t\r\n") - first + 1);
-}
-
-// Maps an object's id to the one that owns its points and boxes after the edits; -1 if it is left out.
+// Maps an object's id to the one that owns its points and boxes after the edits; -1 if it is omitted.
 using Destinations = std::function<int(int)>;
 
 void Join(SnapshotObject& kept, const SnapshotObject& absorbed) {
@@ -76,9 +72,9 @@ std::pair<int, ObjectEdit> ParseEdit(const std::filesystem::path& path, const st
   for (const auto& [key, value] : entry.items()) {
     const auto check = [&, &key = key, &value = value](bool valid, const std::string& expected) {
       if (!valid) {
-        constexpr std::size_t kShown = 80;  // bytes
+        constexpr std::size_t kMaxShownBytes = 80;  // bytes
         throw InputError("{}: {}.{}: {}, expected {}", path.string(), where, key,
-                         CutText(value.dump(), kShown), expected);
+                         CutText(value.dump(), kMaxShownBytes), expected);
       }
     };
     if (key == "id" || key == "merged_into") {
@@ -148,12 +144,12 @@ void ObjectEdits::Update(int id, auto change) {
 }
 
 void ObjectEdits::Rename(int id, const std::string& name) {
-  Update(id, [&](ObjectEdit& edit) { edit.name = ValidLabel(Trimmed(name)); });
+  Update(id, [&](ObjectEdit& edit) { edit.name = ValidLabel(boost::algorithm::trim_copy(name)); });
 }
 
 void ObjectEdits::SetLabel(int id, const std::string& label) {
   Update(id, [&](ObjectEdit& edit) {
-    edit.label = ValidLabel(Trimmed(label));
+    edit.label = ValidLabel(boost::algorithm::trim_copy(label));
     std::ranges::replace(edit.label, ' ', '_');
   });
 }
@@ -170,7 +166,7 @@ void ObjectEdits::Merge(int kept, int absorbed) {
   const int root = KeptIdOf(kept);
   const int part = KeptIdOf(absorbed);
   if (root == part) {
-    throw UsageError("objects {} and {} are one already, expected two", kept, absorbed);
+    throw UsageError("objects {} and {} are already merged, expected two objects", kept, absorbed);
   }
   Update(part, [&](ObjectEdit& edit) { edit.merged_into = root; });
 }
@@ -279,7 +275,7 @@ ObjectEdits ReadObjectEdits(const std::filesystem::path& path) {
     const std::string where = fmt::format("objects[{}]", index++);
     auto [id, edit] = ParseEdit(path, where, entry);
     if (!ids.insert(id).second) {
-      throw InputError("{}: {}.id: {} is there twice, expected each object once", path.string(), where, id);
+      throw InputError("{}: {}.id: {} is a duplicate, expected each object once", path.string(), where, id);
     }
     if (edit != ObjectEdit{}) {
       edits.edits_.emplace(id, std::move(edit));

@@ -22,10 +22,10 @@ struct ObjectEdit {
 };
 
 // A user's edits of the objects of a map, by id. A value: the recording never changes; readers apply the
-// edits to what they read (Apply).
+// edits to the states they read (Apply).
 class ObjectEdits {
  public:
-  // Leading and trailing blanks are removed, and what is longer than kMaxLabelBytes is cut. An empty name or
+  // Leading and trailing blanks are removed, and texts longer than kMaxLabelBytes are cut. An empty name or
   // label restores that of the map.
   void Rename(int id, const std::string& name);
   void SetLabel(int id, const std::string& label);  // blanks become underscores, as in boxes.txt
@@ -33,14 +33,14 @@ class ObjectEdits {
   void Delete(int id, bool deleted = true);
 
   // Makes `absorbed` a part of `kept`, which keeps its id and its solid. If either was merged before, all of
-  // their parts are joined. Throws UsageError if they are one object already.
+  // their parts are joined. Throws UsageError if they are already merged.
   void Merge(int kept, int absorbed);
   void Separate(int absorbed);  // undoes a merge
 
   bool Empty() const { return edits_.empty(); }
   const std::map<int, ObjectEdit>& All() const { return edits_; }
   ObjectEdit Of(int id) const;             // default if it was not edited
-  int KeptIdOf(int id) const;              // the object that it is part of now; itself if not merged
+  int KeptIdOf(int id) const;              // the object that it was merged into; itself if not merged
   std::vector<int> PartsOf(int id) const;  // ids merged into it, directly or through others, ascending
 
   bool operator==(const ObjectEdits&) const = default;
@@ -60,12 +60,11 @@ enum class HiddenObjects {
 
 // Returns the edited snapshot. Edits of objects that it does not hold (yet) are ignored. If it holds both of
 // two merged objects, their observations, points and boxes are joined and the kept one's solid stays; if only
-// the absorbed one, that takes the id of the kept one. Points and boxes of objects that are left out belong
-// to no object.
+// the absorbed one, it takes the id of the kept one. Points and boxes of omitted objects belong to no object.
 MapSnapshotPtr Apply(const ObjectEdits& edits, const MapSnapshot& snapshot,
                      HiddenObjects hidden = HiddenObjects::kLeaveOut);
 
-// Returns the ids of edits that the map does not have, ascending: many if they belong to another map.
+// Returns the edited ids that the map does not have, ascending: many if the edits belong to another map.
 std::vector<int> UnknownIds(const ObjectEdits& edits, const MapSnapshot& map);
 
 // Returns the file with the edits of a recording: map.sqmap.edits.json beside it.

@@ -24,18 +24,16 @@ using sqlite::Open;
 using sqlite::Statement;
 namespace {
 
-constexpr int kFirstVersionOfPatches = 8;
 constexpr int kMaxPatches = 64;  // in a row
 
 // Serializes a snapshot in the map's own units, in which recordings store it.
-std::string EncodeInUnits(const MapSnapshot& snapshot, const std::optional<MapScale>& scale,
-                          int version = kSnapshotFormatVersion) {
+std::string EncodeInUnits(const MapSnapshot& snapshot, const std::optional<MapScale>& scale) {
   if (!snapshot.metric || !scale) {
-    return EncodeSnapshot(snapshot, version);
+    return EncodeSnapshot(snapshot);
   }
   MapSnapshot in_units = snapshot;
   ScaleLengths(1.0 / scale->metres, in_units);
-  return EncodeSnapshot(in_units, version);
+  return EncodeSnapshot(in_units);
 }
 
 // Decides for each snapshot whether it is stored complete or as a patch of the last one. A snapshot is
@@ -51,7 +49,7 @@ class SnapshotPacker {
   Packed Pack(std::string raw, std::int64_t id) {
     constexpr std::size_t kPatchesPerComplete = 4;
     Packed packed;
-    const bool follows = last_id_ && id == *last_id_ + 1;  // else the last one could not be stored
+    const bool follows = last_id_ && id == *last_id_ + 1;  // false if the last one could not be stored
     if (follows && patches_ < kMaxPatches && patch_bytes_ <= kPatchesPerComplete * complete_bytes_) {
       packed = {id - 1, PackPatch(raw, last_)};
       patch_bytes_ += packed.data.size();
@@ -89,18 +87,22 @@ void Create(const fs::path& path, const RecordingInfo& info) {
             "CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL);"
             "CREATE TABLE snapshots (id INTEGER PRIMARY KEY, frame_index INTEGER NOT NULL, timestamp REAL "
             "NOT NULL,"
-            " base INTEGER, data BLOB NOT NULL);");
+            " base INTEGER, data BLOB NOT NULL);"
+            "CREATE TABLE live_map (piece INTEGER PRIMARY KEY, data BLOB NOT NULL);"
+            "CREATE TABLE depth_maps (keyframe INTEGER PRIMARY KEY, frame_index INTEGER NOT NULL,"
+            " settings TEXT NOT NULL, camera BLOB NOT NULL, image BLOB NOT NULL, estimate BLOB NOT NULL,"
+            " kept BLOB, views BLOB);");
     const auto set = [&](std::string_view key, std::string_view value) {
       Statement(db.get(), path, "INSERT INTO meta (key, value) VALUES (?, ?)", key, value).Run();
     };
     set("format", kRecordingFormat);
-    set("version", std::to_string(kSnapshotFormatVersion));
+    set("version", std::to_string(kRecordingVersion));
     set("sequence_path", info.sequence_path);
     set("program_version", info.program_version);
     set("config", info.config);
     Execute(db.get(), path, "COMMIT");
   }
-  draft.CommitNew();  // of two programs in one folder only one goes on
+  draft.CommitNew();  // fails for the second of two programs with one folder
 }
 
 }  // namespace
@@ -131,7 +133,7 @@ RecordingWriter::RecordingWriter(const fs::path& path, const RecordingInfo& info
   // WAL: a commit is one append; NORMAL: a killed process loses nothing, a power cut only the last snapshots.
   Execute(impl_->db.get(), path, "PRAGMA journal_mode=WAL; PRAGMA synchronous=NORMAL;");
   if (info.scale) {
-    KeepMapScale(path, info.scale);
+    StoreMapScale(path, info.scale);
     impl_->scale = info.scale;
   }
 }
@@ -170,10 +172,8 @@ void RecordingWriter::Close() {
 }
 
 void AppendToRecording(const fs::path& path, const MapSnapshot& snapshot) {
-  const int version = RecordingReader(path).Version();
-  const std::string raw = EncodeInUnits(snapshot, ReadMapScale(path), version);
-  const std::string data = version >= kFirstVersionOfPatches ? PackPatch(raw, {}) : PackBytes(raw);
-  const Database db = Open(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_FULLMUTEX);
+  const std::string data = PackPatch(EncodeInUnits(snapshot, ReadMapScale(path)), {});
+  const Database db = sqlite::OpenRecording(path, SQLITE_OPEN_READWRITE);
   Statement(db.get(), path,
             "INSERT INTO snapshots (id, frame_index, timestamp, data)"
             " SELECT MAX(id) + 1, ?, ?, ? FROM snapshots",
@@ -182,7 +182,7 @@ void AppendToRecording(const fs::path& path, const MapSnapshot& snapshot) {
 }
 
 void SetSequencePath(const fs::path& path, const std::string& sequence_path) {
-  const Database db = Open(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_FULLMUTEX);
+  const Database db = sqlite::OpenRecording(path, SQLITE_OPEN_READWRITE);
   Statement(db.get(), path, "UPDATE meta SET value = ? WHERE key = 'sequence_path'", sequence_path).Run();
 }
 
@@ -190,10 +190,9 @@ struct RecordingReader::Impl {
   fs::path path;
   Database db;
   RecordingInfo info;
-  int version = kSnapshotFormatVersion;
-  std::vector<std::pair<std::int64_t, double>> frames;  // index and time of each snapshot's
+  std::vector<std::pair<std::int64_t, double>> frames;  // index and time of each snapshot's frame
   Edit edit;
-  std::mutex mutex;  // guards what was read last, which the next snapshot may be a patch of
+  std::mutex mutex;  // guards the snapshot read last, which the next one may be a patch of
   std::int64_t last = -1;
   std::string last_raw;  // serialized
 
@@ -211,9 +210,7 @@ struct RecordingReader::Impl {
 };
 
 RecordingReader::Impl::Row RecordingReader::Impl::ReadRow(std::int64_t id) const {
-  const char* sql = version >= kFirstVersionOfPatches ? "SELECT data, base FROM snapshots WHERE id = ?"
-                                                      : "SELECT data, NULL FROM snapshots WHERE id = ?";
-  Statement select(db.get(), path, sql, id);
+  Statement select(db.get(), path, "SELECT data, base FROM snapshots WHERE id = ?", id);
   if (!select.Next()) {
     throw InputError("needs snapshot {}, which is missing", id);
   }
@@ -224,13 +221,9 @@ RecordingReader::Impl::Row RecordingReader::Impl::ReadRow(std::int64_t id) const
   return row;
 }
 
-// Returns a snapshot's serialized bytes: the nearest complete one before it, or what was read last, with the
+// Returns a snapshot's serialized bytes: the nearest complete one before it, or the one read last, with the
 // patches from there.
 std::string RecordingReader::Impl::ReadRaw(std::int64_t id) {
-  const std::string what = "its state";
-  if (version < kFirstVersionOfPatches) {
-    return UnpackBytes(ReadRow(id).data, what);
-  }
   const std::lock_guard lock(mutex);
   std::vector<std::string> patches;  // newest first
   std::string raw;
@@ -251,7 +244,7 @@ std::string RecordingReader::Impl::ReadRaw(std::int64_t id) {
     at = *row.base;
   }
   for (const std::string& patch : std::views::reverse(patches)) {
-    raw = UnpackPatch(patch, raw, kMaxSnapshotBytes, what);
+    raw = UnpackPatch(patch, raw, kMaxSnapshotBytes, "its state");
   }
   last = id;
   last_raw = raw;
@@ -260,10 +253,10 @@ std::string RecordingReader::Impl::ReadRaw(std::int64_t id) {
 
 namespace {
 
-// Completes or undoes what other programs left half done: one that was killed leaves a log or a journal
-// beside the recording, one that ended while another read leaves a log. SQLite undoes what a journal tells
-// when the recording is opened for writing.
-void TidyUpAfterOthers(const fs::path& path) {
+// Completes or undoes the changes of other programs: a killed one leaves a log or a journal beside the
+// recording, one that ended while another was reading leaves a log. SQLite rolls a journal back when the
+// recording is opened for writing.
+void RecoverInterruptedWrites(const fs::path& path) {
   std::error_code none;
   if (!fs::exists(path.string() + "-wal", none) && !fs::exists(path.string() + "-journal", none)) {
     return;
@@ -278,36 +271,13 @@ void TidyUpAfterOthers(const fs::path& path) {
 
 }  // namespace
 
-RecordingReader::RecordingReader(const fs::path& path, Edit edit, Lengths lengths)
-    : impl_(std::make_unique<Impl>()) {
-  if (!fs::is_regular_file(path)) {
-    throw InputError("{}: does not exist or is no file, expected a map.sqmap", path.string());
-  }
-  TidyUpAfterOthers(path);
+RecordingReader::RecordingReader(const fs::path& path, Edit edit) : impl_(std::make_unique<Impl>()) {
+  RecoverInterruptedWrites(path);
   impl_->path = path;
   impl_->edit = std::move(edit);
   impl_->db = sqlite::OpenRecording(path, SQLITE_OPEN_READONLY);
-  std::string version;
-  try {
-    if (impl_->Meta("format") == kRecordingFormat) {
-      version = impl_->Meta("version");
-    }
-  } catch (const InputError&) {
-    version.clear();  // not a recording
-  }
-  impl_->version = kOldestSnapshotFormatVersion;
-  while (impl_->version <= kSnapshotFormatVersion && version != std::to_string(impl_->version)) {
-    ++impl_->version;
-  }
-  if (impl_->version > kSnapshotFormatVersion) {
-    throw InputError("{}: {}, expected a map.sqmap of version {} to {}", path.string(),
-                     version.empty() ? "no recording of a map" : "version " + version,
-                     kOldestSnapshotFormatVersion, kSnapshotFormatVersion);
-  }
-  FinishRescaling(path);
   impl_->info = {impl_->Meta("sequence_path"), WithoutControls(impl_->Meta("program_version")),
-                 LinesWithoutControls(impl_->Meta("config")),
-                 lengths == Lengths::kScaled ? ReadMapScale(path) : std::nullopt};
+                 LinesWithoutControls(impl_->Meta("config")), ReadMapScale(path)};
   Statement select(impl_->db.get(), path, "SELECT frame_index, timestamp FROM snapshots ORDER BY id");
   while (select.Next()) {
     impl_->frames.emplace_back(select.Int(0), select.Real(1));
@@ -318,7 +288,6 @@ RecordingReader::~RecordingReader() = default;
 RecordingReader::RecordingReader(RecordingReader&&) noexcept = default;
 
 const RecordingInfo& RecordingReader::Info() const { return impl_->info; }
-int RecordingReader::Version() const { return impl_->version; }
 int RecordingReader::Size() const { return static_cast<int>(impl_->frames.size()); }
 
 std::int64_t RecordingReader::FrameIndex(int index) const {
@@ -334,7 +303,7 @@ MapSnapshotPtr RecordingReader::Read(int index) const {
     throw InputError("{}: no snapshot {}, expected 0 to {}", impl_->path.string(), index, Size() - 1);
   }
   try {
-    auto snapshot = std::make_shared<MapSnapshot>(DecodeSnapshot(impl_->ReadRaw(index), impl_->version));
+    auto snapshot = std::make_shared<MapSnapshot>(DecodeSnapshot(impl_->ReadRaw(index)));
     if (impl_->info.scale) {
       ScaleLengths(impl_->info.scale->metres, *snapshot);
       snapshot->metric = true;
@@ -347,7 +316,7 @@ MapSnapshotPtr RecordingReader::Read(int index) const {
 
 MapSnapshotPtr RecordingReader::Last() const {
   if (Size() == 0) {
-    throw InputError("{}: holds no snapshot, expected a map", impl_->path.string());
+    throw InputError("{}: contains no snapshot, expected a map", impl_->path.string());
   }
   return Read(Size() - 1);
 }

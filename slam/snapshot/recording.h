@@ -13,15 +13,15 @@
 namespace sqslam {
 
 struct RecordingInfo {
-  std::string sequence_path;  // the sequence that was mapped; as stored: show it WithoutControls()
+  std::string sequence_path;  // the sequence that was mapped; as stored: to be shown WithoutControls()
   std::string program_version;
   std::string config;                  // the whole configuration as YAML
   std::optional<MapScale> scale = {};  // if known, snapshots are read in metres
 };
 
 // Writes map.sqmap: an SQLite database (WAL) with one row per snapshot, each complete or a patch of the one
-// before it, so that any can be read by a few rows. Each Add is one transaction: a kill at any moment leaves
-// a readable file.
+// before it, so that a few rows suffice to read any of them. Each Add is one transaction: a kill at any
+// moment leaves a readable file.
 class RecordingWriter {
  public:
   // Throws InputError if the file cannot be created or exists already.
@@ -37,7 +37,7 @@ class RecordingWriter {
   std::unique_ptr<Impl> impl_;
 };
 
-// Changes where a finished recording looks for its images. Throws InputError.
+// Changes the sequence of a finished recording. Throws InputError.
 void SetSequencePath(const std::filesystem::path& path, const std::string& sequence_path);
 
 // Appends a snapshot to a finished recording, in one transaction and in units of the map, even if the
@@ -49,17 +49,12 @@ class RecordingReader {
   // Changes each snapshot on reading, for example by edits of the map.
   using Edit = std::function<MapSnapshotPtr(MapSnapshotPtr)>;
 
-  // kInUnits: as if the recording had no scale, also if its scale is broken.
-  enum class Lengths { kScaled, kInUnits };
-
-  // Throws InputError if the file is missing or is no recording.
-  explicit RecordingReader(const std::filesystem::path& path, Edit edit = {},
-                           Lengths lengths = Lengths::kScaled);
+  // Throws InputError if the file is missing, is no recording, or has another version.
+  explicit RecordingReader(const std::filesystem::path& path, Edit edit = {});
   ~RecordingReader();
   RecordingReader(RecordingReader&&) noexcept;
 
   const RecordingInfo& Info() const;
-  int Version() const;                   // of the file format
   int Size() const;                      // number of snapshots
   MapSnapshotPtr Read(int index) const;  // index in [0, Size())
   MapSnapshotPtr Last() const;           // throws InputError if there is none

@@ -42,8 +42,8 @@ struct SnapshotPoint {
   Eigen::Vector3f p_map = Eigen::Vector3f::Zero();
   std::array<std::uint8_t, 3> rgb{};
   std::int32_t object_id = -1;  // -1: belongs to no object
-  // Isolation score of the point in the last estimate of its object, or else of the object that rejected it,
-  // in [0, 1] in steps of 1/256; 0 if it has none.
+  // Isolation score in the last estimate of the point's object, or of the object that rejected it, in [0, 1]
+  // in steps of 1/256; 0 if it has none.
   float anomaly = 0.0F;
   std::int32_t rejected_by = -1;  // object that removed the point as an outlier; -1: none
 };
@@ -52,7 +52,7 @@ struct SnapshotPoint {
 struct ObjectFit {
   double box_agreement = 0.0;  // mean IoU of the projected object and the detector's boxes, in [0, 1]
   double point_rms = 0.0;      // radial distance of the object's points to its surface, map units
-  // In [0, 1], about the expected 3D IoU (docs/evaluation.md); 1 in recordings of older programs.
+  // In [0, 1], approximately the expected 3D IoU (docs/evaluation.md)
   double reliability = 1.0;
   // Covariance of centre (map frame), half sizes, yaw, e1 and e2, in this order: the inverse Hessian of the
   // cost, assuming independent errors of box edges and points. Zero if the object was not refined.
@@ -70,10 +70,9 @@ struct SnapshotObject {
   ObjectFit fit;
   std::string name;  // given by a user; empty: none. Not recorded: it comes from edits of the map
 
-  // Without the reliability, which older recordings lack.
   static void VisitState(auto& self, auto&& visit) {
     visit(self.id, self.label, self.score, self.observations, self.points, self.yaw, self.superquadric,
-          self.fit.box_agreement, self.fit.point_rms);
+          self.fit.box_agreement, self.fit.point_rms, self.fit.reliability);
     for (int i = 0; i < 9; ++i) {
       for (int j = 0; j < 9; ++j) {
         visit(self.fit.covariance(i, j));
@@ -95,8 +94,8 @@ inline std::string ReadableLabel(std::string label) {
 
 // Returns false for an object that is more likely wrong than right: drawn faintly and counted separately.
 inline bool IsReliable(const SnapshotObject& object) {
-  constexpr double kLeast = 0.4;
-  return object.fit.reliability >= kLeast;
+  constexpr double kMinReliability = 0.4;
+  return object.fit.reliability >= kMinReliability;
 }
 
 struct SnapshotDetection {
@@ -110,7 +109,7 @@ struct SnapshotDetection {
 
 // State of the run at the time of a snapshot.
 struct SnapshotProgress {
-  int tracked_points = 0;    // map points found in the frame; 0 while tracking is lost
+  int tracked_points = 0;    // map points tracked in the frame; 0 while tracking is lost
   double tracking_ms = 0.0;  // mean per frame since the last snapshot; 0: not measured (deterministic runs)
   double mapping_ms = 0.0;   // time of the mapping step that made the snapshot; 0: not measured
   RunCounters counters;      // so far; a recording keeps loops and merges only
@@ -137,10 +136,10 @@ struct MapSnapshot {
   std::vector<SnapshotDetection> detections;  // boxes of the frame
   bool gravity_known = false;
   std::optional<double> support_height;      // z of the main support plane (desk or floor), map units
-  std::optional<SnapshotProgress> progress;  // empty in recordings of older programs
+  std::optional<SnapshotProgress> progress;  // empty in maps that no run published, such as merged ones
   // Lengths are in metres. Not recorded: readers of a recording with a MapScale set it.
   bool metric = false;
-  // Each pair of covisible keyframes, once; empty in recordings of older programs.
+  // Each pair of covisible keyframes, once
   std::vector<SnapshotCovisibility> covisibility;
 };
 

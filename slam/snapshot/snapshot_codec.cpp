@@ -11,7 +11,6 @@
 namespace sqslam {
 namespace {
 
-constexpr const char* kSnapshotName = "a snapshot";
 constexpr int kDroppedBits = 8;  // of the coordinates of points
 
 // Returns the bits of a 32-bit value, rounded to multiples of 2^dropped.
@@ -24,18 +23,18 @@ void VisitSize(ByteWriter& writer, const std::vector<SnapshotPoint>& points) {
 }
 
 void VisitSize(ByteReader& reader, std::vector<SnapshotPoint>& points) {
-  constexpr std::size_t kLeastBytes = 19;  // of a point
+  constexpr std::size_t kPointBytes = 24;  // see VisitPoints()
   std::uint32_t size = 0;
   reader(size);
-  // Never allocate for a broken count: a point's bytes are comparable to its memory.
-  if (size > reader.BytesLeft() / kLeastBytes) {
+  // Never allocate for a broken count.
+  if (size > reader.BytesLeft() / kPointBytes) {
     reader.Refuse("is cut off");
   }
   points.resize(size);
 }
 
-// Visits a column of 32-bit values by bytes of equal weight, lowest first, rounded to leave out `dropped`
-// bits.
+// Visits a column of 32-bit values by bytes of equal weight, lowest first, rounded to omit the lowest
+// `dropped` bits.
 void VisitPlanes(ByteWriter& writer, const std::vector<SnapshotPoint>& points, int dropped,
                  const auto& value_of) {
   for (int shift = dropped; shift < 32; shift += 8) {
@@ -58,61 +57,42 @@ void VisitPlanes(ByteReader& reader, std::vector<SnapshotPoint>& points, int dro
 }
 
 // Points by columns, which compress better than rows.
-void VisitPoints(auto& archive, auto& points, int version) {
+void VisitPoints(auto& archive, auto& points) {
   VisitSize(archive, points);
-  const auto column = [&](const auto& value_of) {
-    for (auto& point : points) {
-      archive(value_of(point));
-    }
-  };
-  const auto wide_column = [&](int dropped, const auto& value_of) {
-    if (version >= 8) {
-      VisitPlanes(archive, points, dropped, value_of);
-    } else {
-      column(value_of);
-    }
-  };
   for (int i = 0; i < 3; ++i) {
-    wide_column(
-        8, [i](auto& point) -> auto& { return point.p_map[i]; });
+    VisitPlanes(
+        archive, points, kDroppedBits, [i](auto& point) -> auto& { return point.p_map[i]; });
   }
   for (std::size_t i = 0; i < 3; ++i) {
-    column([i](auto& point) -> auto& { return point.rgb[i]; });
+    for (auto& point : points) {
+      archive(point.rgb[i]);
+    }
   }
-  wide_column(
-      0, [](auto& point) -> auto& { return point.object_id; });
-  if (version >= 3) {
-    wide_column(
-        0, [](auto& point) -> auto& { return point.anomaly; });
-    wide_column(
-        0, [](auto& point) -> auto& { return point.rejected_by; });
-  }
+  VisitPlanes(
+      archive, points, 0, [](auto& point) -> auto& { return point.object_id; });
+  VisitPlanes(
+      archive, points, 0, [](auto& point) -> auto& { return point.anomaly; });
+  VisitPlanes(
+      archive, points, 0, [](auto& point) -> auto& { return point.rejected_by; });
 }
 
 // Describes the layout once, for writing and for reading.
-void Visit(auto& archive, auto& snapshot, int version) {
+void Visit(auto& archive, auto& snapshot) {
   auto& camera = snapshot.camera;
   archive(snapshot.sequence_number, snapshot.frame_index, snapshot.timestamp, snapshot.image_path);
   archive(camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy, camera.fps,
-          camera.distortion);
+          camera.distortion, camera.lens);
   archive(snapshot.T_map_camera, snapshot.keyframes);
-  VisitPoints(archive, snapshot.points, version);
+  VisitPoints(archive, snapshot.points);
   archive(snapshot.objects, snapshot.detections, snapshot.gravity_known, snapshot.support_height);
-  if (version >= 4) {
-    archive(snapshot.progress);
-  }
-  if (version >= 5) {
-    archive(snapshot.covisibility);
-  }
-  if (version >= 6) {
-    for (auto& object : snapshot.objects) {
-      archive(object.fit.reliability);
-    }
-  }
+  archive(snapshot.progress, snapshot.covisibility);
 }
 
 // Sanitizes labels, and throws InputError for objects that cannot be drawn.
 void Check(MapSnapshot& snapshot) {
+  if (!IsLensModel(snapshot.camera.lens)) {
+    throw InputError("a snapshot has an unknown lens model");
+  }
   if (snapshot.objects.size() > kMaxObjects) {
     throw InputError("a snapshot has {} objects, expected at most {}", snapshot.objects.size(), kMaxObjects);
   }
@@ -122,7 +102,7 @@ void Check(MapSnapshot& snapshot) {
                        shape.half_size.maxCoeff() <= kMaxMapUnits;
     const bool shaped = shape.e1 >= 0.0 && shape.e1 <= 2.0 && shape.e2 >= 0.0 && shape.e2 <= 2.0;
     if (!sized || !shaped || !(T_map_object.translation.norm() <= kMaxMapUnits)) {
-      throw InputError("object {} of a snapshot has an impossible size, shape or place", object.id);
+      throw InputError("object {} of a snapshot has a size, shape or position out of range", object.id);
     }
     object.label = ValidLabel(object.label);
   }
@@ -138,22 +118,18 @@ Eigen::Vector3f RecordedPosition(const Eigen::Vector3d& p_map) {
       [](float value) { return std::bit_cast<float>(RoundedBits(value, kDroppedBits)); });
 }
 
-std::string EncodeSnapshot(const MapSnapshot& snapshot, int version) {
+std::string EncodeSnapshot(const MapSnapshot& snapshot) {
   ByteWriter writer;
-  Visit(writer, snapshot, version);
-  if (snapshot.camera.lens != LensModel::kRadialTangential) {  // such recordings are as they always were
-    writer(snapshot.camera.lens);
-  }
+  Visit(writer, snapshot);
   return writer.Take();
 }
 
-MapSnapshot DecodeSnapshot(std::string_view raw, int version) {
+MapSnapshot DecodeSnapshot(std::string_view raw) {
   MapSnapshot snapshot;
-  ByteReader reader(raw, kSnapshotName, ByteReader::Numbers::kAny);
-  Visit(reader, snapshot, version);
-  ReadLens(reader, snapshot.camera);
+  ByteReader reader(raw, "a snapshot", ByteReader::Numbers::kAny);
+  Visit(reader, snapshot);
   if (!reader.AtEnd()) {
-    throw InputError("a snapshot has another layout than its version");
+    throw InputError("a snapshot has more bytes than its layout");
   }
   Check(snapshot);
   return snapshot;

@@ -13,8 +13,9 @@
 
 namespace sqslam {
 
-// Marks a database as a recording, in its table `meta`.
+// Mark a database as a recording that this program reads, in its table `meta`.
 inline constexpr const char* kRecordingFormat = "sqslam-map";
+inline constexpr int kRecordingVersion = 9;
 
 namespace sqlite {
 
@@ -103,9 +104,35 @@ inline void Execute(sqlite3* db, const std::filesystem::path& path, const char* 
   }
 }
 
+// Throws InputError unless the database is a recording of the current version.
+inline void CheckRecordingVersion(sqlite3* db, const std::filesystem::path& path) {
+  std::string version;
+  try {
+    Statement select(db, path,
+                     "SELECT v.value FROM meta AS v, meta AS f WHERE v.key = 'version' AND f.key = 'format' "
+                     "AND f.value = ?",
+                     kRecordingFormat);
+    version = select.Next() ? select.Bytes(0) : "";
+  } catch (const InputError&) {
+    // No table `meta`: not a recording.
+  }
+  if (version.empty()) {
+    throw InputError("{}: is not a recording of a map, expected a map.sqmap", path.string());
+  }
+  if (version != std::to_string(kRecordingVersion)) {
+    throw InputError(
+        "{}: has version {} of the recording format, but this program reads version {}: map the sequence "
+        "again",
+        path.string(), version, kRecordingVersion);
+  }
+}
+
 // Opens an existing recording. A file from elsewhere must hold plain tables only: throws InputError for
 // views, triggers, virtual tables and generated columns, whose queries might never end.
 inline Database OpenRecording(const std::filesystem::path& path, int access) {
+  if (!std::filesystem::is_regular_file(path)) {
+    throw InputError("{}: does not exist or is not a file, expected a map.sqmap", path.string());
+  }
   Database db = Open(path, access | SQLITE_OPEN_FULLMUTEX);
   sqlite3_db_config(db.get(), SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
   sqlite3_db_config(db.get(), SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
@@ -116,27 +143,27 @@ inline Database OpenRecording(const std::filesystem::path& path, int access) {
                          "'%VIRTUAL%' OR sql LIKE '%GENERATED%' OR sql LIKE '% AS %'")
                    .Next();
   } catch (const InputError&) {
-    if (sqlite3_errcode(db.get()) == SQLITE_NOTADB) {
-      return db;  // its reader reports that
-    }
     if (sqlite3_extended_errcode(db.get()) == SQLITE_READONLY_ROLLBACK) {
       throw InputError(
-          "{0}: a program was killed while it changed it, and its folder is not writable to undo that; copy "
-          "it and {0}-journal to one that is",
+          "{0}: a program was killed while it changed this file, and its folder is not writable to undo the "
+          "change; copy it and {0}-journal to a writable folder",
           path.string());
     }
-    throw;
+    if (sqlite3_errcode(db.get()) != SQLITE_NOTADB) {
+      throw;
+    }
   }
   if (computes) {
     throw InputError("{}: holds a view, a trigger or a computed column, expected a recording's tables",
                      path.string());
   }
+  CheckRecordingVersion(db.get(), path);
   return db;
 }
 
-// Puts what the write-ahead log beside a recording holds into the recording, so that it is one plain file
-// that read-only media can hold. Does nothing while another connection, such as that of a program that draws
-// it, is open: the log then stays, and the next reader that finds it alone does the same.
+// Merges the write-ahead log beside a recording into it, so that it is one plain file that read-only media
+// can hold. Does nothing while another connection is open, such as that of a program that draws the
+// recording: the log then stays, and the next reader that finds it alone merges it.
 inline void AbsorbLog(sqlite3* db, const std::filesystem::path& path) {
   const int code = sqlite3_exec(db, "PRAGMA journal_mode=DELETE", nullptr, nullptr, nullptr);
   if (code != SQLITE_OK && code != SQLITE_BUSY) {

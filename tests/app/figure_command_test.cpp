@@ -153,7 +153,7 @@ TEST_F(FigureCommandTest, TrajectorySaysTheErrorInTheLegend) {
   EXPECT_THAT(svg, AllOf(HasSubstr(">ground truth<"), HasSubstr(">run (ATE 2.0 cm)<"), HasSubstr("z [m]")))
       << "10 mm off in a map of half the size";
   EXPECT_THAT(Svg("trajectory " + result_.string()), HasSubstr("x [map units]"));
-  KeepMapScale(result_ / "map.sqmap", MapScale{2.0, 0.1, "a door"});
+  StoreMapScale(result_ / "map.sqmap", MapScale{2.0, 0.1, "a door"});
   EXPECT_THAT(Svg("trajectory " + result_.string()), HasSubstr("x [m]"));
   EXPECT_THAT(Svg("trajectory " + (result_ / "trajectory.txt").string()), HasSubstr("x [m]"));
 }

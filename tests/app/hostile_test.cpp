@@ -48,16 +48,17 @@ fs::path WriteMap(const fs::path& folder, const RecordingInfo& info = {"a sequen
   return folder / "map.sqmap";
 }
 
-TEST(Hostile, RecordingsAreRefusedBeforeTheyTakeMemoryOrTime) {
+TEST(Hostile, RefusesRecordingsBeforeTheyTakeMemoryOrTime) {
   ExpectRefused("info " + File("bomb_objects_16M.sqmap"), 3, "bomb_objects_16M.sqmap: snapshot 0");
   ExpectRefused("info " + File("bomb_objects_200M.sqmap"), 3, "bomb_objects_200M.sqmap: snapshot 0");
   ExpectRefused("info " + File("recursive_view.sqmap"), 3, "recursive_view.sqmap: holds a view");
   for (const std::string name : {"hostile_1017.sqmap", "hostile_1050.sqmap"}) {
-    ExpectRefused("render " + File(name) + " --output picture.png", 3, "impossible size");
+    ExpectRefused("render " + File(name) + " --output picture.png", 3,
+                  "size, shape or position out of range");
   }
 }
 
-TEST(Hostile, NumbersBeyondAllRangesNameTheirFile) {
+TEST(Hostile, NamesFilesWithNumbersOutOfRange) {
   for (const std::string name : {"objects_number_out_of_range.json", "eval_objects.json"}) {
     try {
       ReadObjects(kHostile / name);
@@ -73,7 +74,7 @@ TEST(Hostile, NumbersBeyondAllRangesNameTheirFile) {
       "edits_number_out_of_range.json: a number is beyond all ranges");
 }
 
-TEST(Hostile, ListsOfAGroundTruthNameTheirLine) {
+TEST(Hostile, NamesBrokenLinesOfGroundTruth) {
   const WrittenSequence sequence = TinySequence();
   sequence.Write("rgb.txt", ReadFile(kHostile / "gtseq_18_rgb.txt", ""));
   EXPECT_NE(RunTightly("run " + sequence.Path().string() + " --detector none --output " +
@@ -88,7 +89,7 @@ TEST(Hostile, ListsOfAGroundTruthNameTheirLine) {
   }
 }
 
-TEST(Hostile, PathsAndKeysOfYamlFilesAreRefused) {
+TEST(Hostile, RefusesBadPathsAndKeysInYaml) {
   const TemporaryFolder folder;
   const std::string map = WriteMap(folder.Path()).string();
   const std::string video = " --output " + (folder.Path() / "a.mp4").string();
@@ -104,7 +105,7 @@ TEST(Hostile, PathsAndKeysOfYamlFilesAreRefused) {
                 3, "File name too long");
 }
 
-TEST(Hostile, ImagesThatNoCameraTakesAreRefused) {
+TEST(Hostile, RefusesImpossibleImages) {
   const TemporaryFolder folder;
   const std::string options = " --detector none --output " + (folder.Path() / "result").string();
   ExpectRefused("run " + File("img_1x1") + options, 3, "0.png: 1x1 pixels, expected sides from 16");
@@ -117,16 +118,17 @@ TEST(Hostile, ImagesThatNoCameraTakesAreRefused) {
   EXPECT_FALSE(fs::exists(folder.Path() / "result"));
 }
 
-TEST(Hostile, APipeInAnImagesPlaceIsSkipped) {
+TEST(Hostile, SkipsPipeInPlaceOfImage) {
   const WrittenSequence sequence = TinySequence();
   fs::remove(sequence.Image(0));
   ASSERT_EQ(mkfifo(sequence.Image(0).c_str(), 0600), 0);
   const ProgramRun run = RunProgram("run " + sequence.Path().string() + " --detector none --output " +
                                     (sequence.Path() / "result").string());
-  EXPECT_THAT(run.err, HasSubstr("frame 0 skipped: " + sequence.Image(0).string() + " is no regular file"));
+  EXPECT_THAT(run.err,
+              HasSubstr("frame 0 skipped: " + sequence.Image(0).string() + " is not a regular file"));
 }
 
-TEST(Hostile, LabelsThatAreNoTextCostThemselvesAndNotTheFile) {
+TEST(Hostile, SanitizesLabelsThatAreNotText) {
   const TemporaryFolder folder;
   SnapshotObject object;
   object.label = "caf\xe9 \x1b[31m";
@@ -139,13 +141,13 @@ TEST(Hostile, LabelsThatAreNoTextCostThemselvesAndNotTheFile) {
                 "expected a label of at most 200 bytes");
 }
 
-TEST(Hostile, WordsThatDoNotGetThroughAreNoSuccess) {
+TEST(Hostile, FailsWhenOutputCannotBeWritten) {
   const ProgramRun run = RunProgram("run --dump-config >/dev/full");
   EXPECT_EQ(run.exit_code, 3);
   EXPECT_THAT(run.ErrorLines(), ElementsAre(HasSubstr("No space left")));
 }
 
-TEST(Hostile, InfoWritesNoControlCharactersOfARecording) {
+TEST(Hostile, OmitsControlCharactersInInfo) {
   const TemporaryFolder folder;
   const std::string map =
       WriteMap(folder.Path(), {"a\x1b[31m/b", "1.0\x1b[2J", "seed: 1\n# \x1b]0;title\x07\n"}).string();
@@ -156,7 +158,7 @@ TEST(Hostile, InfoWritesNoControlCharactersOfARecording) {
   EXPECT_EQ(RecordingReader(map).Info().sequence_path, "a\x1b[31m/b");  // still the path
 }
 
-TEST(Hostile, MessagesWriteNoControlCharacters) {
+TEST(Hostile, OmitsControlCharactersInMessages) {
   const ProgramRun run = RunProgram("info \"$(printf 'a\\033[31mb')\"");
   EXPECT_EQ(run.exit_code, 3);
   EXPECT_THAT(run.ErrorLines(), ElementsAre(HasSubstr("a?[31mb")));

@@ -73,7 +73,7 @@ void FitPoints(SyntheticMap& world) {
   }
 }
 
-TEST(ScaleEstimation, PredictsDeviationOfDistances) {
+TEST(ScaleEstimation, GivesHonestDeviationsOfDistances) {
   SyntheticMap world = MakeSyntheticMap({.pixel_noise = 0.7});
   FitPoints(world);
   MapSnapshot map;
@@ -101,7 +101,7 @@ TEST(ScaleEstimation, PredictsDeviationOfDistances) {
   ExpectCoverage(errors);
 }
 
-TEST(ScaleEstimation, RejectsPlacesWithoutMapPoints) {
+TEST(ScaleEstimation, RefusesPlacesWithoutMapPoints) {
   const SyntheticMap world = MakeSyntheticMap({});
   MapSnapshot map;
   map.camera = world.camera;
@@ -119,7 +119,7 @@ TEST(ScaleEstimation, RejectsPlacesWithoutMapPoints) {
 }
 
 // The heights of objects that err as their covariances say.
-TEST(ScaleEstimation, PredictsDeviationOfHeights) {
+TEST(ScaleEstimation, GivesHonestDeviationsOfHeights) {
   std::mt19937_64 random(5);
   std::normal_distribution<double> normal;
   std::vector<double> errors;
@@ -137,7 +137,7 @@ TEST(ScaleEstimation, PredictsDeviationOfHeights) {
   ExpectCoverage(errors);
 }
 
-TEST(ScaleEstimation, UsesMostCertainHeightOfLabel) {
+TEST(ScaleEstimation, PicksMostCertainHeightOfLabel) {
   MapSnapshot map = HandMadeMap();
   for (SnapshotObject& object : map.objects) {
     object.label = "cup";
@@ -150,7 +150,7 @@ TEST(ScaleEstimation, UsesMostCertainHeightOfLabel) {
       << "uncertain ones last; the second is the taller";
 }
 
-TEST(ScaleEstimation, RejectsUnknownHeights) {
+TEST(ScaleEstimation, RefusesUnknownHeights) {
   MapSnapshot map = HandMadeMap();
   EXPECT_THAT(Refusal<InputError>([&] { MeasureHeight(map, "12"); }),
               HasSubstr("the map has no object 12, expected one of 0 book, 1 cup, 2 sports_ball"));
@@ -177,17 +177,17 @@ const CalibrationBoard kBoard{BoardKind::kCharuco, 9, 6, 30.0, 18.0, "4X4_50"};
 const Camera kCamera{640, 480, 520.0, 523.0, 311.0, 246.0, {-0.1, 0.02, 0.001, -0.0015, 0.0}};
 
 // Sights of the board from an arc in a map whose unit is so many metres; keyframes and corners err.
-std::vector<BoardSight> Sights(int count, double metres, std::uint64_t seed) {
+std::vector<BoardSighting> Sights(int count, double metres, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
   const std::vector<cv::Point3f> corners = BoardCorners(kBoard);
-  std::vector<BoardSight> sights;
+  std::vector<BoardSighting> sightings;
   for (int i = 0; i < count; ++i) {
     const double angle = 0.1 * i - 0.3;
     const Eigen::Quaterniond turn(Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY()));
     const Eigen::Vector3d middle(135.0, 90.0, 0.0);  // mm
     const Rigid3d T_board_camera{turn, middle + turn * Eigen::Vector3d(0.0, 0.0, -600.0)};
-    BoardSight sight;
+    BoardSighting sight;
     for (std::size_t k = 0; k < corners.size(); ++k) {
       const Eigen::Vector3d p(corners[k].x, corners[k].y, corners[k].z);
       const Eigen::Vector2d pixel = kCamera.ProjectDistorted(T_board_camera.Inverse() * p) +
@@ -200,12 +200,12 @@ std::vector<BoardSight> Sights(int count, double metres, std::uint64_t seed) {
       axis += 2.0 * normal(random);  // mm: the map errs more than the corners do
     }
     sight.T_map_camera.translation *= 1e-3 / metres;
-    sights.push_back(std::move(sight));
+    sightings.push_back(std::move(sight));
   }
-  return sights;
+  return sightings;
 }
 
-TEST(ScaleEstimation, PredictsDeviationOfBoards) {
+TEST(ScaleEstimation, GivesHonestDeviationsOfBoards) {
   std::vector<double> errors;
   for (std::uint64_t seed = 0; seed < 150; ++seed) {
     const auto scale = ScaleByBoard(Sights(7, 2.5, seed), kCamera, kBoard);
@@ -217,9 +217,9 @@ TEST(ScaleEstimation, PredictsDeviationOfBoards) {
   ExpectCoverage(errors);
 }
 
-TEST(ScaleEstimation, RequiresFourViewsOfBoard) {
+TEST(ScaleEstimation, RequiresBoardInFourKeyframes) {
   EXPECT_FALSE(ScaleByBoard(Sights(3, 2.5, 1), kCamera, kBoard));
-  std::vector<BoardSight> still = Sights(1, 2.5, 1);
+  std::vector<BoardSighting> still = Sights(1, 2.5, 1);
   still.resize(5, still.front());
   EXPECT_FALSE(ScaleByBoard(still, kCamera, kBoard));
 }
@@ -233,15 +233,15 @@ class BoardFilm : public ::testing::Test {
     std::ofstream list(folder_.Path() / "rgb.txt");
     MapSnapshot map;
     map.camera = kCamera;
-    const std::vector<BoardSight> sights = Sights(4, 0.5, 3);
-    for (std::size_t i = 0; i < sights.size(); ++i) {
+    const std::vector<BoardSighting> sightings = Sights(4, 0.5, 3);
+    for (std::size_t i = 0; i < sightings.size(); ++i) {
       const std::string name = "rgb/" + std::to_string(i) + ".png";
-      Rigid3d T_board_camera = sights[i].T_map_camera;
+      Rigid3d T_board_camera = sightings[i].T_map_camera;
       T_board_camera.translation *= 500.0;
       cv::imwrite((folder_.Path() / name).string(), scene.Render(T_board_camera.Inverse()));
       list << 0.1 * static_cast<double>(i) << " " << name << "\n";
       map.keyframes.push_back({static_cast<std::int64_t>(i), static_cast<std::int64_t>(i),
-                               0.1 * static_cast<double>(i), sights[i].T_map_camera});
+                               0.1 * static_cast<double>(i), sightings[i].T_map_camera});
     }
     WriteCamera(folder_.Path() / "camera.yaml", kCamera);
     RecordingWriter(recording_, {folder_.Path().string(), "test", ""}).Add(map);
@@ -250,11 +250,11 @@ class BoardFilm : public ::testing::Test {
   const std::filesystem::path recording_ = folder_.Path() / "map.sqmap";
 };
 
-TEST_F(BoardFilm, EstimatesScaleOfScaledMap) {
+TEST_F(BoardFilm, MeasuresMapThatIsAlreadyScaled) {
   const MapScale first = EstimateScale(recording_, kBoard);
   EXPECT_NEAR(first.metres, 0.5, 0.005);
   EXPECT_THAT(first.source, HasSubstr("in 4 keyframes"));
-  KeepMapScale(recording_, MapScale{3.0, 0.1, "a mistake"});
+  StoreMapScale(recording_, MapScale{3.0, 0.1, "a mistake"});
   const MapScale again = EstimateScale(recording_, kBoard);
   EXPECT_NEAR(again.metres, first.metres, 1e-6);
   EXPECT_NEAR(again.deviation, first.deviation, 1e-6);

@@ -42,7 +42,7 @@ class KeptMapTest : public ::testing::Test {
   KeptMap map_;
 };
 
-TEST_F(KeptMapTest, IsReadAsItWasWritten) {
+TEST_F(KeptMapTest, ReadsBackUnchanged) {
   KeepInRecording(path_, map_);
   const KeptMap read = ReadKeptMap(path_);
   EXPECT_TRUE(read.state == map_.state);
@@ -50,11 +50,11 @@ TEST_F(KeptMapTest, IsReadAsItWasWritten) {
   EXPECT_EQ(read.camera.fy, map_.camera.fy);
   EXPECT_EQ(read.camera.distortion, map_.camera.distortion);
   EXPECT_EQ(read.camera.readout_ms, map_.camera.readout_ms);
-  EXPECT_EQ(RecordingReader(path_).Size(), 1) << "the pictures stay";
+  EXPECT_EQ(RecordingReader(path_).Size(), 1) << "snapshots stay";
 }
 
 // A map of a long run takes several rows of the recording.
-TEST_F(KeptMapTest, MayBeLarge) {
+TEST_F(KeptMapTest, SpansSeveralRowsWhenLarge) {
   map_.camera.lens = LensModel::kFisheye;
   map_.state.clear();
   for (int i = 0; map_.state.size() < 9'000'000; ++i) {
@@ -66,13 +66,13 @@ TEST_F(KeptMapTest, MayBeLarge) {
   EXPECT_EQ(read.camera.lens, LensModel::kFisheye);
 }
 
-TEST_F(KeptMapTest, RemembersAFisheyeLens) {
+TEST_F(KeptMapTest, KeepsFisheyeLens) {
   map_.camera.lens = LensModel::kFisheye;
   KeepInRecording(path_, map_);
   EXPECT_EQ(ReadKeptMap(path_).camera.lens, LensModel::kFisheye);
 }
 
-TEST_F(KeptMapTest, TakesThePlaceOfTheOneBefore) {
+TEST_F(KeptMapTest, ReplacesEarlierMap) {
   KeepInRecording(path_, map_);
   KeptMap grown = map_;
   grown.state += grown.state;
@@ -82,21 +82,16 @@ TEST_F(KeptMapTest, TakesThePlaceOfTheOneBefore) {
   EXPECT_TRUE(ReadKeptMap(path_).state == map_.state);
 }
 
-TEST_F(KeptMapTest, OfARunThatWasKilledAtOnceIsNotThere) { ExpectRefused("holds no map to continue"); }
+TEST_F(KeptMapTest, ReportsRunWithoutMap) { ExpectRefused("holds no map to continue"); }
 
-TEST_F(KeptMapTest, OfAnOlderProgramIsNotThere) {
-  Execute("UPDATE meta SET value = '6' WHERE key = 'version'");
-  ExpectRefused("version 6 stores its map without keypoints and descriptors");
-}
-
-TEST_F(KeptMapTest, ThatIsDamagedIsRefused) {
+TEST_F(KeptMapTest, RefusesDamagedMap) {
   KeepInRecording(path_, map_);
   Execute("UPDATE live_map SET data = substr(data, 1, length(data) - 5)");
   ExpectRefused("its live map is broken");
   Execute("UPDATE live_map SET data = x'0011'");
-  ExpectRefused("its live map is cut off");
+  ExpectRefused("its live map is broken");
   Execute("DELETE FROM live_map");
-  ExpectRefused("its live map is cut off");
+  ExpectRefused("holds no map to continue");
 }
 
 }  // namespace

@@ -43,7 +43,7 @@ int PointsOf(const MapSnapshot& map, int id) {
                                         [id](const SnapshotPoint& point) { return point.object_id == id; }));
 }
 
-TEST(ObjectEdits, NameAndLabel) {
+TEST(ObjectEdits, RenamesAndRelabels) {
   ObjectEdits edits;
   edits.Rename(1, "  the red mug ");
   edits.SetLabel(1, "beer mug");
@@ -59,7 +59,7 @@ TEST(ObjectEdits, NameAndLabel) {
   EXPECT_TRUE(edits.Empty()) << "what is the map's own again is no edit";
 }
 
-TEST(ObjectEdits, DeletedObjectsLeaveTheirPointsAndBoxesToNobody) {
+TEST(ObjectEdits, FreesPointsAndBoxesOfDeletedObjects) {
   ObjectEdits edits;
   edits.Delete(1);
   const MapSnapshot desk = ObservedDesk();
@@ -74,7 +74,7 @@ TEST(ObjectEdits, DeletedObjectsLeaveTheirPointsAndBoxesToNobody) {
   EXPECT_THAT(IdsOf(desk), ElementsAre(0, 1, 2)) << "the map itself stays";
 }
 
-TEST(ObjectEdits, HiddenObjectsAreLeftOutOfPicturesOnly) {
+TEST(ObjectEdits, OmitsHiddenObjectsFromPicturesOnly) {
   ObjectEdits edits;
   edits.Hide(0);
   EXPECT_THAT(IdsOf(*Apply(edits, ObservedDesk())), ElementsAre(1, 2));
@@ -83,7 +83,7 @@ TEST(ObjectEdits, HiddenObjectsAreLeftOutOfPicturesOnly) {
   EXPECT_GT(PointsOf(*Apply(edits, ObservedDesk(), HiddenObjects::kKeep), 0), 0);
 }
 
-TEST(ObjectEdits, MergedObjectsJoinWhatTheyHaveUnderTheKeptSolid) {
+TEST(ObjectEdits, JoinsMergedObjectsUnderKeptSolid) {
   ObjectEdits edits;
   edits.Merge(1, 0);
   const MapSnapshot desk = ObservedDesk();
@@ -99,7 +99,7 @@ TEST(ObjectEdits, MergedObjectsJoinWhatTheyHaveUnderTheKeptSolid) {
   EXPECT_EQ(map->detections[0].object_id, 1);
 }
 
-TEST(ObjectEdits, ScoresOfOneLabelAreAveragedOverTheObservations) {
+TEST(ObjectEdits, AveragesScoresOfOneLabelOverObservations) {
   MapSnapshot desk = ObservedDesk();
   desk.objects[0].label = "cup";
   ObjectEdits edits;
@@ -107,7 +107,7 @@ TEST(ObjectEdits, ScoresOfOneLabelAreAveragedOverTheObservations) {
   EXPECT_NEAR(Apply(edits, desk)->objects[0].score, (10 * 0.5 + 30 * 0.9) / 40, 1e-12);
 }
 
-TEST(ObjectEdits, BeforeTheKeptObjectIsThereTheOtherHasItsId) {
+TEST(ObjectEdits, GivesKeptIdToAbsorbedObjectSeenFirst) {
   MapSnapshot early = ObservedDesk();
   early.objects.erase(early.objects.begin() + 1);  // the cup has not been seen yet
   ObjectEdits edits;
@@ -120,7 +120,7 @@ TEST(ObjectEdits, BeforeTheKeptObjectIsThereTheOtherHasItsId) {
   EXPECT_THAT(IdsOf(*Apply(edits, MapSnapshot{})), ElementsAre());
 }
 
-TEST(ObjectEdits, MergesOfMergesBelongTogether) {
+TEST(ObjectEdits, ChainsMerges) {
   ObjectEdits edits;
   edits.Merge(1, 0);
   edits.Merge(2, 0);  // with all that it is a part of
@@ -136,7 +136,7 @@ TEST(ObjectEdits, MergesOfMergesBelongTogether) {
   EXPECT_THAT(IdsOf(*Apply(edits, ObservedDesk())), ElementsAre(1, 2));
 }
 
-TEST(ObjectEdits, KnowsWhichIdsAMapDoesNotHave) {
+TEST(ObjectEdits, ListsIdsMissingFromMap) {
   ObjectEdits edits;
   edits.Hide(2);
   edits.Delete(17);
@@ -152,7 +152,7 @@ class ObjectEditsFile : public testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(ObjectEditsFile, EverythingComesBack) {
+TEST_F(ObjectEditsFile, ReadsBackUnchanged) {
   ObjectEdits edits;
   edits.Rename(3, "Tasse \u201egro\u00df\u201c \"1\"");
   edits.SetLabel(3, "cup");
@@ -165,7 +165,7 @@ TEST_F(ObjectEditsFile, EverythingComesBack) {
   EXPECT_EQ(ReadObjectEdits(path), edits);
 }
 
-TEST_F(ObjectEditsFile, ErrorsNameFileAndField) {
+TEST_F(ObjectEditsFile, ReportsFileAndField) {
   EXPECT_THAT(MessageOf(R"([{"id": 1}, {"id": "two"}])"),
               HasSubstr("e.json: objects[1].id: \"two\", expected the id of an object"));
   EXPECT_THAT(MessageOf(R"([{"id": 1, "hiden": true}])"),
@@ -180,7 +180,7 @@ TEST_F(ObjectEditsFile, ErrorsNameFileAndField) {
                 HasSubstr("objects[0]." + key + ": \"" + letters.substr(0, 79) +
                           ", expected a text of 1 to 200 bytes"));
   }
-  EXPECT_THAT(MessageOf(R"([{"id": 1}, {"id": 1}])"), HasSubstr("objects[1].id: 1 is there twice"));
+  EXPECT_THAT(MessageOf(R"([{"id": 1}, {"id": 1}])"), HasSubstr("objects[1].id: 1 is a duplicate"));
   EXPECT_THAT(MessageOf(R"([{"id": 1, "merged_into": 2}, {"id": 2, "merged_into": 1}])"),
               HasSubstr("object 1: merged_into leads back"));
   EXPECT_THAT(MessageOf("[]", "\"version\": 7"), HasSubstr("version: 7, expected 1"));

@@ -22,12 +22,10 @@
 namespace sqslam {
 namespace {
 
-using testing::ExpectSnapshotOfVersion2;
 using ::testing::HasSubstr;
 using testing::MakeSnapshot;
-using testing::SnapshotOfVersion2;
 
-TEST(Recording, AnySnapshotCanBeReadAlone) {
+TEST(Recording, ReadsAnySnapshotAlone) {
   const TemporaryFolder folder;
   const auto path = folder.Path() / "map.sqmap";
   {
@@ -50,7 +48,7 @@ TEST(Recording, AnySnapshotCanBeReadAlone) {
   EXPECT_THROW(RecordingWriter(path, {}), InputError);
 }
 
-TEST(Recording, WhatIsReadCanBeEditedOnTheWay) {
+TEST(Recording, AppliesEditsOnReading) {
   const TemporaryFolder folder;
   const auto path = folder.Path() / "map.sqmap";
   RecordingWriter(path, {"s", "v", "c"}).Add(MakeSnapshot(0));
@@ -83,7 +81,7 @@ void ExecuteIn(const std::filesystem::path& path, const std::string& sql) {
   sqlite3_close(db);
 }
 
-TEST(Recording, StoresWhatChangesAndReadsInAnyOrder) {
+TEST(Recording, StoresDifferencesAndReadsInAnyOrder) {
   const TemporaryFolder folder;
   const auto path = folder.Path() / "map.sqmap";
   constexpr int kSnapshots = 50;
@@ -104,7 +102,7 @@ TEST(Recording, StoresWhatChangesAndReadsInAnyOrder) {
   }
 }
 
-TEST(Recording, ItsLastSnapshotNeedsNoOther) {
+TEST(Recording, ReadsLastSnapshotWhenOthersAreBroken) {
   const TemporaryFolder folder;
   const auto path = folder.Path() / "map.sqmap";
   {
@@ -120,7 +118,7 @@ TEST(Recording, ItsLastSnapshotNeedsNoOther) {
   EXPECT_EQ(reader.Last()->sequence_number, 4);
 }
 
-TEST(Recording, PatchesThatLeadNowhereAreRefused) {
+TEST(Recording, RefusesPatchesWithoutBase) {
   const TemporaryFolder folder;
   const auto path = folder.Path() / "map.sqmap";
   {
@@ -140,49 +138,30 @@ TEST(Recording, PatchesThatLeadNowhereAreRefused) {
   EXPECT_EQ(RecordingReader(path).Read(0)->sequence_number, 0);
 }
 
-// Snapshots that are added to a recording of an older program have its format.
-TEST(Recording, OfVersion7CanBeAppendedTo) {
+TEST(Recording, AppendsSnapshots) {
   const TemporaryFolder folder;
   const auto path = folder.Path() / "map.sqmap";
-  RecordingWriter(path, {}).Close();
-  ExecuteIn(path,
-            "ALTER TABLE snapshots DROP COLUMN base; UPDATE meta SET value = '7' WHERE key = 'version';"
-            "INSERT INTO snapshots (id, frame_index, timestamp, data) VALUES (0, 0, 0, x'00')");
+  RecordingWriter(path, {}).Add(MakeSnapshot(0));
   AppendToRecording(path, MakeSnapshot(5));
   const RecordingReader reader(path);
   ASSERT_EQ(reader.Size(), 2);
   EXPECT_EQ(EncodeSnapshot(*reader.Last()), EncodeSnapshot(MakeSnapshot(5)));
 }
 
-// Gives a recording of one snapshot another version, and the snapshot other bytes where there are some.
-void Rewrite(const std::filesystem::path& path, const std::string& version, const std::string& data) {
-  sqlite3* db = nullptr;
-  ASSERT_EQ(sqlite3_open(path.c_str(), &db), SQLITE_OK);
-  EXPECT_EQ(sqlite3_exec(db, ("UPDATE meta SET value='" + version + "' WHERE key='version'").c_str(), nullptr,
-                         nullptr, nullptr),
-            SQLITE_OK);
-  sqlite3_stmt* update = nullptr;
-  sqlite3_prepare_v2(db, "UPDATE snapshots SET data=?", -1, &update, nullptr);
-  sqlite3_bind_blob(update, 1, data.data(), static_cast<int>(data.size()), SQLITE_STATIC);
-  EXPECT_EQ(data.empty() ? SQLITE_DONE : sqlite3_step(update), SQLITE_DONE);
-  sqlite3_finalize(update);
-  sqlite3_close(db);
-}
-
-TEST(Recording, OfVersion2IsReadableAndOfUnknownOnesRefused) {
+TEST(Recording, RefusesOtherVersions) {
   const TemporaryFolder folder;
   const auto path = folder.Path() / "map.sqmap";
   RecordingWriter(path, {"s", "v", "c"}).Add(MakeSnapshot(0));
-  Rewrite(path, "2", SnapshotOfVersion2());
-  ExpectSnapshotOfVersion2(*RecordingReader(path).Last());
-  for (const char* version : {"1", "9", "two"}) {
-    Rewrite(path, version, "");
-    EXPECT_THAT(InputErrorOf([&] { RecordingReader reader(path); }),
-                HasSubstr(std::string("version ") + version + ", expected a map.sqmap of version 2 to 8"));
+  for (const std::string version : {"8", "10", "two"}) {
+    ExecuteIn(path, "UPDATE meta SET value = '" + version + "' WHERE key = 'version'");
+    const std::string expected =
+        "map.sqmap: has version " + version + " of the recording format, but this program reads version 9";
+    EXPECT_THAT(InputErrorOf([&] { RecordingReader reader(path); }), HasSubstr(expected));
+    EXPECT_THAT(InputErrorOf([&] { AppendToRecording(path, MakeSnapshot(1)); }), HasSubstr(expected));
   }
 }
 
-TEST(Recording, IsReadableAfterTheWriterWasKilled) {
+TEST(Recording, StaysReadableWhenWriterIsKilled) {
   const TemporaryFolder folder;
   const auto path = folder.Path() / "map.sqmap";
   int pipe_ends[2];
@@ -214,7 +193,7 @@ TEST(Recording, IsReadableAfterTheWriterWasKilled) {
   }
 }
 
-TEST(Recording, CanBeReadWhileItIsWritten) {
+TEST(Recording, AllowsReadingWhileWriting) {
   const TemporaryFolder folder;
   const auto path = folder.Path() / "map.sqmap";
   RecordingWriter writer(path, {});
@@ -224,7 +203,7 @@ TEST(Recording, CanBeReadWhileItIsWritten) {
   EXPECT_EQ(RecordingReader(path).Last()->sequence_number, 1);
 }
 
-TEST(Recording, AReaderDoesNotKeepItsWriterFromClosing) {
+TEST(Recording, LetsWriterCloseWhileBeingRead) {
   const TemporaryFolder folder;
   const auto path = folder.Path() / "map.sqmap";
   RecordingWriter writer(path, {});
@@ -240,7 +219,6 @@ TEST(Recording, AReaderDoesNotKeepItsWriterFromClosing) {
   EXPECT_FALSE(std::filesystem::exists(folder.Path() / "map.sqmap-shm"));
 }
 
-// As in the middle of `sqslam scale`, or of the last step of a run.
 // Returns a recording as a program leaves it that is killed in the middle of a change.
 std::filesystem::path RecordingOfAKilledProgram(const std::filesystem::path& folder) {
   const auto path = folder / "map.sqmap";
@@ -258,7 +236,7 @@ std::filesystem::path RecordingOfAKilledProgram(const std::filesystem::path& fol
   return killed;
 }
 
-TEST(Recording, IsAsBeforeAChangeInWhichAProgramWasKilled) {
+TEST(Recording, UndoesChangeOfKilledProgram) {
   const TemporaryFolder folder;
   const auto path = RecordingOfAKilledProgram(folder.Path());
   const RecordingReader reader(path);
@@ -267,14 +245,14 @@ TEST(Recording, IsAsBeforeAChangeInWhichAProgramWasKilled) {
   EXPECT_FALSE(std::filesystem::exists(path.string() + "-journal"));
 }
 
-TEST(Recording, SaysWhyAHalfMadeChangeCannotBeUndone) {
+TEST(Recording, ReportsChangeThatCannotBeUndone) {
   const TemporaryFolder folder;
   const auto path = RecordingOfAKilledProgram(folder.Path());
   EXPECT_THAT(InputErrorOf([&] { sqlite::OpenRecording(path, SQLITE_OPEN_READONLY); }),
-              HasSubstr("killed.sqmap: a program was killed while it changed it"));
+              HasSubstr("killed.sqmap: a program was killed while it changed this file"));
 }
 
-TEST(Recording, AFullDiskIsReportedAndKeepsWhatWasAdded) {
+TEST(Recording, KeepsSnapshotsWhenDiskIsFull) {
   const TemporaryFolder folder;
   const auto path = folder.Path() / "map.sqmap";
   rlimit old_limit{};
@@ -304,7 +282,7 @@ TEST(Recording, AFullDiskIsReportedAndKeepsWhatWasAdded) {
   }
 }
 
-TEST(Recording, TellsFramesAndTimesWithoutReading) {
+TEST(Recording, ListsFramesWithoutReadingSnapshots) {
   const TemporaryFolder folder;
   const auto path = folder.Path() / "map.sqmap";
   RecordingWriter(path, {}).Add(MakeSnapshot(3));
@@ -316,22 +294,23 @@ TEST(Recording, TellsFramesAndTimesWithoutReading) {
   EXPECT_EQ(reader.Timestamp(0), MakeSnapshot(3).timestamp);
 }
 
-TEST(Recording, WithoutASnapshotThereIsNoLastOne) {
+TEST(Recording, ReportsMissingSnapshots) {
   const TemporaryFolder folder;
   const auto path = folder.Path() / "map.sqmap";
   RecordingWriter(path, {}).Close();
-  EXPECT_THAT(InputErrorOf([&] { RecordingReader(path).Last(); }), HasSubstr("map.sqmap: holds no snapshot"));
+  EXPECT_THAT(InputErrorOf([&] { RecordingReader(path).Last(); }),
+              HasSubstr("map.sqmap: contains no snapshot"));
 }
 
-TEST(Recording, OtherFilesAreRefused) {
+TEST(Recording, RefusesOtherFiles) {
   const TemporaryFolder folder;
   EXPECT_THAT(InputErrorOf([&] { RecordingReader(folder.Path() / "none"); }), HasSubstr("does not exist"));
   const auto text = folder.Write("a.sqmap",
                                  "words, and more of them than a header takes................"
                                  "..............................................................");
-  EXPECT_THAT(InputErrorOf([&] { RecordingReader reader(text); }), HasSubstr("no recording of a map"));
+  EXPECT_THAT(InputErrorOf([&] { RecordingReader reader(text); }), HasSubstr("is not a recording of a map"));
   EXPECT_THAT(InputErrorOf([&] { RecordingReader reader(folder.Write("b.sqmap", "")); }),
-              HasSubstr("no recording"));
+              HasSubstr("is not a recording"));
 }
 
 }  // namespace

@@ -1,11 +1,8 @@
 #pragma once
 
-#include <gtest/gtest.h>
-
 #include <Eigen/Core>
 #include <cstdint>
 #include <string>
-#include <string_view>
 
 #include "slam/snapshot/snapshot.h"
 
@@ -37,38 +34,6 @@ inline MapSnapshot MakeSnapshot(int number, int points = 100) {
   snapshot.progress = SnapshotProgress{250, 7.5, 80.25, {.loops = 2, .merges = 1}};
   snapshot.covisibility = {{3, 8, 120}, {3, 9, 15}};
   return snapshot;
-}
-
-// As the program wrote it when points had neither anomaly nor rejected_by: a cup with two points, one its
-// own.
-inline std::string SnapshotOfVersion2() {
-  constexpr std::string_view kHex =
-      "400400000000000078016366800039280da11ed8b30219897a0579e90d4c0c0c0f18a1b20ef50e60560094662881f019"
-      "f2a0b4259406abc24bc08cc4a1e8833d440246333840f81c601ae826206800a901610720db0e481d00d20e5c1a224672"
-      "362c40e1ff4000b206c46606e2e4d202200907982e8059868b7e007514dc0834064c1f9af02877340406690880f2004a"
-      "d6788137df313008388072132334efbcb00700232521df";
-  std::string bytes;
-  for (std::size_t i = 0; i < kHex.size(); i += 2) {
-    bytes += static_cast<char>(std::stoi(std::string(kHex.substr(i, 2)), nullptr, 16));
-  }
-  return bytes;
-}
-
-inline void ExpectSnapshotOfVersion2(const MapSnapshot& snapshot) {
-  EXPECT_EQ(snapshot.frame_index, 30);
-  ASSERT_EQ(snapshot.points.size(), 2u);
-  EXPECT_EQ(snapshot.points[0].p_map, Eigen::Vector3f(1.0F, 2.0F, -3.0F));
-  EXPECT_EQ(snapshot.points[0].object_id, 4);
-  EXPECT_EQ(snapshot.points[1].object_id, -1);
-  for (const SnapshotPoint& point : snapshot.points) {
-    EXPECT_EQ(point.anomaly, 0.0F);
-    EXPECT_EQ(point.rejected_by, -1);
-  }
-  ASSERT_EQ(snapshot.objects.size(), 1u);
-  EXPECT_EQ(snapshot.objects[0].superquadric.shape.e2, 0.5);
-  ASSERT_EQ(snapshot.detections.size(), 1u) << "what comes after the points is read from its place";
-  EXPECT_EQ(snapshot.detections[0].detection.box.height, 4.0);
-  EXPECT_EQ(snapshot.support_height, 0.75);
 }
 
 }  // namespace sqslam::testing
