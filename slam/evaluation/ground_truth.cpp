@@ -14,7 +14,6 @@
 #include <sstream>
 
 #include "slam/io/dataset_layouts.h"
-#include "slam/io/foreign_cameras.h"
 #include "slam/io/image_files.h"
 #include "slam/io/pose_json.h"
 #include "slam/io/sequence.h"

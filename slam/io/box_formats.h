@@ -24,9 +24,9 @@ enum class BoxFormat {
 };
 constexpr auto EnumNames(BoxFormat) { return std::array{"boxes", "yolo", "coco", "mot", "csv"}; }
 
-// The frame that a box belongs to, as its file gives it.
+// The frame of a box, as its file gives it.
 struct ImageNumber {
-  std::int64_t number;  // that the image's name consists of, leading zeros ignored
+  std::int64_t number;  // the image's name, without leading zeros
 };
 struct FrameNumber {
   std::int64_t number;  // from 0
@@ -43,7 +43,7 @@ struct FileBox {
 };
 
 // Reads all boxes of a file or folder. `image`: size of the images that they refer to, pixels. Labels are
-// those of the file's own categories, of classes.txt in the folder (labels.txt beside a MOT file), else
+// those of the file's own categories, or of classes.txt in the folder (labels.txt beside a MOT file), or
 // COCO's (MOTChallenge's). Throws InputError that names file and line, also if the content is ambiguous.
 std::vector<FileBox> ReadBoxFile(const std::filesystem::path& path, const cv::Size& image);
 
@@ -56,13 +56,13 @@ struct ImageBoxes {
 };
 
 // Writes kFolder (in parts of the image, with classes.txt), kCoco or kMot (with labels.txt beside it), which
-// ReadBoxFile reads back. Throws InputError if they cannot be written, UsageError for other formats.
+// ReadBoxFile can read. Throws InputError if they cannot be written, UsageError for other formats.
 void WriteBoxFile(const std::filesystem::path& path, BoxFormat format, const cv::Size& image, bool video,
                   const std::vector<ImageBoxes>& frames);
 
 // Returns the bounds of an annotation's `segmentation` in COCO's JSON, pixels: polygons [[x, y, x, y, ...],
-// ...], or run lengths {"size": [height, width], "counts": list or text}. Without area if nothing is in the
-// mask. Throws nlohmann::json::exception for other types, InputError that begins with `place` for impossible
+// ...], or run lengths {"size": [height, width], "counts": list or text}. Has no area if the mask is
+// empty. Throws nlohmann::json::exception for other types, InputError that begins with `place` for impossible
 // values.
 Box2d BoundsOfMask(const nlohmann::ordered_json& segmentation, const std::string& place);
 

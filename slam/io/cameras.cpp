@@ -10,10 +10,10 @@
 #include <memory>
 #include <numbers>
 #include <opencv2/imgcodecs.hpp>
+#include <set>
 #include <sstream>
 #include <string>
 
-#include "slam/io/foreign_cameras.h"
 #include "slam/io/image_files.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/data_path.h"
@@ -24,6 +24,94 @@
 
 namespace sqslam {
 namespace {
+
+// ---- Calibrations of other programs
+
+// Refuses other words than these under a key.
+struct ForeignWords {
+  const char* key;
+  std::set<std::string> words;
+};
+
+// An entry of camera.yaml and its place in another program's file: a key, and the index in its list, or -1
+// for the whole value.
+struct ForeignEntry {
+  const char* name;
+  const char* key;
+  int index = -1;
+};
+
+struct ForeignNames {
+  std::vector<ForeignWords> models;
+  std::vector<ForeignEntry> entries;
+};
+
+// Kalibr and EuRoC
+const ForeignNames kIntrinsics = {
+    {{"camera_model", {"pinhole"}},
+     {"distortion_model", {"radtan", "radial-tangential", "none", "equidistant"}}},
+    {{"width", "resolution", 0},
+     {"height", "resolution", 1},
+     {"fx", "intrinsics", 0},
+     {"fy", "intrinsics", 1},
+     {"cx", "intrinsics", 2},
+     {"cy", "intrinsics", 3},
+     {"distortion", "distortion_coeffs"},
+     {"distortion", "distortion_coefficients"},
+     {"fps", "rate_hz"}}};
+const ForeignNames kRos = {{{"distortion_model", {"plumb_bob", "equidistant"}}},
+                           {{"width", "image_width"},
+                            {"height", "image_height"},
+                            {"fx", "camera_matrix", 0},
+                            {"cx", "camera_matrix", 2},
+                            {"fy", "camera_matrix", 4},
+                            {"cy", "camera_matrix", 5},
+                            {"distortion", "distortion_coefficients"}}};
+
+YAML::Node Convert(const ForeignNames& names, const YAML::Node& camera, const std::filesystem::path& path) {
+  for (const auto& [key, words] : names.models) {
+    const YAML::Node model = camera[key];
+    if (model && (!model.IsScalar() || !words.contains(model.Scalar()))) {
+      throw InputError("{}:{}: {} is {}, expected {}", path.string(), model.Mark().line + 1, key,
+                       model.IsScalar() ? model.Scalar() : "not a word", fmt::join(words, " or "));
+    }
+  }
+  YAML::Node own;
+  if (camera["distortion_model"] && camera["distortion_model"].Scalar() == "equidistant") {
+    own["distortion_model"] = "fisheye";
+  }
+  for (const auto& [name, key, index] : names.entries) {
+    const YAML::Node node = camera[key];
+    const YAML::Node value = node && node.IsMap() && node["data"] ? node["data"] : node;  // a matrix of ROS
+    if (!value) {
+      continue;
+    }
+    if (index < 0) {
+      own[name] = value;
+    } else if (value.IsSequence() && static_cast<std::size_t>(index) < value.size()) {
+      own[name] = value[index];
+    }
+  }
+  return own;
+}
+
+// Converts another program's calibration to the names of camera.yaml: Kalibr's camchain (its first camera,
+// cam0), EuRoC's sensor.yaml, and ROS' camera_info. Anything else is returned unchanged. Throws InputError
+// that begins with `path` for lens models other than radial-tangential and fisheye (equidistant).
+YAML::Node InOwnNames(const YAML::Node& root, const std::filesystem::path& path) {
+  if (root["cam0"] && root["cam0"].IsMap()) {
+    return Convert(kIntrinsics, root["cam0"], path);
+  }
+  if (root["intrinsics"]) {
+    return Convert(kIntrinsics, root, path);
+  }
+  if (root["camera_matrix"] && root["image_width"] && root["image_height"]) {
+    return Convert(kRos, root, path);
+  }
+  return root;
+}
+
+// ---- camera.yaml
 
 constexpr double kMaxReadout = 100.0;  // ms
 
@@ -38,7 +126,7 @@ class CameraReader {
                           path.string());
       root_ = InOwnNames(root_, path);
     } catch (const YAML::Exception& e) {
-      throw InputError("{}:{}: no valid YAML: {}", path.string(), std::max(e.mark.line, 0) + 1, e.msg);
+      throw InputError("{}:{}: invalid YAML: {}", path.string(), std::max(e.mark.line, 0) + 1, e.msg);
     }
   }
 
@@ -59,7 +147,7 @@ class CameraReader {
     double value = NAN;
     if (!node.IsScalar() || !YAML::convert<double>::decode(node, value) || !(value >= min && value <= max)) {
       throw InputError("{}:{}: {} is {}, expected {}", path_.string(), node.Mark().line + 1, key,
-                       node.IsScalar() ? node.Scalar() : "no number", Range(min, max));
+                       node.IsScalar() ? node.Scalar() : "not a number", Range(min, max));
     }
     return value;
   }
@@ -76,6 +164,8 @@ class CameraReader {
   std::filesystem::path path_;
   YAML::Node root_;
 };
+
+// ---- Guessed cameras
 
 constexpr double kFieldOfView = 60.0;      // degrees, along the longer side
 constexpr double kFilmDiagonal = 43.2666;  // mm, of the 36 x 24 of 35 mm film
@@ -162,17 +252,17 @@ Camera ReadCamera(const std::filesystem::path& path) {
   if (const YAML::Node node = reader.Optional("distortion_model"); node) {
     if (!node.IsScalar() || (node.Scalar() != "radial-tangential" && node.Scalar() != "fisheye")) {
       reader.Fail(node, fmt::format("distortion_model is {}, expected fisheye or radial-tangential",
-                                    node.IsScalar() ? node.Scalar() : "no word"));
+                                    node.IsScalar() ? node.Scalar() : "not a word"));
     }
     camera.lens = node.Scalar() == "fisheye" ? LensModel::kFisheye : LensModel::kRadialTangential;
   }
   if (const YAML::Node node = reader.Optional("distortion"); node) {
     const bool fisheye = camera.lens == LensModel::kFisheye;
     if (!node.IsSequence() || node.size() > (fisheye ? 4 : camera.distortion.size())) {
-      reader.Fail(node, fisheye
-                            ? "distortion of a fisheye lens is no list of at most four numbers, expected "
-                              "[k1, k2, k3, k4]"
-                            : "distortion is no list of at most five numbers, expected [k1, k2, p1, p2, k3]");
+      reader.Fail(
+          node, fisheye ? "distortion of a fisheye lens is not a list of at most four numbers, expected "
+                          "[k1, k2, k3, k4]"
+                        : "distortion is not a list of at most five numbers, expected [k1, k2, p1, p2, k3]");
     }
     for (std::size_t i = 0; i < node.size(); ++i) {
       camera.distortion[i] = reader.Checked(node[i], fmt::format("distortion[{}]", i), -1e3, 1e3);

@@ -22,7 +22,8 @@ void WriteCamera(const std::filesystem::path& path, const Camera& camera, const 
 std::vector<std::string> CameraPresetNames();
 
 // Returns the file that --camera names: an existing file, a path (with folder or extension) as it is, or else
-// the preset of that name. Throws UsageError for an unknown name, listing the presets and the nearest.
+// the preset of that name. Throws UsageError for an unknown name; its message lists the presets and the most
+// similar one.
 std::filesystem::path CameraFile(const std::string& file_or_preset);
 
 // A guess for an uncalibrated camera: square pixels, no distortion, principal point in the middle.

@@ -20,12 +20,13 @@ inline constexpr std::array<std::string_view, 80> kCocoNames = {
     "scissors", "teddy_bear", "hair_drier", "toothbrush"};
 // clang-format on
 
-// Indoor objects that detectors beyond COCO (and our synthetic scenes) name.
-inline constexpr std::array<std::string_view, 16> kMoreNames = {
+// Labels of indoor objects in other detectors and in our synthetic scenes.
+inline constexpr std::array<std::string_view, 16> kIndoorNames = {
     "ball",    "box", "can",    "cereal_box", "cylinder", "globe", "jar", "lamp",
     "monitor", "mug", "pillow", "plate",      "speaker",  "table", "tin", "toy"};
 
-// Returns true for a label in one of the two lists. Others work too, but readers warn, as it may be a typo.
+// Returns true for a label in one of the two lists. Readers accept others with a warning, as they may be
+// typos.
 bool IsKnownLabel(std::string_view label);
 
 // Replaces blanks by underscores.

@@ -1,13 +1,15 @@
 #include "slam/io/dataset_layouts.h"
 
 #include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
+#include <opencv2/imgcodecs.hpp>
 #include <regex>
 
 #include "slam/io/cameras.h"
-#include "slam/io/foreign_cameras.h"
 #include "slam/io/image_files.h"
 #include "slam/util/data_path.h"
 #include "slam/util/text_lines.h"
@@ -17,19 +19,36 @@ namespace sqslam {
 namespace fs = std::filesystem;
 namespace {
 
-struct NumberedLayout {
-  SequenceFormat format;
-  const char* pattern;  // image names
-  const char* example;
-};
-constexpr std::array<NumberedLayout, 3> kLayouts = {{
-    {SequenceFormat::kIclNuim, R"(scene_\d+_\d+\.png)", "rgb/0.png or scene_00_0000.png"},
-    {SequenceFormat::kScenesV2, R"(\d+-color\.(png|jpg))", "00000-color.png"},
-    {SequenceFormat::k7Scenes, R"(frame-\d+\.color\.(png|jpg))", "frame-000000.color.png"},
-}};
+std::vector<fs::path> ImagesLike(const fs::path& folder, const char* pattern) {
+  return FilesLike(folder, std::regex(pattern, std::regex::icase));
+}
 
 bool IsWholeNumber(const std::string& word) {
   return !word.empty() && word.find_first_not_of("0123456789") == std::string::npos;
+}
+
+// ---- Images whose names are frame numbers. Timestamps are these over fps, so that a missing image leaves a
+// gap.
+
+constexpr char kNumbers[] = R"(\d+\.(png|jpg))";
+constexpr char kIclNames[] = R"(scene_\d+_\d+\.png)";
+constexpr char kScenesNames[] = R"(\d+-color\.(png|jpg))";
+constexpr char k7ScenesNames[] = R"(frame-\d+\.color\.(png|jpg))";
+
+template <const char* kNames>
+bool HasImages(const fs::path& folder) {
+  return !ImagesLike(folder, kNames).empty();
+}
+
+template <const char* kNames>
+std::vector<SequenceFrame> ListByName(const fs::path& folder, double fps) {
+  std::vector<SequenceFrame> frames;
+  for (const fs::path& image : ImagesLike(folder, kNames)) {
+    const auto number = LastNumber(image.filename().string());
+    ThrowIf<InputError>(!number, "{}: its number is too large, expected a frame number", image.string());
+    frames.push_back({static_cast<double>(*number) / fps, image, {}});
+  }
+  return frames;
 }
 
 // "number path number path", with the colour image first or second. TUM's file of that name has seconds.
@@ -41,13 +60,6 @@ bool HasNumberedAssociations(const fs::path& folder) {
   return !lines.empty() && IsWholeNumber(lines.front().words.front());
 }
 
-bool HasFreiburgPoses(const fs::path& folder) {
-  return std::any_of(fs::directory_iterator(folder), fs::directory_iterator(), [](const auto& entry) {
-    return entry.path().filename().string().ends_with(".gt.freiburg");
-  });
-}
-
-// Lists the images of associations.txt with their numbers.
 std::vector<SequenceFrame> ListAssociations(const fs::path& folder, double fps) {
   const fs::path list = folder / "associations.txt";
   constexpr const char* kExpected = "'number depth/FILE number rgb/FILE'";
@@ -66,27 +78,26 @@ std::vector<SequenceFrame> ListAssociations(const fs::path& folder, double fps) 
   return frames;
 }
 
-std::vector<fs::path> ImagesLike(const fs::path& folder, const char* pattern) {
-  return FilesLike(folder, std::regex(pattern, std::regex::icase));
+// Recognises the dataset, and the images of its renderer.
+bool IsIcl(const fs::path& folder) {
+  const auto is_poses = [](const auto& entry) {
+    return entry.path().filename().string().ends_with(".gt.freiburg");
+  };
+  const bool dataset = fs::is_directory(folder / "rgb") &&
+                       (HasNumberedAssociations(folder) ||
+                        std::any_of(fs::directory_iterator(folder), fs::directory_iterator(), is_poses));
+  return dataset || HasImages<kIclNames>(folder);
 }
 
-const NumberedLayout& LayoutOf(SequenceFormat format) {
-  return *std::ranges::find_if(kLayouts,
-                               [&](const NumberedLayout& layout) { return layout.format == format; });
-}
-
-std::vector<SequenceFrame> ListByName(const NumberedLayout& layout, const fs::path& folder, double fps) {
-  const bool icl_as_tum = layout.format == SequenceFormat::kIclNuim && fs::is_directory(folder / "rgb");
-  const std::vector<fs::path> images =
-      icl_as_tum ? ImagesLike(folder / "rgb", R"(\d+\.(png|jpg))") : ImagesLike(folder, layout.pattern);
-  std::vector<SequenceFrame> frames;
-  for (const fs::path& image : images) {
-    const auto number = LastNumber(image.filename().string());
-    ThrowIf<InputError>(!number, "{}: its number is too large, expected a frame number", image.string());
-    frames.push_back({static_cast<double>(*number) / fps, image, {}});
+std::vector<SequenceFrame> ListIcl(const fs::path& folder, double fps) {
+  if (fs::exists(folder / "associations.txt")) {
+    return ListAssociations(folder, fps);
   }
-  return frames;
+  return fs::is_directory(folder / "rgb") ? ListByName<kNumbers>(folder / "rgb", fps)
+                                          : ListByName<kIclNames>(folder, fps);
 }
+
+// ---- EuRoC and KITTI, with their own timestamps
 
 // Returns the camera's folder; empty if there is none.
 fs::path EurocCamera(const fs::path& path) {
@@ -98,18 +109,14 @@ fs::path EurocCamera(const fs::path& path) {
   return {};
 }
 
-// Returns the colour camera if it exists, else the grey one; -1: neither.
-int KittiCamera(const fs::path& path) {
-  for (const int number : {2, 0}) {
-    if (fs::is_regular_file(path / "times.txt") && fs::is_directory(path / fmt::format("image_{}", number))) {
-      return number;
-    }
-  }
-  return -1;
-}
+bool IsEuroc(const fs::path& path) { return !EurocCamera(path).empty(); }
 
-std::vector<SequenceFrame> ListEuroc(const fs::path& folder) {
+std::vector<SequenceFrame> ListEuroc(const fs::path& path, double) {
   constexpr const char* kExpected = "'timestamp in ns,file'";
+  const fs::path folder = EurocCamera(path);
+  if (folder.empty()) {
+    return {};
+  }
   const fs::path list = folder / "data.csv";
   std::vector<SequenceFrame> frames;
   for (const TextLine& line : ReadTextLines(list, kExpected)) {
@@ -125,11 +132,26 @@ std::vector<SequenceFrame> ListEuroc(const fs::path& folder) {
   return frames;
 }
 
-std::vector<SequenceFrame> ListKitti(const fs::path& folder) {
-  constexpr const char* kExpected = "a time in seconds a line";
+// Returns the colour camera if it exists, else the grey one; -1: neither.
+int KittiCamera(const fs::path& path) {
+  for (const int number : {2, 0}) {
+    if (fs::is_regular_file(path / "times.txt") && fs::is_directory(path / fmt::format("image_{}", number))) {
+      return number;
+    }
+  }
+  return -1;
+}
+
+bool IsKitti(const fs::path& path) { return KittiCamera(path) >= 0; }
+
+std::vector<SequenceFrame> ListKitti(const fs::path& folder, double) {
+  constexpr const char* kExpected = "a time in seconds on each line";
+  if (!IsKitti(folder)) {
+    return {};
+  }
   const fs::path list = folder / "times.txt";
   const std::vector<fs::path> images =
-      ImagesLike(folder / fmt::format("image_{}", KittiCamera(folder)), R"(\d+\.(png|jpg))");
+      ImagesLike(folder / fmt::format("image_{}", KittiCamera(folder)), kNumbers);
   std::vector<SequenceFrame> frames;
   for (const TextLine& line : ReadTextLines(list, kExpected)) {
     if (frames.size() == images.size()) {
@@ -140,42 +162,63 @@ std::vector<SequenceFrame> ListKitti(const fs::path& folder) {
   return frames;
 }
 
-// `what`: the origin of the timestamps.
-void CheckRising(const std::vector<SequenceFrame>& frames, const char* what) {
-  for (std::size_t i = 1; i < frames.size(); ++i) {
-    ThrowIf<InputError>(frames[i].timestamp <= frames[i - 1].timestamp,
-                        "{}: its {} does not follow that of {}, expected rising {}s",
-                        frames[i].image_path.string(), what, frames[i - 1].image_path.filename().string(),
-                        what);
+using ProjectionMatrix = Eigen::Matrix<double, 3, 4, Eigen::RowMajor>;
+
+ProjectionMatrix ReadKittiProjection(const std::filesystem::path& calib, int number) {
+  constexpr const char* kExpected = "'P2: ' and the 12 numbers of a projection matrix";
+  const std::string key = fmt::format("P{}:", number);
+  for (const TextLine& line : ReadTextLines(calib, kExpected)) {
+    if (line.words.front() != key) {
+      continue;
+    }
+    if (line.words.size() != 13) {
+      ThrowBadLine(calib, line, kExpected);
+    }
+    ProjectionMatrix p;
+    for (int i = 0; i < 12; ++i) {
+      p.data()[i] = NumberAt(calib, line, static_cast<std::size_t>(i) + 1, kExpected);
+    }
+    if (!(p(0, 0) > 0.0 && p(1, 1) > 0.0)) {
+      ThrowBadLine(calib, line, "focal lengths above 0");
+    }
+    return p;
   }
+  throw InputError("{}: no line {}, expected {}", calib.string(), key, kExpected);
 }
+
+// Reads a camera of calib.txt, such as 2 for the line "P2: ..." of 12 numbers; its images are rectified.
+// `image`: gives the size.
+Camera ReadKittiCamera(const std::filesystem::path& calib, int number, const std::filesystem::path& image,
+                       double fps) {
+  const ProjectionMatrix p = ReadKittiProjection(calib, number);
+  const cv::Mat picture = ReadImage(image, cv::IMREAD_COLOR);
+  ThrowIf<InputError>(picture.empty(), "{}: cannot be read, expected an image to take the camera's size from",
+                      image.string());
+  return {picture.cols, picture.rows, p(0, 0), p(1, 1), p(0, 2), p(1, 2), {}, fps};
+}
+
+// ---- All layouts
+
+struct DatasetLayout {
+  SequenceFormat format;
+  bool (*detect)(const fs::path& folder);
+  std::vector<SequenceFrame> (*list)(const fs::path& folder, double fps);
+  const char* expected;   // files in it, for messages
+  const char* timestamp;  // their origin
+};
+
+// In the order of detection.
+constexpr std::array<DatasetLayout, 5> kLayouts = {{
+    {SequenceFormat::kIclNuim, IsIcl, ListIcl, "names like rgb/0.png or scene_00_0000.png", "frame number"},
+    {SequenceFormat::kEuroc, IsEuroc, ListEuroc, "mav0/cam0 with data.csv and images in data/", "time"},
+    {SequenceFormat::kKitti, IsKitti, ListKitti, "times.txt beside image_2 with images", "time"},
+    {SequenceFormat::kScenesV2, HasImages<kScenesNames>, ListByName<kScenesNames>,
+     "names like 00000-color.png", "frame number"},
+    {SequenceFormat::k7Scenes, HasImages<k7ScenesNames>, ListByName<k7ScenesNames>,
+     "names like frame-000000.color.png", "frame number"},
+}};
 
 }  // namespace
-
-std::optional<Camera> CameraOfDataset(SequenceFormat format, const fs::path& folder) {
-  if (format == SequenceFormat::kEuroc) {
-    return ReadCamera(EurocCamera(folder) / "sensor.yaml");
-  }
-  if (format != SequenceFormat::kKitti) {
-    return std::nullopt;
-  }
-  const std::vector<SequenceFrame> frames = ListTimed(format, folder);
-  const double seconds = frames.back().timestamp - frames.front().timestamp;
-  const double fps = seconds > 0.0 ? static_cast<double>(frames.size() - 1) / seconds : 10.0;
-  return ReadKittiCamera(folder / "calib.txt", KittiCamera(folder), frames.front().image_path, fps);
-}
-
-std::vector<SequenceFrame> ListTimed(SequenceFormat format, const fs::path& folder) {
-  const bool euroc = format == SequenceFormat::kEuroc;
-  ThrowIf<InputError>(euroc ? EurocCamera(folder).empty() : KittiCamera(folder) < 0,
-                      "{}: not of the {} layout, expected {}", folder.string(), NameOf(format),
-                      euroc ? "mav0/cam0 with data.csv and data/" : "times.txt beside image_2");
-  std::vector<SequenceFrame> frames = euroc ? ListEuroc(EurocCamera(folder)) : ListKitti(folder);
-  ThrowIf<InputError>(frames.empty(), "{}: no image of the {} layout in it, expected at least one",
-                      folder.string(), NameOf(format));
-  CheckRising(frames, "time");
-  return frames;
-}
 
 SequenceFormat DetectFormat(const fs::path& path) {
   ThrowIf<InputError>(!fs::exists(path),
@@ -187,21 +230,23 @@ SequenceFormat DetectFormat(const fs::path& path) {
   if (fs::exists(path / "rgb.txt")) {
     return SequenceFormat::kTum;
   }
-  if (fs::is_directory(path / "rgb") && (HasNumberedAssociations(path) || HasFreiburgPoses(path))) {
-    return SequenceFormat::kIclNuim;
+  const auto* found =
+      std::ranges::find_if(kLayouts, [&](const DatasetLayout& layout) { return layout.detect(path); });
+  return found == kLayouts.end() ? SequenceFormat::kImages : found->format;
+}
+
+std::vector<SequenceFrame> ListDataset(SequenceFormat format, const fs::path& folder, double fps) {
+  const DatasetLayout& layout = *std::ranges::find(kLayouts, format, &DatasetLayout::format);
+  const std::vector<SequenceFrame> frames = layout.list(folder, fps);
+  ThrowIf<InputError>(frames.empty(), "{}: contains no image of the {} layout, expected {}", folder.string(),
+                      NameOf(format), layout.expected);
+  for (std::size_t i = 1; i < frames.size(); ++i) {
+    ThrowIf<InputError>(frames[i].timestamp <= frames[i - 1].timestamp,
+                        "{}: its {} does not follow that of {}, expected rising {}s",
+                        frames[i].image_path.string(), layout.timestamp,
+                        frames[i - 1].image_path.filename().string(), layout.timestamp);
   }
-  if (!EurocCamera(path).empty()) {
-    return SequenceFormat::kEuroc;
-  }
-  if (KittiCamera(path) >= 0) {
-    return SequenceFormat::kKitti;
-  }
-  for (const NumberedLayout& layout : kLayouts) {
-    if (!ImagesLike(path, layout.pattern).empty()) {
-      return layout.format;
-    }
-  }
-  return SequenceFormat::kImages;
+  return frames;
 }
 
 std::string PresetOf(SequenceFormat format, const fs::path& folder) {
@@ -210,20 +255,44 @@ std::string PresetOf(SequenceFormat format, const fs::path& folder) {
     const std::string name = NamedPath(folder).filename().string();
     return std::regex_search(name, match, std::regex("freiburg[123]")) ? "tum-" + match.str() : "";
   }
-  const bool known =
-      std::ranges::any_of(kLayouts, [&](const NumberedLayout& layout) { return layout.format == format; });
+  const bool known = format == SequenceFormat::kIclNuim || format == SequenceFormat::kScenesV2 ||
+                     format == SequenceFormat::k7Scenes;
   return known ? NameOf(format) : "";
 }
 
-std::vector<SequenceFrame> ListNumbered(SequenceFormat format, const fs::path& folder, double fps) {
-  const NumberedLayout& layout = LayoutOf(format);
-  const bool listed = format == SequenceFormat::kIclNuim && fs::exists(folder / "associations.txt");
-  std::vector<SequenceFrame> frames =
-      listed ? ListAssociations(folder, fps) : ListByName(layout, folder, fps);
-  ThrowIf<InputError>(frames.empty(), "{}: no image of the {} layout in it, expected names like {}",
-                      folder.string(), NameOf(format), layout.example);
-  CheckRising(frames, "frame number");
-  return frames;
+std::optional<Camera> CameraOfDataset(SequenceFormat format, const fs::path& folder) {
+  if (format == SequenceFormat::kEuroc) {
+    return ReadCamera(EurocCamera(folder) / "sensor.yaml");
+  }
+  if (format != SequenceFormat::kKitti) {
+    return std::nullopt;
+  }
+  const std::vector<SequenceFrame> frames = ListDataset(format, folder, 1.0);
+  const double seconds = frames.back().timestamp - frames.front().timestamp;
+  const double fps = seconds > 0.0 ? static_cast<double>(frames.size() - 1) / seconds : 10.0;
+  return ReadKittiCamera(folder / "calib.txt", KittiCamera(folder), frames.front().image_path, fps);
+}
+
+Rigid3d ReadEurocExtrinsics(const std::filesystem::path& sensor) {
+  constexpr const char* kExpected = "the 16 numbers of T_BS, the camera's pose in the body";
+  const std::string text = ReadFile(sensor, kExpected);
+  try {
+    const auto numbers = YAML::Load(text)["T_BS"]["data"].as<std::array<double, 16>>();
+    const Eigen::Matrix4d matrix = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>(numbers.data());
+    const Eigen::Matrix3d rotation = matrix.topLeftCorner<3, 3>();
+    if ((rotation.transpose() * rotation).isIdentity(0.01) && rotation.determinant() > 0.0) {
+      return {Eigen::Quaterniond(rotation).normalized(), matrix.topRightCorner<3, 1>()};
+    }
+  } catch (const YAML::Exception&) {  // refused below
+  }
+  throw InputError("{}: T_BS is missing or not a rigid motion, expected {}", sensor.string(), kExpected);
+}
+
+Rigid3d ReadKittiExtrinsics(const std::filesystem::path& calib, int number) {
+  const ProjectionMatrix p = ReadKittiProjection(calib, number);
+  const double z = p(2, 3);
+  return {Eigen::Quaterniond::Identity(),
+          {-(p(0, 3) - p(0, 2) * z) / p(0, 0), -(p(1, 3) - p(1, 2) * z) / p(1, 1), -z}};
 }
 
 }  // namespace sqslam

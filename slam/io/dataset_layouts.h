@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "slam/geometry/rigid3.h"
 #include "slam/io/sequence.h"
 
 namespace sqslam {
@@ -29,12 +30,17 @@ std::string PresetOf(SequenceFormat format, const std::filesystem::path& folder)
 // for other layouts.
 std::optional<Camera> CameraOfDataset(SequenceFormat format, const std::filesystem::path& folder);
 
-// Lists the frames of EuRoC and KITTI with their own timestamps. Throws InputError.
-std::vector<SequenceFrame> ListTimed(SequenceFormat format, const std::filesystem::path& folder);
+// Lists the frames of a dataset's layout (icl-nuim to kitti). Timestamps are the dataset's own, or frame
+// numbers over fps, so that a missing image leaves a gap. Throws InputError if there are none, or if
+// timestamps do not rise.
+std::vector<SequenceFrame> ListDataset(SequenceFormat format, const std::filesystem::path& folder,
+                                       double fps);
 
-// Lists the frames of one of the three numbered layouts. Timestamps are frame numbers over fps, so that a
-// missing image leaves a gap. Throws InputError if there are none or two share a number.
-std::vector<SequenceFrame> ListNumbered(SequenceFormat format, const std::filesystem::path& folder,
-                                        double fps);
+// Returns T_body_camera of EuRoC's sensor.yaml (its T_BS). Throws InputError.
+Rigid3d ReadEurocExtrinsics(const std::filesystem::path& sensor);
+
+// Returns T_camera0_camera of a camera in KITTI's calib.txt: its centre in the frame of camera 0, in metres;
+// the images are rectified to one orientation. Throws InputError.
+Rigid3d ReadKittiExtrinsics(const std::filesystem::path& calib, int number);
 
 }  // namespace sqslam

@@ -35,23 +35,23 @@ std::string FileHeader(const std::string& settings) {
   return fmt::format("# {}\n# timestamp label score x y w h\n", settings);
 }
 
-// Returns the lines of the complete frames in a part file. What follows the last end-of-frame line was cut
-// off; that frame is repeated.
-std::vector<std::string> WholeFrames(const fs::path& part, const std::string& header) {
+// Returns the lines of the complete frames in a part file. Lines after the last end of a frame belong to a
+// frame that was cut off; it is processed again.
+std::vector<std::string> CompleteFrames(const fs::path& part, const std::string& header) {
   std::ifstream in(part, std::ios::binary);
   const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
   if (!text.starts_with(header)) {
     return {};
   }
   std::vector<std::string> lines;
-  std::size_t whole = 0;  // lines up to the end of a frame
+  std::size_t complete = 0;  // lines up to the end of a frame
   std::size_t start = header.size();
   for (std::size_t end = text.find('\n', start); end != std::string::npos; end = text.find('\n', start)) {
     lines.push_back(text.substr(start, end - start));
     start = end + 1;
-    whole = IsEnd(lines.back()) ? lines.size() : whole;
+    complete = IsEnd(lines.back()) ? lines.size() : complete;
   }
-  lines.resize(whole);
+  lines.resize(complete);
   return lines;
 }
 
@@ -59,7 +59,7 @@ std::vector<std::string> WholeFrames(const fs::path& part, const std::string& he
 
 bool IsKnownLabel(std::string_view label) {
   return std::ranges::find(kCocoNames, label) != kCocoNames.end() ||
-         std::ranges::find(kMoreNames, label) != kMoreNames.end();
+         std::ranges::find(kIndoorNames, label) != kIndoorNames.end();
 }
 
 std::string NormalizedLabel(std::string_view label) {
@@ -71,9 +71,9 @@ std::string NormalizedLabel(std::string_view label) {
 namespace {
 
 // Warns once per kind of problem, with the number of occurrences.
-void WarnOf(const std::vector<std::string>& places, std::string_view what) {
+void WarnOfBoxes(const std::vector<std::string>& places, std::string_view what) {
   if (!places.empty()) {
-    spdlog::warn("{}: {} (lines like this: {})", places.front(), what, places.size());
+    spdlog::warn("{}: {} ({} in all)", places.front(), what, places.size());
   }
 }
 
@@ -83,8 +83,8 @@ class DetectionSorter {
   DetectionSorter(const Camera& camera, const std::vector<double>& timestamps,
                   const std::vector<std::string>& images)
       : camera_(camera), timestamps_(timestamps), frames_(timestamps.size()) {
-    // A tenth of a frame interval: enough for rounded timestamps, never for the neighbour. The median one,
-    // since a pause in a recording raises the mean.
+    // A tenth of a frame interval: allows for rounded timestamps but never reaches the neighbour. The
+    // median, since a pause in a recording raises the mean.
     std::vector<double> intervals;
     for (std::size_t i = 1; i < timestamps.size(); ++i) {
       intervals.push_back(timestamps[i] - timestamps[i - 1]);
@@ -140,12 +140,13 @@ class DetectionSorter {
   }
   Frame FrameOf(ImageNumber image, const std::string& place) const {
     ThrowIf<InputError>(numbers_.empty(),
-                        "{}: image_id {} is no image's name, expected the file names under \"images\"", place,
-                        image.number);
+                        "{}: image_id {} matches no image name, expected the file names under \"images\"",
+                        place, image.number);
     const auto found = numbers_.find(image.number);
     return found == numbers_.end() ? std::nullopt : Frame(found->second);
   }
-  // The image of that name; without images, frame NAME_NUMBER of a video (from 1), or the frame of that time.
+  // Returns the image of that name; without images, frame NAME_NUMBER of a video (from 1) or the frame of
+  // that time.
   Frame FrameOf(const std::string& name, const std::string& place) const {
     if (const auto found = names_.find(name); found != names_.end()) {
       return found->second;
@@ -164,9 +165,10 @@ class DetectionSorter {
     return std::nullopt;
   }
 
-  // Returns false if nothing of the box is left.
+  // Returns false if the box lies outside the image.
   bool Clip(const std::string& place, Box2d& box) {
-    constexpr double kSlack = 2.0;  // pixels; detectors round over the border, not worth a warning
+    constexpr double kBorderTolerance =
+        2.0;  // pixels; boxes that detectors rounded across the border need no warning
     const double left = std::max(box.x, 0.0);
     const double top = std::max(box.y, 0.0);
     const double right = std::min(box.x + box.width, static_cast<double>(camera_.width));
@@ -175,8 +177,9 @@ class DetectionSorter {
       report_.outside.push_back(place);
       return false;
     }
-    if (box.x < -kSlack || box.y < -kSlack || box.x + box.width > camera_.width + kSlack ||
-        box.y + box.height > camera_.height + kSlack) {
+    if (box.x < -kBorderTolerance || box.y < -kBorderTolerance ||
+        box.x + box.width > camera_.width + kBorderTolerance ||
+        box.y + box.height > camera_.height + kBorderTolerance) {
       report_.clipped.push_back(place);
     }
     box = {left, top, right - left, bottom - top};
@@ -209,11 +212,11 @@ std::vector<std::vector<Detection>> ReadDetections(const fs::path& path, const C
                                                    const std::vector<std::string>& image_names) {
   CheckedDetections checked = CheckDetections(path, camera, frame_timestamps, image_names);
   for (const auto& [label, places] : checked.report.unknown_labels) {
-    WarnOf(places, fmt::format("label '{}' is not known, used as it is", label));
+    WarnOfBoxes(places, fmt::format("label '{}' is unknown, kept as it is", label));
   }
-  WarnOf(checked.report.no_frame, "box of a frame that is not there, left out");
-  WarnOf(checked.report.outside, "box outside the image, left out");
-  WarnOf(checked.report.clipped, "box reaches more than two pixels out of the image, clipped");
+  WarnOfBoxes(checked.report.no_frame, "box of a missing frame, ignored");
+  WarnOfBoxes(checked.report.outside, "box outside the image, ignored");
+  WarnOfBoxes(checked.report.clipped, "box reaches more than two pixels out of the image, clipped");
   return std::move(checked.frames);
 }
 
@@ -223,10 +226,11 @@ DetectionWriter::DetectionWriter(fs::path path, std::string settings, const Eige
       lock_(FileLock::Try(part_)),
       settings_(std::move(settings)),
       file_pixels_(file_pixels) {
-  ThrowIf<InputError>(!lock_, "{}: another program is writing it, expected no other with this output",
+  ThrowIf<InputError>(!lock_,
+                      "{}: another program is writing this file, expected an output of its own for each",
                       part_.string());
   std::string before = FileHeader(settings_);
-  for (const std::string& line : WholeFrames(part_, before)) {
+  for (const std::string& line : CompleteFrames(part_, before)) {
     before += line + '\n';
     if (IsEnd(line)) {
       done_.insert(line.substr(kEnd.size()));
@@ -236,7 +240,7 @@ DetectionWriter::DetectionWriter(fs::path path, std::string settings, const Eige
   }
   frames_ = static_cast<int>(done_.size());
   bytes_ = before.size();
-  // In place, since a new file of this name would not be locked. The whole frames are the file's beginning.
+  // Truncated in place, since a new file of this name would not be locked.
   std::error_code error;
   fs::resize_file(part_, frames_ > 0 ? bytes_ : 0, error);
   if (error) {
@@ -282,9 +286,10 @@ void DetectionWriter::Finish() {
     }
   }
   in.close();
-  ThrowIf<InputError>(bytes != bytes_,
-                      "{}: holds {} bytes, expected the {} written here and no other program to change them",
-                      part_.string(), bytes, bytes_);
+  ThrowIf<InputError>(
+      bytes != bytes_,
+      "{}: holds {} bytes, expected the {} written by this program: another one changed the file",
+      part_.string(), bytes, bytes_);
   WriteFileAtomically(path_, text);
   std::error_code error;
   fs::remove(part_, error);

@@ -36,7 +36,7 @@ struct DetectionReport {
   std::map<std::string, std::vector<std::string>> unknown_labels;  // in neither list of coco.h
   std::vector<std::string> no_frame;                               // of missing frames: dropped
   std::vector<std::string> outside;                                // fully outside the image: dropped
-  std::vector<std::string> clipped;  // reach more than two pixels out of the image
+  std::vector<std::string> clipped;                                // more than two pixels outside the image
 
   // Returns true if a run drops or clips any box.
   bool HasErrors() const { return !no_frame.empty() || !outside.empty() || !clipped.empty(); }
@@ -53,8 +53,7 @@ CheckedDetections CheckDetections(const std::filesystem::path& path, const Camer
                                   const std::vector<std::string>& image_names = {});
 
 // Writes boxes.txt frame by frame. Until Finish(), the lines are in FILE.part, which marks each frame that is
-// complete: an interrupted job resumes from there. The part is locked, since two programs that write it would
-// lose frames.
+// complete: an interrupted job resumes from there. The part is locked, since two writers would lose frames.
 class DetectionWriter {
  public:
   // `file_pixels`: factor for the boxes, see FilePixels(). `settings`: how the boxes were made, one line; a
@@ -68,10 +67,10 @@ class DetectionWriter {
   int Frames() const { return frames_; }  // done, by earlier jobs and this one
   int Boxes() const { return boxes_; }    // in them
 
-  // Throws InputError on a full disk; what was added before stays.
+  // Throws InputError on a full disk; frames added before stay.
   void Add(double timestamp, const std::vector<Detection>& detections);
 
-  // Completes the file and gives it its final name. Throws InputError if the part is not what was written.
+  // Completes the file and gives it its final name. Throws InputError if another program changed the part.
   void Finish();
 
  private:
@@ -89,8 +88,8 @@ class DetectionWriter {
   std::ofstream out_;
 };
 
-// The lines of boxes.txt that belong to the `count` objects with the most boxes: by object ids where every
-// line has one, else by labels. The comments stay.
+// Returns the lines of boxes.txt of the `count` objects with the most boxes, told apart by object ids if
+// every line has one, otherwise by labels.
 std::string LimitBoxes(const std::filesystem::path& boxes, int count);
 
 }  // namespace sqslam

@@ -32,10 +32,11 @@ bool IsCutOff(std::string_view text) {
     std::string_view end;
   };
   constexpr std::array<Format, 2> kFormats = {{{"\xFF\xD8", "\xFF\xD9"}, {"\x89PNG", "IEND"}}};
-  constexpr std::size_t kTail = 4096;  // some writers append bytes
+  constexpr std::size_t kMaxTrailingBytes = 4096;  // some writers append bytes
   return std::ranges::any_of(kFormats, [&](const Format& format) {
     return text.starts_with(format.start) &&
-           text.substr(text.size() - std::min(kTail, text.size())).find(format.end) == std::string_view::npos;
+           text.substr(text.size() - std::min(kMaxTrailingBytes, text.size())).find(format.end) ==
+               std::string_view::npos;
   });
 }
 
@@ -75,8 +76,9 @@ FrameRange ParseFrameRange(const std::string& frames, std::optional<std::int64_t
   }
   if (colon + 1 < frames.size()) {
     const std::int64_t end = number(frames.substr(colon + 1), 1);
-    ThrowIf<UsageError>(end <= range.start, "--frames {}: holds no frame from {} on, since B is excluded",
-                        frames, range.start);
+    ThrowIf<UsageError>(end <= range.start,
+                        "--frames {}: contains no frame from {} on, since the end B is excluded", frames,
+                        range.start);
     range.count = (end - range.start + stride - 1) / stride;
   }
   return range;
@@ -89,7 +91,7 @@ std::int64_t FrameRange::SizeIn(const Sequence& sequence) const {
 
 void FrameRange::CheckHasFrames(const Sequence& sequence) const {
   ThrowIf<UsageError>(SizeIn(sequence) <= 0,
-                      "nothing is left from frame {} on, expected a part of the sequence's {} frames", start,
+                      "no frame from {} on, expected a part of the sequence's {} frames", start,
                       sequence.frames.size());
 }
 

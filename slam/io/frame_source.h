@@ -36,11 +36,11 @@ class FrameStream {
 
   virtual std::optional<Frame> Next() = 0;  // empty at the end
   virtual int Skipped() const = 0;          // frames that could not be used so far
-  virtual int Dropped() const = 0;          // frames that came faster than they were taken
+  virtual int Dropped() const = 0;          // frames that came faster than they were consumed
 };
 
-// Decodes the frames of a sequence ahead on its own thread (joined by the destructor), and returns them in
-// order. An image that is missing, unreadable or not of the camera's size is skipped with a warning that
+// Decodes the frames of a sequence ahead on a thread of its own (joined by the destructor) and returns them
+// in order. An image that is missing, unreadable or not of the camera's size is skipped with a warning that
 // names it; a video that ends early causes one warning, and its missing frames count as skipped.
 //
 //   FrameSource source(sequence, {.start = 0, .count = 100});

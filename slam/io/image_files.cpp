@@ -149,7 +149,7 @@ ImageFile ReadImageFile(const fs::path& path) {
   std::error_code none;
   const fs::file_status status = fs::status(path, none);
   if (!fs::is_regular_file(status)) {
-    return {"", fs::exists(status) ? "is no regular file" : "cannot be opened"};
+    return {"", fs::exists(status) ? "is not a regular file" : "cannot be opened"};
   }
   try {
     ImageFile file{ReadFile(path, "an image"), ""};

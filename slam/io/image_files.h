@@ -19,7 +19,7 @@ bool IsImage(const std::filesystem::path& path);
 bool IsDepthImage(const std::filesystem::path& path);
 
 // Orders names with runs of digits as numbers: "2.png" before "10.png". Names that differ only in leading
-// zeros are ordered by their bytes, so that the order is total.
+// zeros are ordered by their bytes, which makes the order total.
 bool NumericLess(std::string_view a, std::string_view b);
 
 // Returns the last run of digits of a name: 12 for "00012-color.png" and "scene_00_0012.png".

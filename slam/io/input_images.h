@@ -13,15 +13,15 @@
 
 namespace sqslam {
 
-// Throws InputError if an image that the recording names has another number in the sequence than it had when
-// it was mapped: each frame would get another one's image. Files of other names, such as converted ones, and
-// missing ones tell nothing.
+// Throws InputError if an image of the recording has another number in the sequence than when it was mapped:
+// each frame would get the image of another. Renamed (for example converted) and missing files are not
+// checked.
 void CheckNumbering(const RecordingReader& recording, const Sequence& sequence);
 
 // The images that a recording was made from, in files or in a video. Not thread-safe.
 class InputImages {
  public:
-  // Never fails: missing images are left out, and WhyNot() gives the reason.
+  // Never throws: WhyNot() gives the reason for missing images.
   explicit InputImages(const RecordingReader& recording);
   explicit InputImages(const Sequence& sequence) : camera_(sequence.camera), sequence_(sequence) {}
 
@@ -32,7 +32,7 @@ class InputImages {
   cv::Mat Read(const std::string& file, std::int64_t frame);  // from the file if it still exists
   cv::Mat Read(const std::map<std::int64_t, std::string>& files, std::int64_t frame);  // files of frames
 
-  // Returns true if Read() will most likely find the image, without reading it.
+  // Returns true if the image's file (or video) exists; it is not read.
   bool Has(const MapSnapshot& map) const;
 
   // Returns the sequence, with images in the size of the recording's camera; null if it is missing.

@@ -53,10 +53,10 @@ struct LiveSource::Impl {
         now(std::move(now_in)),
         stopped(std::move(stopped_in)) {
     cv::Mat first;
-    ThrowIf<InputError>(!grabber(first), "{}: gives no image, expected a working camera", name);
+    ThrowIf<InputError>(!grabber(first), "{}: delivers no image, expected a working camera", name);
     ThrowIf<InputError>(
         first.size() != cv::Size(camera.width, camera.height) || first.type() != CV_8UC3,
-        "{}: gives images of {}x{} with {} channels, expected the calibration's {}x{} in colour", name,
+        "{}: delivers images of {}x{} with {} channels, expected the calibration's {}x{} in colour", name,
         first.cols, first.rows, first.channels(), camera.width, camera.height);
     Publish(first);
     thread = std::jthread([this](const std::stop_token& stop) { Run(stop); });
@@ -98,7 +98,7 @@ struct LiveSource::Impl {
       ++failures;
     }
     if (failures == kMaxFailures) {
-      spdlog::warn("{}: gives no more images after {}", name, grabbed);
+      spdlog::warn("{}: delivers no more images after {}", name, grabbed);
     }
     const std::lock_guard lock(mutex);
     finished = true;

@@ -22,19 +22,19 @@ FrameGrabber OpenCamera(int index, const Camera& camera);
 std::function<double()> LiveClock();
 
 // Live images until the camera ends or range.count frames have come. A thread takes every image at once; a
-// slow consumer gets the newest one, and those between count as dropped. A frame's timestamp is the arrival
-// time of its image, its index counts all images (dropped ones too); range.start skips the first images and
-// range.stride those between.
+// slow consumer gets the newest one, and older ones count as dropped. A frame's timestamp is the arrival
+// time of its image, its index counts all images (dropped ones too); range.start and range.stride
+// skip images.
 class LiveSource : public FrameStream {
  public:
-  // Waits for the first image. `name`: for messages ("camera 0"). `stopped`: ends the wait for a camera that
-  // hangs. Throws InputError if no image comes or its size is not the calibration's.
+  // Waits for the first image. `name`: for messages ("camera 0"). `stopped`: ends the wait for a hanging
+  // camera. Throws InputError if no image comes or its size is not the calibration's.
   LiveSource(FrameGrabber grabber, const Camera& camera, std::string name, const FrameRange& range = {},
              std::function<double()> now = LiveClock(), std::function<bool()> stopped = {});
   ~LiveSource() override;
 
   std::optional<Frame> Next() override;  // waits for a new image; empty at the end
-  int Skipped() const override;          // images that could not be used so far
+  int Skipped() const override;          // unusable images so far
   int Dropped() const override;
 
  private:
@@ -49,9 +49,9 @@ bool IsStreamAddress(const std::string& text);
 std::string PublicAddress(const std::string& address);
 
 struct StreamOptions {
-  double open_seconds = 10.0;     // after which an unanswered address cannot be opened
-  double silence_seconds = 5.0;   // without an image, after which the connection counts as lost
-  double retry_seconds = 30.0;    // for which a lost connection is reopened
+  double open_seconds = 10.0;     // time limit for opening an address
+  double silence_seconds = 5.0;   // time without an image after which the connection counts as lost
+  double retry_seconds = 30.0;    // time limit for reopening a lost connection
   double retry_interval = 1.0;    // seconds between two attempts
   std::function<bool()> stopped;  // ends the waiting; may be empty
 };

@@ -238,10 +238,10 @@ bool HasRoles(const std::vector<std::size_t>& roles, std::size_t first) {
 // NaN becomes 0. Floating-point colours range up to 1, or up to 255 if any is far above 1.
 std::vector<std::array<std::uint8_t, 3>> InEightBits(const std::vector<std::array<float, 3>>& colors,
                                                      float full) {
-  constexpr float kFarAboveOne = 2.0F;
+  constexpr float kMaxUnitColour = 2.0F;
   if (full == 0.0F) {
     const bool bytes = std::ranges::any_of(colors, [](const std::array<float, 3>& color) {
-      return std::ranges::any_of(color, [](float channel) { return channel > kFarAboveOne; });
+      return std::ranges::any_of(color, [](float channel) { return channel > kMaxUnitColour; });
     });
     full = bytes ? 255.0F : 1.0F;
   }
@@ -304,29 +304,21 @@ PointCloud ReadPly(const fs::path& path, const std::string& bytes) {
   return cloud;
 }
 
-PointCloud ReadText(const fs::path& path, const std::string& bytes) {
+PointCloud ReadText(const fs::path& path, std::string text) {
+  std::ranges::replace_if(
+      text, [](char c) { return c == ',' || c == ';'; }, ' ');
   PointCloud cloud;
-  std::istringstream stream(bytes);
-  TextLine line;
-  while (std::getline(stream, line.text)) {
-    ++line.number;
-    std::string separated = line.text;
-    std::replace_if(
-        separated.begin(), separated.end(), [](char c) { return c == ',' || c == ';'; }, ' ');
-    line.words = WordsOf(separated);
-    const bool names =
-        line.number == 1 && !line.words.empty() && (line.words[0] == "x" || line.words[0] == "X");
-    if (line.words.empty() || line.words[0][0] == '#' || names) {
-      continue;
+  for (const TextLine& line : TextLinesIn(text)) {
+    if (line.number == 1 && (line.words[0] == "x" || line.words[0] == "X")) {
+      continue;  // names of the columns
     }
     Eigen::Vector3d point;
-    for (int i = 0; i < 3; ++i) {
-      const auto number =
-          ParseNumber<double>(static_cast<std::size_t>(i) < line.words.size() ? line.words[i] : "");
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto number = ParseNumber<double>(i < line.words.size() ? line.words[i] : "");
       if (!number) {
         ThrowBadLine(path, line, "x y z (or a PLY file, whose first line is 'ply')");
       }
-      point[i] = *number;
+      point[static_cast<Eigen::Index>(i)] = *number;
     }
     AddPoint(point, cloud);
   }

@@ -11,7 +11,7 @@ namespace sqslam {
 struct PointCloud {
   std::vector<Eigen::Vector3d> points;           // in the file's unit and order
   std::vector<std::array<std::uint8_t, 3>> rgb;  // one per point, or none if the file has no colours
-  // Points of the file that are not finite (holes of a depth image), or farther away than kMaxMapUnits.
+  // Points that are not finite (holes of a depth image) or farther away than kMaxMapUnits.
   int skipped = 0;
 };
 

@@ -75,38 +75,37 @@ SnapshotObject ObjectFromJson(const Json& json) {
   shape.e1 = json.at("shape").at(0);
   shape.e2 = json.at("shape").at(1);
   if (!(shape.half_size.minCoeff() > 0.0) || !shape.half_size.allFinite()) {
-    throw InputError("half_size is not above 0");
+    throw InputError("half_size must be above 0");
   }
   return object;
 }
 
-// Calls visit(name, value, always) for each entry of stats.json, in order. `always`: also present in files of
-// older programs.
+// Calls visit(name, value) for each entry of stats.json, in order.
 template <typename Stats, typename Visit>
 void VisitStats(Stats& stats, Visit&& visit) {
-  visit("frames", stats.frames, true);
-  visit("skipped", stats.skipped, false);
-  visit("dropped", stats.dropped, false);
-  visit("detector_frames", stats.detector_frames, false);
-  visit("tracked", stats.tracked, true);
-  visit("keyframes", stats.keyframes, true);
-  visit("points", stats.points, true);
-  visit("objects", stats.objects, true);
-  visit("uncertain", stats.uncertain, false);
+  visit("frames", stats.frames);
+  visit("skipped", stats.skipped);
+  visit("dropped", stats.dropped);
+  visit("detector_frames", stats.detector_frames);
+  visit("tracked", stats.tracked);
+  visit("keyframes", stats.keyframes);
+  visit("points", stats.points);
+  visit("objects", stats.objects);
+  visit("uncertain", stats.uncertain);
   for (const auto& [name, counter] : kRunCounters) {
-    visit(name, stats.counters.*counter, false);
+    visit(name, stats.counters.*counter);
   }
-  visit("submaps", stats.submaps, false);
-  visit("interrupted", stats.interrupted, false);
-  visit("wall_seconds", stats.wall_seconds, true);
-  visit("peak_memory_mib", stats.peak_memory_mib, true);
-  visit("version", stats.version, false);
-  visit("host", stats.host, false);
-  visit("job", stats.job, false);
-  visit("command", stats.command, false);
-  visit("camera", stats.camera, false);
-  visit("detector", stats.detector, false);
-  visit("warnings", stats.warnings, false);
+  visit("submaps", stats.submaps);
+  visit("interrupted", stats.interrupted);
+  visit("wall_seconds", stats.wall_seconds);
+  visit("peak_memory_mib", stats.peak_memory_mib);
+  visit("version", stats.version);
+  visit("host", stats.host);
+  visit("job", stats.job);
+  visit("command", stats.command);
+  visit("camera", stats.camera);
+  visit("detector", stats.detector);
+  visit("warnings", stats.warnings);
 }
 
 }  // namespace
@@ -150,7 +149,7 @@ std::vector<SnapshotObject> ReadObjects(const fs::path& path) {
 
 void WriteStats(const fs::path& path, const RunStats& stats) {
   Json root = Json::object();
-  VisitStats(stats, [&root](const char* name, const auto& value, bool) { root[name] = value; });
+  VisitStats(stats, [&root](const char* name, const auto& value) { root[name] = value; });
   Json& timing = root["timing_ms"] = Json::object();
   for (const auto& [stage, summary] : stats.timing_ms) {
     timing[stage] = {{"mean", summary.mean},
@@ -166,11 +165,7 @@ RunStats ReadStats(const fs::path& path) {
   const Json root = ReadJsonFile(path, "a stats.json");
   try {
     RunStats stats;
-    VisitStats(stats, [&root](const char* name, auto& value, bool always) {
-      if (always || root.contains(name)) {
-        value = root.at(name);
-      }
-    });
+    VisitStats(stats, [&root](const char* name, auto& value) { value = root.value(name, value); });
     for (const auto& [stage, json] : root.at("timing_ms").items()) {
       stats.timing_ms[stage] = {json.at("mean"), json.at("median"), json.at("p95"), json.at("max"),
                                 json.at("count")};

@@ -29,7 +29,7 @@ fs::path CameraBeside(const SequenceRequest& request) {
 
 // Returns true for a user's own pictures without a calibration beside them. For a dataset, a guess would only
 // hide that its calibration is missing.
-bool IsToBeGuessed(const SequenceRequest& request, SequenceFormat format) {
+bool ShouldGuessCamera(const SequenceRequest& request, SequenceFormat format) {
   const bool own = format == SequenceFormat::kVideo || format == SequenceFormat::kImages;
   return !request.known_camera && (request.camera == kAutoCamera ||
                                    (request.camera.empty() && own && !fs::exists(CameraBeside(request))));
@@ -83,7 +83,7 @@ std::vector<SequenceFrame> ListTum(const fs::path& folder) {
 }
 
 // Suggests a subfolder with images; empty if there is none.
-std::string HintBelow(const fs::path& folder) {
+std::string SuggestSubfolder(const fs::path& folder) {
   std::vector<fs::path> below;
   for (const auto& entry : fs::directory_iterator(folder)) {
     if (entry.is_directory() &&
@@ -102,7 +102,7 @@ std::vector<SequenceFrame> ListImages(const fs::path& folder, double fps) {
   }
   if (frames.empty()) {
     throw InputError("{}: no rgb.txt and no image in it, expected at least one (.png, .jpg, ...){}",
-                     folder.string(), HintBelow(folder));
+                     folder.string(), SuggestSubfolder(folder));
   }
   return frames;
 }
@@ -125,8 +125,8 @@ Camera VideoCamera(Camera camera, const VideoIndex& video, const fs::path& path)
 
 // The first readable image gives the size.
 CameraGuess GuessFromImages(const std::vector<SequenceFrame>& frames, double fps) {
-  constexpr std::size_t kTried = 20;
-  for (std::size_t i = 0; i < std::min(kTried, frames.size()); ++i) {
+  constexpr std::size_t kMaxTriedImages = 20;
+  for (std::size_t i = 0; i < std::min(kMaxTriedImages, frames.size()); ++i) {
     if (const auto guess = GuessCamera(frames[i].image_path, fps)) {
       return *guess;
     }
@@ -141,29 +141,26 @@ std::vector<SequenceFrame> ListFrames(SequenceFormat format, const fs::path& pat
       return ListTum(path);
     case SequenceFormat::kImages:
       return ListImages(path, fps);
-    case SequenceFormat::kEuroc:
-    case SequenceFormat::kKitti:
-      return ListTimed(format, path);
     default:
-      return ListNumbered(format, path, fps);
+      return ListDataset(format, path, fps);
   }
 }
 
 // Lists frames and camera, both as in the files.
 void ListSequence(const SequenceRequest& request, Sequence& sequence) {
-  const bool guess = IsToBeGuessed(request, sequence.format);
+  const bool guess = ShouldGuessCamera(request, sequence.format);
   const Camera camera = request.known_camera ? *request.known_camera
                         : guess              ? Camera()
                                              : CameraOf(request, sequence.format);
   sequence.camera = camera;
-  const auto take = [&sequence](const CameraGuess& guessed) {
+  const auto use_guess = [&sequence](const CameraGuess& guessed) {
     sequence.camera = guessed.camera;
     sequence.guessed_by = guessed.source;
   };
   if (sequence.format != SequenceFormat::kVideo) {
     sequence.frames = ListFrames(sequence.format, sequence.path, camera.fps);
     if (guess) {
-      take(GuessFromImages(sequence.frames, camera.fps));
+      use_guess(GuessFromImages(sequence.frames, camera.fps));
     }
     return;
   }
@@ -174,7 +171,7 @@ void ListSequence(const SequenceRequest& request, Sequence& sequence) {
   sequence.video_path = sequence.path;
   sequence.quarter_turns = video.quarter_turns;
   if (guess) {
-    take(GuessCamera(video.ShownSize().first, video.ShownSize().second, video.fps));
+    use_guess(GuessCamera(video.ShownSize().first, video.ShownSize().second, video.fps));
   } else if (!request.known_camera) {
     sequence.camera = VideoCamera(camera, video, sequence.path);
   }

@@ -51,8 +51,8 @@ struct SequenceRequest {
   // boxes.txt or folder; empty: boxes.txt of the sequence folder if it is there.
   std::filesystem::path detections = {};
   std::string resize = {};  // WIDTH, WIDTH,HEIGHT or a factor (ParseImageResize); empty: unchanged
-  // Camera of frames that were delivered before, instead of `camera` and `resize`: images of any size are
-  // resized to it, and boxes are left out.
+  // Camera of an earlier run, instead of `camera` and `resize`: images of any size are resized to it, and
+  // boxes are not read.
   std::optional<Camera> known_camera = {};
   // A mask for all images, or a folder with one for each: IMAGE.png (as in COLMAP: a.jpg.png) or, for the
   // frames of a video, numbers; empty: none.
@@ -72,7 +72,7 @@ inline constexpr const char* kAutoCamera = "auto";
 Sequence OpenSequence(const SequenceRequest& request);
 
 // Returns true if the sequence has a frame of this number, counted from 0. Numbers that were recorded may be
-// beyond a sequence that has changed since.
+// beyond the end of a sequence that has changed since.
 bool HasFrame(const Sequence& sequence, std::int64_t frame);
 
 // Return the timestamps of the frames, and the file names of their images (none for a video).

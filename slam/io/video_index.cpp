@@ -37,14 +37,14 @@ int QuarterTurnsOf(const AVStream& stream) {
 struct Packets {
   std::vector<std::int64_t> times;
   std::size_t without_time = 0;
-  std::size_t read = 0;  // including packets that are not to be shown
+  std::size_t read = 0;  // including packets without a picture to show
 };
 
 Packets ReadPackets(AVFormatContext& format, const AVStream& stream) {
   const auto drop = [](AVPacket* used) { av_packet_free(&used); };
   const std::unique_ptr<AVPacket, decltype(drop)> packet(av_packet_alloc(), drop);
   Packets packets;
-  bool last_corrupt = false;  // a truncated packet shows half a picture
+  bool last_corrupt = false;  // a truncated packet contains half a picture
   while (av_read_frame(&format, packet.get()) >= 0) {
     packets.read += packet->stream_index == stream.index ? 1 : 0;
     if (packet->stream_index == stream.index && (packet->flags & AV_PKT_FLAG_DISCARD) == 0) {
@@ -85,10 +85,10 @@ std::string FfmpegReason(int error) {
 
 std::string FfmpegName(const std::filesystem::path& path) { return std::filesystem::absolute(path).string(); }
 
-VideoStream OpenVideoStream(const std::filesystem::path& path, const char* complaint) {
+VideoStream OpenVideoStream(const std::filesystem::path& path, const char* message) {
   const auto check = [&](int result) {
     if (result < 0) {
-      throw InputError(fmt::runtime(complaint), path.string(), FfmpegReason(result));
+      throw InputError(fmt::runtime(message), path.string(), FfmpegReason(result));
     }
     return result;
   };
@@ -112,7 +112,7 @@ VideoIndex IndexVideo(const std::filesystem::path& path) {
   index.quarter_turns = QuarterTurnsOf(stream);
   const AVRational rate = stream.avg_frame_rate.num > 0 ? stream.avg_frame_rate : stream.r_frame_rate;
   index.fps = rate.num > 0 && rate.den > 0 ? av_q2d(rate) : 30.0;
-  const auto promised = static_cast<std::size_t>(std::max<std::int64_t>(0, stream.nb_frames));
+  const auto announced = static_cast<std::size_t>(std::max<std::int64_t>(0, stream.nb_frames));
   const Packets packets = ReadPackets(*opened.format, stream);
   index.timestamps = Timestamps(packets, av_q2d(stream.time_base), index.fps);
   const std::size_t count = index.timestamps.size();
@@ -123,9 +123,9 @@ VideoIndex IndexVideo(const std::filesystem::path& path) {
   if (count > 1) {
     index.fps = std::round(1e4 * static_cast<double>(count - 1) / index.timestamps.back()) / 1e4;
   }
-  if (packets.read < promised) {
+  if (packets.read < announced) {
     spdlog::warn("{}: ends after {} of its {} frames; it may be damaged or cut off", path.string(), count,
-                 promised);
+                 announced);
   }
   return index;
 }

@@ -21,8 +21,8 @@ struct VideoStream {
 // "12:30.mp4" for a protocol.
 std::string FfmpegName(const std::filesystem::path& path);
 
-// Throws InputError if there is none: `complaint`, formatted with the file and FFmpeg's reason.
-VideoStream OpenVideoStream(const std::filesystem::path& path, const char* complaint);
+// Throws InputError if there is none. `message`: its format, for the file and FFmpeg's reason.
+VideoStream OpenVideoStream(const std::filesystem::path& path, const char* message);
 
 std::string FfmpegReason(int error);  // in words
 
@@ -42,7 +42,7 @@ struct VideoIndex {
 
 // Reads the packets of the first video stream. Timestamps are the container's, which keeps variable frame
 // rates (phones, screen recordings); if it has none (bare H.264), frames are evenly spaced. Warns if the file
-// ends before the frames that it promises. Throws InputError with the reason if nothing can be read: no
+// has fewer frames than it announces. Throws InputError with the reason if nothing can be read: no
 // video, a format that FFmpeg does not know, truncated before its index (an MP4's moov).
 VideoIndex IndexVideo(const std::filesystem::path& path);
 

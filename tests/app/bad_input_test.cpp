@@ -93,8 +93,8 @@ TEST_F(BadInput, BoxesThatFitNothingAreWarnedOf) {
   const ProgramRun run = Run(sequence);
   EXPECT_EQ(run.exit_code, 4);  // two frames make no map
   EXPECT_THAT(run.err, HasSubstr("boxes.txt:1: box outside the image"));
-  EXPECT_THAT(run.err, HasSubstr("boxes.txt:2: box of a frame that is not there"));
-  EXPECT_THAT(run.err, HasSubstr("boxes.txt:3: label 'flurb' is not known"));
+  EXPECT_THAT(run.err, HasSubstr("boxes.txt:2: box of a missing frame"));
+  EXPECT_THAT(run.err, HasSubstr("boxes.txt:3: label 'flurb' is unknown"));
 }
 
 TEST_F(BadInput, AnOutputFolderThatHoldsSomethingIsLeftAlone) {

@@ -225,7 +225,8 @@ TEST(GroundTruthPoses, ConvertsEurocBodyPosesToCamera) {
   folder.Write(truth, header + "1403636579763555584,1,2,3,1,1,0,0\n");
   EXPECT_THAT(message(), HasSubstr("data.csv:2: "));
   folder.Write("mav0/cam0/sensor.yaml", camera);
-  EXPECT_THAT(message(), HasSubstr("sensor.yaml: no rigid motion T_BS, expected the 16 numbers"));
+  EXPECT_THAT(message(),
+              HasSubstr("sensor.yaml: T_BS is missing or not a rigid motion, expected the 16 numbers"));
   fs::remove_all(mav / "state_groundtruth_estimate0");
   EXPECT_THAT(message(), HasSubstr("state_groundtruth_estimate0"));
 }

@@ -43,7 +43,7 @@ TEST_P(FuzzCorpus, RefusesDamagedSeedsByName) {
   }
 }
 
-TEST_P(FuzzCorpus, StandsWhatOnceMadeItFail) {
+TEST_P(FuzzCorpus, SurvivesFormerFailures) {
   const FuzzTarget& target = GetParam();
   const fs::path corpus = fs::path(SQSLAM_SOURCE_DIR) / "tests/fuzz/corpus" / target.name;
   std::error_code nothing_found_yet;

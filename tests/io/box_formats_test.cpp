@@ -47,7 +47,7 @@ class BoxFormats : public ::testing::Test {
   const std::vector<std::string> images_{"000.png", "001.png", "002.png"};
 };
 
-TEST_F(BoxFormats, ReadsWhatUltralyticsWritesOfAVideo) {
+TEST_F(BoxFormats, ReadsUltralyticsFolderOfVideo) {
   folder_.Write("labels/film_1.txt", "41 0.5 0.5 0.1 0.2 0.75\n");
   folder_.Write("labels/film_3.txt", "0 0.25 0.5 0.5 1.0 0.5\n");
   const auto frames = Read(folder_.Path() / "labels");
@@ -56,7 +56,7 @@ TEST_F(BoxFormats, ReadsWhatUltralyticsWritesOfAVideo) {
   ExpectBox(frames[2], "person", 0.5, {0, 0, 100, 100});
 }
 
-TEST_F(BoxFormats, ReadsWhatLabellingToolsWriteOfImages) {
+TEST_F(BoxFormats, ReadsLabellingToolsFolderOfImages) {
   folder_.Write("labels/classes.txt", "tea pot\nspoon\n");
   folder_.Write("labels/001.txt", "0 0.5 0.5 0.1 0.2\n");  // without a score
   ExpectBox(Read(folder_.Path() / "labels", images_)[1], "tea_pot", 1.0, {90, 40, 20, 20});
@@ -67,22 +67,22 @@ TEST_F(BoxFormats, ReadsPixelsByTime) {
   ExpectBox(Read(folder_.Path() / "boxes")[1], "cup", 0.5, {10, 20, 30, 40});
 }
 
-TEST_F(BoxFormats, AskForAScoreInPixels) {
+TEST_F(BoxFormats, RefusesPixelsWithoutScore) {
   folder_.Write("boxes/0.1.txt", "41 10 20 30 40\n");
   EXPECT_THAT(ErrorOf(folder_.Path() / "boxes"), HasSubstr("0.1.txt:1: a box without a score"));
 }
 
-TEST_F(BoxFormats, AskForAFrameThatCanBeTold) {
+TEST_F(BoxFormats, RefusesFilesWithoutFrameNumber) {
   folder_.Write("labels/film.txt", "41 0.5 0.5 0.1 0.2 0.75\n");
   EXPECT_THAT(ErrorOf(folder_.Path() / "labels"), HasSubstr("'film' names no frame, expected NAME_NUMBER"));
 }
 
-TEST_F(BoxFormats, RefuseBoxesTxtInPartsOfTheImage) {
+TEST_F(BoxFormats, RefusesBoxesTxtInPartsOfImage) {
   EXPECT_THAT(ErrorOf(folder_.Write("boxes.txt", "0.0 cup 0.5 0.4 0.4 0.1 0.2\n")),
               HasSubstr("boxes.txt: all boxes are smaller than a pixel"));
 }
 
-TEST_F(BoxFormats, ReadCocosDataSets) {
+TEST_F(BoxFormats, ReadsCocoDataSets) {
   const auto file = folder_.Write(
       "boxes.json",
       R"({"images": [{"id": 7, "file_name": "rgb/002.png"}], "categories": [{"id": 3, "name": "tea pot"}],
@@ -91,7 +91,7 @@ TEST_F(BoxFormats, ReadCocosDataSets) {
 }
 
 // COCO's own category numbers leave gaps: 90 is the last of 80.
-TEST_F(BoxFormats, ReadCocosResults) {
+TEST_F(BoxFormats, ReadsCocoResults) {
   const auto file =
       folder_.Write("boxes.json",
                     R"([{"image_id": 1, "category_id": 90, "bbox": [10, 20, 30, 40], "score": 0.5},
@@ -99,11 +99,11 @@ TEST_F(BoxFormats, ReadCocosResults) {
   const auto frames = Read(file, images_);
   ExpectBox(frames[1], "toothbrush", 0.5, {10, 20, 30, 40});
   ExpectBox(frames[0], "cup", 0.5, {10, 20, 30, 40});
-  EXPECT_THAT(ErrorOf(file), HasSubstr("boxes.json: box 0: image_id 1 is no image's name"));  // a video
+  EXPECT_THAT(ErrorOf(file), HasSubstr("boxes.json: box 0: image_id 1 matches no image name"));  // a video
 }
 
 // The same three columns as a list, as pycocotools writes them, and as a polygon.
-TEST_F(BoxFormats, ReadMasksWhereThereAreNoBoxes) {
+TEST_F(BoxFormats, ReadsMasksWhenBoxesAreMissing) {
   const auto box_of = [&](const std::string& segmentation) {
     const auto file = folder_.Write("masks.json", R"([{"image_id": 1, "category_id": 47, "score": 0.5, )" +
                                                       (R"("segmentation": )" + segmentation) + "}]");
@@ -119,17 +119,16 @@ TEST_F(BoxFormats, ReadMasksWhereThereAreNoBoxes) {
                                                  segmentation + "}]"),
                    images_);
   };
-  EXPECT_THAT(error_of(R"({"size": [100, 200], "counts": [20000]})"),
-              HasSubstr("a mask with something in it"));
+  EXPECT_THAT(error_of(R"({"size": [100, 200], "counts": [20000]})"), HasSubstr("a mask that is not empty"));
   EXPECT_THAT(error_of(R"({"size": [4, 6], "counts": [5, 20]})"),
-              HasSubstr("bad.json: box 0: its mask has other runs"));
+              HasSubstr("bad.json: box 0: the runs of its mask do not fit"));
   EXPECT_THAT(error_of(R"({"size": [4, 6], "counts": "oooooooooooooo"})"),
               HasSubstr("as pycocotools writes them"));
   EXPECT_THAT(error_of(R"({"size": [0, 6], "counts": []})"), HasSubstr("expected sides of 1 to 16384"));
   EXPECT_THAT(error_of("[[1, 2, 3]]"), HasSubstr("expected polygons"));
 }
 
-TEST_F(BoxFormats, NameTheAnnotationThatIsBroken) {
+TEST_F(BoxFormats, NamesBrokenAnnotation) {
   EXPECT_THAT(ErrorOf(folder_.Write("a.json", R"([{"image_id": 1, "category_id": 1}])"), images_),
               HasSubstr("a.json: box 0: expected COCO's annotations"));
   EXPECT_THAT(ErrorOf(folder_.Write("b.json", R"([{"image_id": 1, "category_id": 1, "bbox": [1, 2, 0, 4]}])"),
@@ -139,7 +138,7 @@ TEST_F(BoxFormats, NameTheAnnotationThatIsBroken) {
               HasSubstr("c.json: box 0: expected COCO's"));
 }
 
-TEST_F(BoxFormats, ReadTracksOfMotChallenge) {
+TEST_F(BoxFormats, ReadsMotChallengeTracks) {
   const auto file = folder_.Write("det.txt", "2,-1,11,21,30,40,0.5,-1,-1,-1\n3,5,1,1,200,100,1,3,1\n");
   const auto frames = Read(file);
   ExpectBox(frames[1], "person", 0.5, {10, 20, 30, 40});
@@ -147,7 +146,7 @@ TEST_F(BoxFormats, ReadTracksOfMotChallenge) {
   EXPECT_THAT(ErrorOf(folder_.Write("bad.txt", "0,-1,11,21,30,40,0.5\n")), HasSubstr("bad.txt:1: "));
 }
 
-TEST_F(BoxFormats, ReadTablesByTheNamesOfTheirColumns) {
+TEST_F(BoxFormats, ReadsTablesByColumnNames) {
   ExpectBox(Read(folder_.Write("a.csv", "frame,class,conf,xmin,ymin,xmax,ymax\n1,cup,0.5,10,20,40,60\n"))[1],
             "cup", 0.5, {10, 20, 30, 40});
   ExpectBox(Read(folder_.Write("b.csv",
@@ -160,18 +159,18 @@ TEST_F(BoxFormats, ReadTablesByTheNamesOfTheirColumns) {
             {10, 20, 30, 40});
 }
 
-TEST_F(BoxFormats, TakeACommaInALabelForALabel) {
+TEST_F(BoxFormats, AcceptsCommaInLabel) {
   ExpectBox(Read(folder_.Write("boxes.txt", "0.1 cup,red 0.5 10 20 30 40\n"))[1], "cup,red", 0.5,
             {10, 20, 30, 40});
 }
 
-TEST_F(BoxFormats, RefuseScoresThatAreNone) {
+TEST_F(BoxFormats, RefusesInvalidScores) {
   EXPECT_THAT(ErrorOf(folder_.Write("boxes.txt", "0.0 cup 50 10 20 30 40\n")),
               HasSubstr("boxes.txt:1: score 50"));
 }
 
 // As the shell's <(...) gives it.
-TEST_F(BoxFormats, ReadAPipeThatGivesItsTextOnce) {
+TEST_F(BoxFormats, ReadsPipes) {
   for (const std::string text :
        {R"([{"image_id": 1, "category_id": 1, "bbox": [10, 20, 30, 40], "score": 0.5}])",
         "0.1 person 0.5 10 20 30 40\n", "2,-1,11,21,30,40,0.5\n",
@@ -187,7 +186,7 @@ TEST_F(BoxFormats, ReadAPipeThatGivesItsTextOnce) {
 
 class WrittenBoxes : public BoxFormats, public ::testing::WithParamInterface<std::tuple<BoxFormat, bool>> {};
 
-TEST_P(WrittenBoxes, AreReadBack) {
+TEST_P(WrittenBoxes, ReadBackUnchanged) {
   const auto [format, video] = GetParam();
   std::vector<ImageBoxes> frames{{0.0, 0, "", {{"cup", 0.5, {10, 20, 30, 40}}}},
                                  {0.1, 1, "", {}},

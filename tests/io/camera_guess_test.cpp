@@ -44,7 +44,7 @@ std::filesystem::path WritePhotograph(const TemporaryFolder& folder, const cv::S
   return folder.Write("photo.jpg", bytes);
 }
 
-TEST(CameraGuess, TakesTheFocalLengthOfAPhotographByItsDiagonal) {
+TEST(CameraGuess, UsesPhotographsFocalLengthByDiagonal) {
   const TemporaryFolder folder;
   const auto guess = GuessCamera(WritePhotograph(folder, {400, 300}, 26), 30.0);
   ASSERT_TRUE(guess);
@@ -55,7 +55,7 @@ TEST(CameraGuess, TakesTheFocalLengthOfAPhotographByItsDiagonal) {
   EXPECT_NE(guess->source.find("26 mm"), std::string::npos) << guess->source;
 }
 
-TEST(CameraGuess, RefusesASizeThatIsOnlyClaimed) {
+TEST(CameraGuess, RefusesClaimedSizeBeforeDecoding) {
   const TemporaryFolder folder;
   std::string bytes = ReadFile(WritePhotograph(folder, {64, 48}, 26), "a photograph");
   const std::size_t frame = bytes.find("\xFF\xC0");
@@ -75,7 +75,7 @@ TEST(CameraGuess, RefusesASizeThatIsOnlyClaimed) {
   }
 }
 
-TEST(CameraGuess, IsSixtyDegreesAlongTheLongerSideOtherwise) {
+TEST(CameraGuess, AssumesSixtyDegreesAlongLongerSideOtherwise) {
   const TemporaryFolder folder;
   const std::filesystem::path image = folder.Path() / "a.png";
   cv::imwrite(image.string(), cv::Mat(400, 300, CV_8UC3, cv::Scalar::all(9)));

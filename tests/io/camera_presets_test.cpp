@@ -13,7 +13,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::IsSupersetOf;
 
-TEST(CameraPresets, AreAllReadable) {
+TEST(CameraPresets, CanAllBeRead) {
   const std::vector<std::string> names = CameraPresetNames();
   EXPECT_THAT(names, IsSupersetOf({"icl-nuim", "scenes-v2", "7-scenes", "tum-freiburg1", "tum-freiburg2",
                                    "tum-freiburg3", "kinect-v1"}));
@@ -29,14 +29,14 @@ TEST(CameraPresets, AreAllReadable) {
   }
 }
 
-TEST(CameraPresets, FilesAndPathsAreTakenAsTheyAre) {
+TEST(CameraPresets, KeepsFilesAndPaths) {
   const TemporaryFolder folder;
   EXPECT_EQ(CameraFile("phone.yaml"), "phone.yaml");
   EXPECT_EQ(CameraFile("./phone"), "./phone");
   EXPECT_EQ(CameraFile("tum-freiburg1").filename(), "tum-freiburg1.yaml");
 }
 
-TEST(CameraPresets, UnknownNamesListThePresetsAndTheNearest) {
+TEST(CameraPresets, ListsPresetsWhenNameIsUnknown) {
   try {
     CameraFile("tum-freiburg4");
     FAIL() << "expected a UsageError";

@@ -29,7 +29,7 @@ std::vector<std::string> Names(const Sequence& sequence) {
   return names;
 }
 
-TEST(NumericLess, CountsRunsOfDigitsAsNumbers) {
+TEST(NumericLess, OrdersRunsOfDigitsAsNumbers) {
   EXPECT_TRUE(NumericLess("2.png", "10.png"));
   EXPECT_FALSE(NumericLess("10.png", "2.png"));
   EXPECT_TRUE(NumericLess("a9b2", "a9b10"));
@@ -40,7 +40,7 @@ TEST(NumericLess, CountsRunsOfDigitsAsNumbers) {
   EXPECT_NE(NumericLess("01.png", "1.png"), NumericLess("1.png", "01.png"));  // a total order
 }
 
-TEST(ImageFiles, DepthImagesAreToldByTheirNames) {
+TEST(ImageFiles, RecognisesDepthImagesByName) {
   for (const char* name : {"00000-depth.png", "frame-000000.depth.png", "7_depth.PNG", "x-DEPTH.tif"}) {
     EXPECT_TRUE(IsDepthImage(name)) << name;
   }
@@ -53,7 +53,7 @@ TEST(ImageFiles, DepthImagesAreToldByTheirNames) {
   EXPECT_EQ(LastNumber("99999999999999999999.png"), std::nullopt);
 }
 
-TEST(DatasetLayouts, IclNuimFollowsItsAssociations) {
+TEST(DatasetLayouts, FollowsIclNuimAssociations) {
   const TemporaryFolder folder;
   const CapturedLog log;
   folder.Write("associations.txt",
@@ -69,7 +69,7 @@ TEST(DatasetLayouts, IclNuimFollowsItsAssociations) {
   EXPECT_THAT(log.Text(), HasSubstr("icl-nuim layout without camera.yaml, taken with --camera icl-nuim"));
 }
 
-TEST(DatasetLayouts, IclNuimAssociationsMayNameTheColourImageFirst) {
+TEST(DatasetLayouts, AcceptsColourImageFirstInAssociations) {
   const TemporaryFolder folder;
   folder.Write("associations.txt", "3 rgb/3.png 4 depth/4.png\n");
   folder.Write("rgb/3.png", "");
@@ -83,7 +83,7 @@ TEST(DatasetLayouts, IclNuimAssociationsMayNameTheColourImageFirst) {
   EXPECT_THAT(InputErrorOf([&] { OpenSequence({.path = folder.Path()}); }), HasSubstr("associations.txt:2:"));
 }
 
-TEST(DatasetLayouts, IclNuimWithoutAssociationsSortsItsNumbers) {
+TEST(DatasetLayouts, SortsIclNuimByNumberWithoutAssociations) {
   const TemporaryFolder folder;
   folder.Write("traj0.gt.freiburg", "");
   for (const char* name : {"rgb/10.png", "rgb/0.png", "rgb/2.png", "depth/0.png", "rgb/notes.txt"}) {
@@ -94,7 +94,7 @@ TEST(DatasetLayouts, IclNuimWithoutAssociationsSortsItsNumbers) {
   EXPECT_DOUBLE_EQ(sequence.frames[1].timestamp, 2 / kFps);  // image 1 is missing: a gap, no shift
 }
 
-TEST(DatasetLayouts, IclNuimAsRendered) {
+TEST(DatasetLayouts, ReadsRenderedIclNuim) {
   const TemporaryFolder folder;
   for (const char* name :
        {"scene_00_0001.png", "scene_00_0000.png", "scene_00_0000.depth", "scene_00_0000.txt"}) {
@@ -105,7 +105,7 @@ TEST(DatasetLayouts, IclNuimAsRendered) {
   EXPECT_THAT(Names(sequence), ElementsAre("scene_00_0000.png", "scene_00_0001.png"));
 }
 
-TEST(DatasetLayouts, ScenesV2TakesTheColourImages) {
+TEST(DatasetLayouts, PicksColourImagesOfScenesV2) {
   const TemporaryFolder folder;
   for (const char* name : {"00001-color.png", "00001-depth.png", "00000-color.png", "00000-depth.png"}) {
     folder.Write(name, "");
@@ -117,7 +117,7 @@ TEST(DatasetLayouts, ScenesV2TakesTheColourImages) {
   EXPECT_EQ(sequence.camera.fx, 570.3);
 }
 
-TEST(DatasetLayouts, SevenScenesTakesTheColourImages) {
+TEST(DatasetLayouts, PicksColourImagesOfSevenScenes) {
   const TemporaryFolder folder;
   for (const char* name : {"frame-000010.color.png", "frame-000010.depth.png", "frame-000010.pose.txt",
                            "frame-000009.color.png"}) {
@@ -130,7 +130,7 @@ TEST(DatasetLayouts, SevenScenesTakesTheColourImages) {
   EXPECT_EQ(sequence.camera.fx, 525.0);
 }
 
-TEST(DatasetLayouts, ACameraOfTheFolderGoesBeforeThePreset) {
+TEST(DatasetLayouts, PrefersFolderCameraToPreset) {
   const TemporaryFolder folder;
   const CapturedLog log;
   folder.Write("frame-000000.color.png", "");
@@ -140,7 +140,7 @@ TEST(DatasetLayouts, ACameraOfTheFolderGoesBeforeThePreset) {
   EXPECT_EQ(OpenSequence({.path = folder.Path(), .camera = "kinect-v1"}).camera.cx, 319.5);
 }
 
-TEST(DatasetLayouts, TumFoldersAreToldByTheirNames) {
+TEST(DatasetLayouts, RecognisesTumCamerasByFolderName) {
   const TemporaryFolder folder;
   folder.Write("rgbd_dataset_freiburg2_desk/rgb.txt", "0.0 rgb/a.png\n");
   folder.Write("office/rgb.txt", "0.0 rgb/a.png\n");
@@ -150,7 +150,7 @@ TEST(DatasetLayouts, TumFoldersAreToldByTheirNames) {
               AllOf(HasSubstr("camera.yaml: does not exist"), HasSubstr("--camera PRESET (7-scenes, ")));
 }
 
-TEST(DatasetLayouts, PlainFoldersSortNumericallyAndLeaveDepthOut) {
+TEST(DatasetLayouts, SortsPlainFoldersNumericallyWithoutDepth) {
   const TemporaryFolder folder;
   folder.Write("camera.yaml", "width: 64\nheight: 48\nfx: 50\nfy: 51\ncx: 32\ncy: 24\nfps: 10\n");
   for (const char* name : {"10.png", "2.png", "1.png", "1_depth.png", "2-depth.png"}) {
@@ -161,12 +161,12 @@ TEST(DatasetLayouts, PlainFoldersSortNumericallyAndLeaveDepthOut) {
   EXPECT_THAT(Names(sequence), ElementsAre("1.png", "2.png", "10.png"));
 }
 
-TEST(DatasetLayouts, AFormatThatDoesNotFitSaysWhatItExpects) {
+TEST(DatasetLayouts, NamesExpectedFilesWhenFormatDoesNotFit) {
   const TemporaryFolder folder;
   folder.Write("a.png", "");
   EXPECT_THAT(
       InputErrorOf([&] { OpenSequence({.path = folder.Path(), .format = SequenceFormat::k7Scenes}); }),
-      HasSubstr("no image of the 7-scenes layout in it, expected names like frame-000000.color.png"));
+      HasSubstr("contains no image of the 7-scenes layout, expected names like frame-000000.color.png"));
   folder.Write("1-color.png", "");
   folder.Write("01-color.png", "");
   EXPECT_THAT(
@@ -174,7 +174,7 @@ TEST(DatasetLayouts, AFormatThatDoesNotFitSaysWhatItExpects) {
       HasSubstr("expected rising frame numbers"));
 }
 
-TEST(DatasetLayouts, TheFolderAboveASequenceHintsAtIt) {
+TEST(DatasetLayouts, SuggestsSequenceBelowFolder) {
   const TemporaryFolder folder;
   folder.Write("camera.yaml", "width: 64\nheight: 48\nfx: 50\nfy: 51\ncx: 32\ncy: 24\n");
   folder.Write("seq-02/frame-000000.color.png", "");
@@ -183,7 +183,7 @@ TEST(DatasetLayouts, TheFolderAboveASequenceHintsAtIt) {
               AllOf(HasSubstr("no image in it"), HasSubstr("did you mean"), HasSubstr("seq-01?")));
 }
 
-TEST(DatasetLayouts, EurocTakesTimesAndCameraFromItsOwnFiles) {
+TEST(DatasetLayouts, ReadsEurocTimesAndCamera) {
   const TemporaryFolder folder;
   folder.Write("mav0/cam0/data.csv",
                "#timestamp [ns],filename\r\n1403636579763555584,1403636579763555584.png\r\n"
@@ -209,7 +209,7 @@ TEST(DatasetLayouts, EurocTakesTimesAndCameraFromItsOwnFiles) {
               HasSubstr("data.csv:1: '1.5,a.png', expected 'timestamp in ns,file'"));
 }
 
-TEST(DatasetLayouts, KittiPrefersItsColourCamera) {
+TEST(DatasetLayouts, PrefersKittiColourCamera) {
   const TemporaryFolder folder;
   folder.Write("times.txt", "0.0\n0.1037\n0.2073\n");
   folder.Write(
@@ -238,7 +238,7 @@ TEST(DatasetLayouts, KittiPrefersItsColourCamera) {
   EXPECT_THAT(InputErrorOf([&] { OpenSequence({.path = folder.Path()}); }), HasSubstr("calib.txt:1: "));
 }
 
-TEST(ForeignCameras, KalibrAndRosAreRead) {
+TEST(ForeignCameras, ReadsKalibrAndRos) {
   const TemporaryFolder folder;
   folder.Write("kalibr.yaml",
                "cam0:\n  camera_model: pinhole\n  intrinsics: [461.6, 460.3, 363.0, 248.1]\n"
@@ -262,7 +262,7 @@ TEST(ForeignCameras, KalibrAndRosAreRead) {
   EXPECT_EQ(ros.lens, LensModel::kRadialTangential);
 }
 
-TEST(ForeignCameras, MatricesOfRosMayBeListsAndAreNeverLeftOut) {
+TEST(ForeignCameras, AcceptsRosMatricesAsLists) {
   const TemporaryFolder folder;
   const std::string size = "image_width: 640\nimage_height: 480\n";
   const std::string matrix = "camera_matrix: [520.1, 0, 321.5, 0, 521.2, 239.5, 0, 0, 1]\n";
@@ -276,13 +276,13 @@ TEST(ForeignCameras, MatricesOfRosMayBeListsAndAreNeverLeftOut) {
   };
   for (const std::string none : {"0", "{rows: 1, cols: 5}", "{data: 0}"}) {
     EXPECT_THAT(error_of(matrix + "distortion_coefficients: " + none + "\n"),
-                HasSubstr("bad.yaml:4: distortion is no list of at most five numbers"))
+                HasSubstr("bad.yaml:4: distortion is not a list of at most five numbers"))
         << none;
     EXPECT_THAT(error_of("camera_matrix: " + none + "\n"), HasSubstr("bad.yaml: fx is missing")) << none;
   }
 }
 
-TEST(ForeignCameras, EquidistantIsTheFisheyeModel) {
+TEST(ForeignCameras, ReadsEquidistantAsFisheye) {
   const TemporaryFolder folder;
   const Camera kalibr = ReadCamera(
       folder.Write("kalibr.yaml",
@@ -300,7 +300,7 @@ TEST(ForeignCameras, EquidistantIsTheFisheyeModel) {
   EXPECT_EQ(ros.distortion[3], 0.007);
 }
 
-TEST(ForeignCameras, OtherLensModelsAreRefused) {
+TEST(ForeignCameras, RefusesOtherLensModels) {
   const TemporaryFolder folder;
   folder.Write("kalibr.yaml", "cam0:\n  camera_model: pinhole\n  distortion_model: fov\n");
   EXPECT_THAT(InputErrorOf([&] { ReadCamera(folder.Path() / "kalibr.yaml"); }),

@@ -34,7 +34,7 @@ class DetectionFilesTest : public testing::Test {
   fs::path folder_;
 };
 
-TEST_F(DetectionFilesTest, WhatIsWrittenIsReadBack) {
+TEST_F(DetectionFilesTest, ReadsBackUnchanged) {
   DetectionWriter writer(folder_ / "boxes.txt", "a test");
   writer.Add(0.0, {{"cup", 0.5, {1, 2, 30, 40}}, {"book", 0.25, {5, 6, 7, 8}}});
   writer.Add(0.1, {});
@@ -47,7 +47,7 @@ TEST_F(DetectionFilesTest, WhatIsWrittenIsReadBack) {
   EXPECT_TRUE(frames[1].empty());
 }
 
-TEST_F(DetectionFilesTest, AJobThatWasCutOffAtAnyByteEndsWithTheSameFile) {
+TEST_F(DetectionFilesTest, ResumesToSameFileWhenCutOffAtAnyByte) {
   const std::vector<std::vector<Detection>> boxes = {
       {{"cup", 0.5, {1, 2, 30, 40}}, {"book", 0.5, {3, 2, 30, 40}}}, {}, {{"cup", 0.75, {1, 2, 31, 40}}}};
   const fs::path file = folder_ / "boxes.txt";
@@ -84,19 +84,19 @@ TEST_F(DetectionFilesTest, AJobThatWasCutOffAtAnyByteEndsWithTheSameFile) {
   EXPECT_EQ(most, 2);  // whole frames are not done again
 }
 
-TEST_F(DetectionFilesTest, OtherSettingsBeginAnew) {
+TEST_F(DetectionFilesTest, StartsOverWhenSettingsDiffer) {
   { DetectionWriter(folder_ / "boxes.txt", "threshold 0.3").Add(0.0, {}); }
   EXPECT_EQ(DetectionWriter(folder_ / "boxes.txt", "threshold 0.4").Frames(), 0);
   { DetectionWriter(folder_ / "boxes.txt", "threshold 0.3").Add(0.0, {}); }
   EXPECT_EQ(DetectionWriter(folder_ / "boxes.txt", "threshold 0.3").Frames(), 1);
 }
 
-TEST_F(DetectionFilesTest, ASecondWriterIsRefusedAndTheFirstLosesNothing) {
+TEST_F(DetectionFilesTest, RefusesSecondWriter) {
   const fs::path file = folder_ / "boxes.txt";
   DetectionWriter writer(file, "a test");
   writer.Add(0.0, {{"cup", 0.5, {1, 2, 30, 40}}});
   EXPECT_THAT(InputErrorOf([&] { DetectionWriter(file, "a test"); }),
-              HasSubstr("boxes.txt.part: another program is writing it"));
+              HasSubstr("boxes.txt.part: another program is writing this file"));
   writer.Add(0.1, {{"book", 0.5, {1, 2, 30, 40}}});
   writer.Finish();
   const auto frames = ReadDetections(file, SmallCamera(), {0.0, 0.1});
@@ -104,7 +104,7 @@ TEST_F(DetectionFilesTest, ASecondWriterIsRefusedAndTheFirstLosesNothing) {
   EXPECT_EQ(frames[1].size(), 1U);
 }
 
-TEST_F(DetectionFilesTest, APartThatAnotherProgramChangedIsNoResult) {
+TEST_F(DetectionFilesTest, RefusesPartChangedByAnotherProgram) {
   const fs::path file = folder_ / "boxes.txt";
   const fs::path part = folder_ / "boxes.txt.part";
   std::ofstream(file) << "earlier boxes";
@@ -121,7 +121,7 @@ TEST_F(DetectionFilesTest, APartThatAnotherProgramChangedIsNoResult) {
   }
 }
 
-TEST_F(DetectionFilesTest, APauseMovesNoBoxToAnotherFrame) {
+TEST_F(DetectionFilesTest, KeepsBoxesInTheirFramesAcrossPause) {
   std::vector<double> times;  // two clips of ten seconds, ten minutes apart
   for (int i = 0; i < 600; ++i) {
     times.push_back(i / 30.0 + (i < 300 ? 0.0 : 600.0));
@@ -135,14 +135,14 @@ TEST_F(DetectionFilesTest, APauseMovesNoBoxToAnotherFrame) {
   EXPECT_TRUE(std::ranges::all_of(frames, [](const auto& frame) { return frame.size() == 1; }));
 }
 
-TEST_F(DetectionFilesTest, ABoxGoesToTheNearestOfFramesThatAreCloseTogether) {
+TEST_F(DetectionFilesTest, AssignsBoxToNearestFrame) {
   std::ofstream(folder_ / "boxes.txt") << "1.0504 cup 0.9 1 2 30 40\n";
   const auto frames = ReadDetections(folder_ / "boxes.txt", SmallCamera(), {0.0, 1.0, 1.05, 2.0, 3.0});
   EXPECT_TRUE(frames[1].empty());
   EXPECT_EQ(frames[2].size(), 1U);
 }
 
-TEST_F(DetectionFilesTest, CheckNamesWhatIsOdd) {
+TEST_F(DetectionFilesTest, ReportsUnusualBoxes) {
   std::ofstream(folder_ / "boxes.txt")
       << "# boxes\n0.0 cup 0.9 1 2 30 40\n0.0 gizmo 0.9 1 2 30 40\n"
          "0.1 cup 0.9 80 2 30 40\n0.55 cup 0.9 1 2 30 40\n0.1 cup 0.9 300 2 30 40\n";

@@ -41,7 +41,7 @@ class FilmTest : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(FilmTest, EachFrameOfAVariableRateHasItsOwnTime) {
+TEST_F(FilmTest, KeepsTimesOfVariableFrameRate) {
   const std::vector<double> seconds = {0.0, 0.040, 0.100, 0.133, 0.300, 0.310, 0.400, 0.900};
   WriteFilm(Path(), seconds, Picture);
   FrameSource source(OpenSequence({.path = Path()}));
@@ -56,7 +56,7 @@ TEST_F(FilmTest, EachFrameOfAVariableRateHasItsOwnTime) {
   EXPECT_EQ(source.Skipped(), 0);
 }
 
-TEST_F(FilmTest, ARotationFlagTurnsPicturesAndCalibration) {
+TEST_F(FilmTest, RotatesPicturesAndCalibrationByFlag) {
   WriteFilm(Path(), EvenTimes(5), Picture, {.quarter_turns = 1});
   const Sequence sequence = OpenSequence({.path = Path()});
   EXPECT_EQ(sequence.camera.width, 120);
@@ -73,7 +73,7 @@ TEST_F(FilmTest, ARotationFlagTurnsPicturesAndCalibration) {
   EXPECT_LT(frame->gray.at<std::uint8_t>(135, 59), 120);
 }
 
-TEST_F(FilmTest, ACalibrationOfTheTurnedPicturesIsTakenAsItIs) {
+TEST_F(FilmTest, KeepsCalibrationOfRotatedPictures) {
   WriteFilm(Path(), EvenTimes(3), Picture, {.quarter_turns = 3});
   WriteCamera(folder_.Path() / "camera.yaml", {120, 160, 130.0, 131.0, 60.0, 80.0, {}, 30.0});
   const Sequence sequence = OpenSequence({.path = Path()});
@@ -85,7 +85,7 @@ TEST_F(FilmTest, ACalibrationOfTheTurnedPicturesIsTakenAsItIs) {
   EXPECT_GT(frame->gray.at<std::uint8_t>(134, 60), 200);  // (25, 60) turned counter-clockwise
 }
 
-TEST_F(FilmTest, ResizedImagesHaveTheirCalibrationAndBoxesResized) {
+TEST_F(FilmTest, ResizesCalibrationAndBoxesWithImages) {
   WriteFilm(Path(), EvenTimes(3), Picture);
   const auto boxes = folder_.Write("boxes.txt", "0.0 book 0.9 10 40 30 40\n");
   const Sequence sequence = OpenSequence({.path = Path(), .detections = boxes, .resize = "0.5"});
@@ -107,7 +107,7 @@ TEST_F(FilmTest, ResizedImagesHaveTheirCalibrationAndBoxesResized) {
   EXPECT_THROW(OpenSequence({.path = Path(), .resize = "64,"}), UsageError);
 }
 
-TEST_F(FilmTest, FramesOfAMapAreFoundAgainByItsCamera) {
+TEST_F(FilmTest, FindsFramesOfMapByItsCamera) {
   WriteFilm(Path(), EvenTimes(4), Picture);
   const Camera of_the_map = OpenSequence({.path = Path(), .resize = "80"}).camera;
   std::filesystem::remove(folder_.Path() / "camera.yaml");
@@ -118,7 +118,7 @@ TEST_F(FilmTest, FramesOfAMapAreFoundAgainByItsCamera) {
   EXPECT_GT(frame->gray.at<std::uint8_t>(30, 14), 200);
 }
 
-TEST_F(FilmTest, CutInHalfItGivesWhatIsThereWithAWarning) {
+TEST_F(FilmTest, PlaysFirstPartWithWarningWhenCutOff) {
   constexpr int kFrames = 60;
   WriteFilm(Path(), EvenTimes(kFrames), Picture, {.index_first = true});
   std::filesystem::resize_file(Path(), std::filesystem::file_size(Path()) / 2);
@@ -134,14 +134,14 @@ TEST_F(FilmTest, CutInHalfItGivesWhatIsThereWithAWarning) {
   EXPECT_THAT(log.Text(), HasSubstr("of its 60 frames; it may be damaged or cut off"));
 }
 
-TEST_F(FilmTest, WithoutItsIndexItIsRefused) {
+TEST_F(FilmTest, RefusesFileWithoutIndex) {
   WriteFilm(Path(), EvenTimes(30), Picture);
   std::filesystem::resize_file(Path(), std::filesystem::file_size(Path()) / 2);
   EXPECT_THAT(InputErrorOf([&] { OpenSequence({.path = Path()}); }),
               HasSubstr("film.mp4: cannot be read as a video (damaged, cut off, or none"));
 }
 
-TEST_F(FilmTest, ACameraNobodyHasCalibratedIsGuessedFromTheFilm) {
+TEST_F(FilmTest, GuessesUncalibratedCamera) {
   std::filesystem::remove(folder_.Path() / "camera.yaml");
   WriteFilm(Path(), EvenTimes(3), Picture);
   for (const char* camera : {"", "auto"}) {

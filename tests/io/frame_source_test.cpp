@@ -49,7 +49,7 @@ TEST_F(FrameSourceTest, PlaysAllFramesInOrder) {
   EXPECT_FALSE(source.Next().has_value());
 }
 
-TEST_F(FrameSourceTest, StartCountAndStrideChooseFrames) {
+TEST_F(FrameSourceTest, PlaysFramesByStartCountAndStride) {
   const FrameRange range{.start = 1, .count = 3, .stride = 2};
   FrameSource source(sequence_, range);
   EXPECT_THAT(Play(source), ElementsAre(1, 3, 5));
@@ -58,7 +58,7 @@ TEST_F(FrameSourceTest, StartCountAndStrideChooseFrames) {
   EXPECT_EQ((FrameRange{.start = 9}.SizeIn(sequence_)), 0);
 }
 
-TEST_F(FrameSourceTest, FramesAreANumberOrARangeWithoutItsEnd) {
+TEST_F(FrameSourceTest, ParsesFramesAsCountOrRange) {
   const auto played = [&](const std::string& frames, std::optional<std::int64_t> start, std::int64_t stride) {
     FrameSource source(sequence_, ParseFrameRange(frames, start, stride));
     return Play(source);
@@ -79,7 +79,7 @@ TEST_F(FrameSourceTest, FramesAreANumberOrARangeWithoutItsEnd) {
   EXPECT_THROW(ParseFrameRange("2:5", 1), UsageError);
 }
 
-TEST_F(FrameSourceTest, AFolderInAnImagesPlaceIsSkippedAndNamed) {
+TEST_F(FrameSourceTest, SkipsFolderInPlaceOfImage) {
   sequence_.frames[1].image_path = sequence_.frames[1].image_path.parent_path();  // a list cut off in a line
   const CapturedLog log;
   FrameSource source(sequence_);
@@ -88,17 +88,17 @@ TEST_F(FrameSourceTest, AFolderInAnImagesPlaceIsSkippedAndNamed) {
   EXPECT_THAT(log.Text(), HasSubstr("frame 1 skipped"));
 }
 
-TEST_F(FrameSourceTest, DevicesAndFilesWithoutEndAreSkippedAndNamed) {
+TEST_F(FrameSourceTest, SkipsDevicesAndEndlessFiles) {
   sequence_.frames[1].image_path = "/dev/null";  // as /dev/zero, which would take all memory
   std::filesystem::resize_file(sequence_.frames[2].image_path, kMaxFileBytes + 1);  // of zeros
   const CapturedLog log;
   FrameSource source(sequence_);
   EXPECT_THAT(Play(source), ElementsAre(0, 3, 4, 5, 6, 7));
-  EXPECT_THAT(log.Text(), HasSubstr("frame 1 skipped: /dev/null is no regular file"));
+  EXPECT_THAT(log.Text(), HasSubstr("frame 1 skipped: /dev/null is not a regular file"));
   EXPECT_THAT(log.Text(), HasSubstr("2.png cannot be read"));
 }
 
-TEST_F(FrameSourceTest, UnusableImagesAreSkippedAndNamed) {
+TEST_F(FrameSourceTest, SkipsUnusableImagesByName) {
   const CapturedLog log;
   std::filesystem::remove(sequence_.frames[1].image_path);
   folder_.Write("2.png", "this is no image");
@@ -126,7 +126,7 @@ TEST_F(FrameSourceTest, UnusableImagesAreSkippedAndNamed) {
   EXPECT_THAT(log.Text(), HasSubstr("7.png is too large, expected at most 16384 pixels a side"));
 }
 
-TEST_F(FrameSourceTest, MasksAreBlackWhereNothingIsLookedAt) {
+TEST_F(FrameSourceTest, IgnoresBlackPixelsOfMasks) {
   cv::Mat mask(48, 64, CV_8UC1, cv::Scalar(255));
   mask(cv::Rect(0, 0, 64, 10)).setTo(0);
   const std::filesystem::path masks = folder_.Path() / "masks";
@@ -157,7 +157,7 @@ TEST_F(FrameSourceTest, MasksAreBlackWhereNothingIsLookedAt) {
   EXPECT_THROW(masks_found(folder_.Path() / "none"), InputError);
 }
 
-TEST_F(FrameSourceTest, CanBeLeftBeforeTheEnd) {
+TEST_F(FrameSourceTest, StopsBeforeTheEnd) {
   FrameSource source(sequence_, {}, 1);
   EXPECT_TRUE(source.Next().has_value());
 }  // the test ends, which it would not if the thread were not joined

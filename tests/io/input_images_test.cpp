@@ -46,7 +46,7 @@ class InputImagesTest : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(InputImagesTest, ReadFramesOfAFilmInAnyOrder) {
+TEST_F(InputImagesTest, ReadsFramesOfFilmInAnyOrder) {
   InputImages images(Record(Film()));
   ASSERT_NE(images.FindSequence(), nullptr);
   for (const int frame : {0, 1, 2, 10, 49, 3, 3, 45}) {
@@ -58,7 +58,7 @@ TEST_F(InputImagesTest, ReadFramesOfAFilmInAnyOrder) {
   EXPECT_TRUE(images.Read(-1).empty());
 }
 
-TEST_F(InputImagesTest, ReadTheFilesOfAFolder) {
+TEST_F(InputImagesTest, ReadsFilesOfFolder) {
   for (int i = 0; i < 5; ++i) {
     cv::imwrite((folder_.Path() / ("images" + std::to_string(i) + ".png")).string(), GreyPicture(i));
   }
@@ -67,7 +67,7 @@ TEST_F(InputImagesTest, ReadTheFilesOfAFolder) {
   EXPECT_EQ(images.Read(3).size(), cv::Size(64, 48));
 }
 
-TEST_F(InputImagesTest, AreNotReadByNumberIfTheNumbersHaveChanged) {
+TEST_F(InputImagesTest, RefusesChangedNumbering) {
   const auto image = [this](int i) { return folder_.Path() / ("images" + std::to_string(i) + ".png"); };
   for (int i = 0; i < 5; ++i) {
     cv::imwrite(image(i).string(), GreyPicture(i));
@@ -86,7 +86,7 @@ TEST_F(InputImagesTest, AreNotReadByNumberIfTheNumbersHaveChanged) {
   EXPECT_EQ(IndexOf(images.Read(map)), 3);  // the file that the snapshot names is still there
 }
 
-TEST_F(InputImagesTest, PreferTheFileThatTheSnapshotNames) {
+TEST_F(InputImagesTest, PrefersFileNamedBySnapshot) {
   const fs::path named = folder_.Path() / "named.png";
   cv::imwrite(named.string(), GreyPicture(33));
   MapSnapshot map;
@@ -101,7 +101,7 @@ TEST_F(InputImagesTest, PreferTheFileThatTheSnapshotNames) {
   EXPECT_EQ(IndexOf(images.Read(map)), 7);
 }
 
-TEST_F(InputImagesTest, SayWhyThereIsNone) {
+TEST_F(InputImagesTest, ReportsReasonForMissingImages) {
   InputImages images(Record("/gone/film.mp4"));
   EXPECT_EQ(images.FindSequence(), nullptr);
   EXPECT_TRUE(images.Read(0).empty());

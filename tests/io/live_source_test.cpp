@@ -57,7 +57,7 @@ class FakeGrabber {
   cv::Mat buffer_;
 };
 
-TEST(LiveSource, ACameraThatHangsCanBeStopped) {
+TEST(LiveSource, StopsWaitingForHangingCamera) {
   FakeGrabber grabber(5);
   std::promise<void> arrived;
   std::promise<void> gate;
@@ -82,7 +82,7 @@ std::vector<int> Indices(LiveSource& source) {
   return indices;
 }
 
-TEST(LiveSource, WhoIsSlowGetsTheNewestImageAndTheRestCountsAsDropped) {
+TEST(LiveSource, GivesNewestImageAndCountsDroppedOnes) {
   const CapturedLog log;
   std::promise<void> arrived;
   std::promise<void> open;
@@ -99,10 +99,10 @@ TEST(LiveSource, WhoIsSlowGetsTheNewestImageAndTheRestCountsAsDropped) {
   ASSERT_FALSE(rest.empty());
   EXPECT_EQ(rest.back(), 7);  // the last one is not lost
   EXPECT_EQ(1 + static_cast<int>(rest.size()) + source.Dropped(), 8);
-  EXPECT_THAT(log.Text(), HasSubstr("camera 0: gives no more images after 8"));
+  EXPECT_THAT(log.Text(), HasSubstr("camera 0: delivers no more images after 8"));
 }
 
-TEST(LiveSource, TimesComeFromTheClockAndRise) {
+TEST(LiveSource, StampsRisingTimesFromClock) {
   const CapturedLog log;
   std::promise<void> arrived;
   std::promise<void> open;
@@ -115,7 +115,7 @@ TEST(LiveSource, TimesComeFromTheClockAndRise) {
   EXPECT_GT(source.Next()->timestamp, 12.5);
 }
 
-TEST(LiveSource, StartStrideAndCountChooseImages) {
+TEST(LiveSource, PicksImagesByStartStrideAndCount) {
   const CapturedLog log;
   std::promise<void> arrived;
   std::promise<void> open;
@@ -129,7 +129,7 @@ TEST(LiveSource, StartStrideAndCountChooseImages) {
   open.set_value();
 }
 
-TEST(LiveSource, AnImageThatDoesNotComeIsSkipped) {
+TEST(LiveSource, SkipsMissingImages) {
   const CapturedLog log;
   std::promise<void> arrived;
   std::promise<void> open;
@@ -145,14 +145,15 @@ TEST(LiveSource, AnImageThatDoesNotComeIsSkipped) {
   EXPECT_EQ(source.Skipped(), 1);  // the end skips nothing
 }
 
-TEST(LiveSource, ImagesOfAnotherSizeThanTheCalibrationsAreRefused) {
-  EXPECT_THAT(InputErrorOf([] { LiveSource(FakeGrabber(1, cv::Size(32, 24)), kSmallCamera, "camera 0"); }),
-              HasSubstr("camera 0: gives images of 32x24 with 3 channels, expected the calibration's 64x48"));
+TEST(LiveSource, RefusesImagesOfAnotherSize) {
+  EXPECT_THAT(
+      InputErrorOf([] { LiveSource(FakeGrabber(1, cv::Size(32, 24)), kSmallCamera, "camera 0"); }),
+      HasSubstr("camera 0: delivers images of 32x24 with 3 channels, expected the calibration's 64x48"));
   EXPECT_THAT(InputErrorOf([] { LiveSource(FakeGrabber(0), kSmallCamera, "camera 0"); }),
-              HasSubstr("camera 0: gives no image"));
+              HasSubstr("camera 0: delivers no image"));
 }
 
-TEST(LiveSource, ACameraThatIsNotThereIsReported) {
+TEST(LiveSource, ReportsMissingCamera) {
   constexpr int kNoSuchCamera = 987;
   EXPECT_THAT(InputErrorOf([] { OpenCamera(kNoSuchCamera, kSmallCamera); }),
               HasSubstr("camera 987: cannot be opened"));

@@ -71,14 +71,14 @@ server.serve_forever()
   int port_ = 0;
 };
 
-TEST(StreamAddress, IsToldFromAFile) {
+TEST(StreamAddress, DiffersFromFileNames) {
   EXPECT_TRUE(IsStreamAddress("rtsp://camera/main"));
   EXPECT_TRUE(IsStreamAddress("https://example.org/film.mp4"));
   EXPECT_FALSE(IsStreamAddress("data/http/film.mp4"));
   EXPECT_FALSE(IsStreamAddress("0"));
 }
 
-TEST(StreamAddress, ShowsNoPassword) {
+TEST(StreamAddress, HidesPassword) {
   EXPECT_EQ(PublicAddress("rtsp://me:secret@camera:554/main"), "rtsp://camera:554/main");
   EXPECT_EQ(PublicAddress("rtsp://me:a@b@camera"), "rtsp://camera");
   EXPECT_EQ(PublicAddress("rtsp://me:a/b@camera/main"), "rtsp://camera/main");
@@ -93,7 +93,7 @@ class NetworkStreamTest : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(NetworkStreamTest, PlaysAFilmToItsEnd) {
+TEST_F(NetworkStreamTest, PlaysFilmToItsEnd) {
   std::vector<double> seconds;
   for (int i = 0; i < kServedFrames; ++i) {
     seconds.push_back(i / 50.0);
@@ -114,7 +114,7 @@ TEST_F(NetworkStreamTest, PlaysAFilmToItsEnd) {
   EXPECT_FALSE(stream.Read(image));
 }
 
-TEST_F(NetworkStreamTest, ALostConnectionIsOpenedAgain) {
+TEST_F(NetworkStreamTest, ReopensLostConnection) {
   cv::imwrite((folder_.Path() / "picture.jpg").string(), cv::Mat(96, 128, CV_8UC3, cv::Scalar::all(77)));
   const LoopbackServer server(folder_.Path());
   const CapturedLog log;
@@ -129,7 +129,7 @@ TEST_F(NetworkStreamTest, ALostConnectionIsOpenedAgain) {
   EXPECT_THAT(log.Text(), AllOf(HasSubstr("the connection is lost"), HasSubstr("connected again")));
 }
 
-TEST_F(NetworkStreamTest, WaitsForALostOneAsLongAsItMay) {
+TEST_F(NetworkStreamTest, GivesUpLostConnectionAfterTimeLimit) {
   cv::imwrite((folder_.Path() / "picture.jpg").string(), cv::Mat(96, 128, CV_8UC3, cv::Scalar::all(77)));
   auto server = std::make_unique<LoopbackServer>(folder_.Path());
   StreamOptions options;
@@ -146,7 +146,7 @@ TEST_F(NetworkStreamTest, WaitsForALostOneAsLongAsItMay) {
   EXPECT_FALSE(stream.Read(image));
 }
 
-TEST_F(NetworkStreamTest, AnAddressThatDoesNotAnswerIsAnErrorWithoutThePassword) {
+TEST_F(NetworkStreamTest, ReportsUnansweredAddressWithoutPassword) {
   EXPECT_THAT(InputErrorOf([] { NetworkStream("http://me:secret@127.0.0.1:9/camera"); }),
               AllOf(HasSubstr("http://127.0.0.1:9/camera: cannot be opened"), Not(HasSubstr("secret"))));
 }

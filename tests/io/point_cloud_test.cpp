@@ -39,7 +39,7 @@ class PointCloudFile : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(PointCloudFile, AsciiWithPropertiesInAnyOrder) {
+TEST_F(PointCloudFile, ReadsAsciiPropertiesInAnyOrder) {
   EXPECT_THAT(
       Read("ply\r\nformat ascii 1.0\r\ncomment made by hand\r\nelement vertex 2\r\nproperty uchar red\r\n"
            "property double z\r\nproperty float x\r\nproperty int y\r\nend_header\r\n"
@@ -47,7 +47,7 @@ TEST_F(PointCloudFile, AsciiWithPropertiesInAnyOrder) {
       ElementsAre(Vector3d(1.25, 2, 3.5), Vector3d(4, 5, -0.6)));
 }
 
-TEST_F(PointCloudFile, BinaryOfEitherByteOrderBehindAnElementWithLists) {
+TEST_F(PointCloudFile, ReadsBinaryOfEitherByteOrderAfterLists) {
   for (const bool big : {false, true}) {
     const std::string header = std::string("ply\nformat binary_") + (big ? "big" : "little") +
                                "_endian 1.0\nelement face 2\nproperty list uchar int vertex_indices\n"
@@ -62,7 +62,7 @@ TEST_F(PointCloudFile, BinaryOfEitherByteOrderBehindAnElementWithLists) {
   }
 }
 
-TEST_F(PointCloudFile, ColoursAreReadInWhateverTypeTheyAre) {
+TEST_F(PointCloudFile, ReadsColoursOfAnyType) {
   const auto read = [this](const std::string& text) {
     return ReadPointCloud(folder_.Write("cloud.ply", text)).rgb;
   };
@@ -83,18 +83,18 @@ TEST_F(PointCloudFile, ColoursAreReadInWhateverTypeTheyAre) {
   EXPECT_THAT(read(start + "property uchar red\nend_header\n1 2 3 7\n1 2 3 7\n"), ::testing::IsEmpty());
 }
 
-TEST_F(PointCloudFile, TextWithCommentsNamesAndCommas) {
+TEST_F(PointCloudFile, ReadsTextWithCommentsNamesAndCommas) {
   EXPECT_THAT(Read("x,y,z,intensity\n1,2,3,0.5\n# the rest\n 4\t5 6\n7;8;9\n"),
               ElementsAre(Vector3d(1, 2, 3), Vector3d(4, 5, 6), Vector3d(7, 8, 9)));
 }
 
-TEST_F(PointCloudFile, HolesAreSkippedAndCounted) {
+TEST_F(PointCloudFile, SkipsAndCountsHoles) {
   const PointCloud cloud = ReadPointCloud(folder_.Write("a.xyz", "1 2 3\nnan nan nan\n4 inf 6\n7 8 1e300\n"));
   EXPECT_THAT(cloud.points, ElementsAre(Vector3d(1, 2, 3)));
   EXPECT_EQ(cloud.skipped, 3);
 }
 
-TEST_F(PointCloudFile, ErrorsNameLineAndExpectation) {
+TEST_F(PointCloudFile, ReportsLineAndExpectation) {
   const std::string vertex = "element vertex 1\nproperty float x\nproperty float y\nproperty float z\n";
   EXPECT_THAT(ErrorOf("ply\nformat ascii 1.0\n" + vertex), HasSubstr("expected end_header"));
   EXPECT_THAT(ErrorOf("ply\nformat text 1.0\n"), AllOf(HasSubstr(":2: "), HasSubstr("binary_little_endian")));

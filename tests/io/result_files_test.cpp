@@ -47,7 +47,7 @@ TEST(ObjectsJson, ReadsWhatItWrote) {
       read[1].superquadric.T_map_object.Matrix().isApprox(Chair().superquadric.T_map_object.Matrix(), 1e-12));
 }
 
-TEST(ObjectsJson, ANameIsWrittenWhereThereIsOne) {
+TEST(ObjectsJson, WritesNamesOnlyWhenSet) {
   const TemporaryFolder folder;
   SnapshotObject named = Chair();
   named.name = "Ada's chair";
@@ -57,7 +57,7 @@ TEST(ObjectsJson, ANameIsWrittenWhereThereIsOne) {
   EXPECT_EQ(read[1].name, "Ada's chair");
 }
 
-TEST(ObjectsJson, LongLabelsAndNamesAreCut) {
+TEST(ObjectsJson, CutsLongLabelsAndNames) {
   const TemporaryFolder folder;
   SnapshotObject object = Chair();
   object.label = std::string(kMaxLabelBytes + 100, 'a');
@@ -68,7 +68,7 @@ TEST(ObjectsJson, LongLabelsAndNamesAreCut) {
   EXPECT_EQ(read[0].name, std::string(kMaxLabelBytes, 'b'));
 }
 
-TEST(ObjectsJson, BrokenFilesNameTheObject) {
+TEST(ObjectsJson, NamesBrokenObject) {
   const TemporaryFolder folder;
   const auto message = [&](const std::string& text) {
     const fs::path path = folder.Write("o.json", text);
@@ -82,7 +82,7 @@ TEST(ObjectsJson, BrokenFilesNameTheObject) {
               HasSubstr("object number 0"));
 }
 
-TEST(PointsPly, HoldsTheContractsColumns) {
+TEST(PointsPly, HoldsDocumentedColumns) {
   const TemporaryFolder folder;
   WritePoints(folder.Path() / "p.ply",
               {{{1.0F, 2.0F, 3.0F}, {10, 20, 30}, -1}, {{4.0F, 5.0F, 6.0F}, {1, 2, 3}, 9}});

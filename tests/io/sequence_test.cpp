@@ -36,7 +36,7 @@ TEST(CameraYaml, ReadsWhatItWrote) {
   EXPECT_EQ(read.readout_ms, camera.readout_ms);
 }
 
-TEST(CameraYaml, KnowsFisheyeLenses) {
+TEST(CameraYaml, ReadsFisheyeLenses) {
   const TemporaryFolder folder;
   const Camera camera{
       640, 480, 300.0, 301.0, 320.0, 240.0, {-0.01, 0.006, -0.004, 0.0008}, 20.0, 0.0, LensModel::kFisheye};
@@ -50,10 +50,10 @@ TEST(CameraYaml, KnowsFisheyeLenses) {
   EXPECT_THAT(error_of("distortion_model: omni\n"),
               HasSubstr("a.yaml:7: distortion_model is omni, expected fisheye or radial-tangential"));
   EXPECT_THAT(error_of("distortion_model: fisheye\ndistortion: [1, 2, 3, 4, 5]\n"),
-              HasSubstr("a.yaml:8: distortion of a fisheye lens is no list of at most four numbers"));
+              HasSubstr("a.yaml:8: distortion of a fisheye lens is not a list of at most four numbers"));
 }
 
-TEST(CameraYaml, TheReadoutTimeMayBeUnknownButNotLong) {
+TEST(CameraYaml, LimitsReadoutTime) {
   const TemporaryFolder folder;
   EXPECT_EQ(ReadCamera(folder.Write("a.yaml", kCameraFile)).readout_ms, 0.0);
   EXPECT_EQ(ReadCamera(folder.Write("b.yaml", std::string(kCameraFile) + "readout_ms: -20\n")).readout_ms,
@@ -64,7 +64,7 @@ TEST(CameraYaml, TheReadoutTimeMayBeUnknownButNotLong) {
               HasSubstr("c.yaml:7: readout_ms is 2700, expected a number from -100 to 100"));
 }
 
-TEST(CameraYaml, BrokenFocalLengthsNameFileAndLine) {
+TEST(CameraYaml, ReportsBrokenFocalLengthsByLine) {
   const TemporaryFolder folder;
   for (const char* focal : {"0", ".nan", "nan", "-500", ".inf", "many", "[1]"}) {
     const auto path = folder.Write(
@@ -75,7 +75,7 @@ TEST(CameraYaml, BrokenFocalLengthsNameFileAndLine) {
   }
 }
 
-TEST(CameraYaml, SidesTooShortToBeTrackedAreRefused) {
+TEST(CameraYaml, RefusesTooShortSides) {
   const TemporaryFolder folder;
   for (const char* side : {"0", "1", "15"}) {
     const auto path = folder.Write(
@@ -86,7 +86,7 @@ TEST(CameraYaml, SidesTooShortToBeTrackedAreRefused) {
   }
 }
 
-TEST(CameraYaml, MissingEntriesAndBrokenYamlAreReported) {
+TEST(CameraYaml, ReportsMissingEntriesAndBrokenYaml) {
   const TemporaryFolder folder;
   EXPECT_THAT(InputErrorOf([&] { ReadCamera(folder.Write("a.yaml", "width: 64\n")); }),
               HasSubstr("height is missing"));
@@ -114,7 +114,7 @@ TEST(Sequence, ListsFramesOfATumFolderWithItsBoxes) {
   EXPECT_TRUE(sequence.has_detections);
 }
 
-TEST(Sequence, BrokenLinesNameFileAndLine) {
+TEST(Sequence, ReportsBrokenLinesByNumber) {
   const TemporaryFolder folder;
   folder.Write("camera.yaml", kCameraFile);
   const auto message = [&](const std::string& text) {
@@ -129,7 +129,7 @@ TEST(Sequence, BrokenLinesNameFileAndLine) {
   EXPECT_THAT(message("# nothing\n"), HasSubstr("lists no image"));
 }
 
-TEST(Sequence, ImageFolderTakesItsTimesFromTheFrameRate) {
+TEST(Sequence, TimesImageFolderByFrameRate) {
   const TemporaryFolder folder;
   folder.Write("b.png", "x");
   folder.Write("a.JPG", "x");
@@ -143,7 +143,7 @@ TEST(Sequence, ImageFolderTakesItsTimesFromTheFrameRate) {
   EXPECT_FALSE(sequence.has_detections);
 }
 
-TEST(Sequence, AMissingCalibrationIsGuessedForPicturesOfOnesOwnOnly) {
+TEST(Sequence, GuessesMissingCalibrationOfOwnPicturesOnly) {
   const TemporaryFolder folder;
   folder.Write("a.png", "x");
   EXPECT_THAT(InputErrorOf([&] { OpenSequence({.path = folder.Path()}); }),
@@ -156,7 +156,7 @@ TEST(Sequence, AMissingCalibrationIsGuessedForPicturesOfOnesOwnOnly) {
   EXPECT_THAT(InputErrorOf([&] { OpenSequence({.path = folder.Path()}); }), HasSubstr("--camera auto"));
 }
 
-TEST(Sequence, WhatIsNotASequenceIsReported) {
+TEST(Sequence, ReportsOtherFolders) {
   const TemporaryFolder folder;
   folder.Write("camera.yaml", kCameraFile);
   EXPECT_THAT(InputErrorOf([&] { OpenSequence({.path = folder.Path()}); }), HasSubstr("no image in it"));
@@ -175,7 +175,7 @@ class DetectionsTest : public ::testing::Test {
   Camera camera_{64, 48, 50.0, 50.0, 32.0, 24.0, {}, 30.0};
 };
 
-TEST_F(DetectionsTest, BoxesAreClippedToTheImageAndThoseOutsideDropped) {
+TEST_F(DetectionsTest, ClipsBoxesAndDropsThoseOutside) {
   const CapturedLog log;
   const auto frames = Read("0.0 cup 0.5 -10 -5 20 20\n0.0 cup 0.5 100 0 10 10\n0.0 cup 0.5 -30 0 10 10\n");
   ASSERT_EQ(frames[0].size(), 1u);
@@ -184,28 +184,28 @@ TEST_F(DetectionsTest, BoxesAreClippedToTheImageAndThoseOutsideDropped) {
   EXPECT_EQ(box.y, 0.0);
   EXPECT_EQ(box.width, 10.0);
   EXPECT_EQ(box.height, 15.0);
-  EXPECT_THAT(log.Text(), HasSubstr("boxes.txt:2: box outside the image, left out (lines like this: 2)"));
+  EXPECT_THAT(log.Text(), HasSubstr("boxes.txt:2: box outside the image, ignored (2 in all)"));
   EXPECT_THAT(log.Text(), HasSubstr("boxes.txt:1: box reaches"));
 }
 
-TEST_F(DetectionsTest, BoxesOfMissingFramesAreLeftOutWithAWarning) {
+TEST_F(DetectionsTest, WarnsOfBoxesOfMissingFrames) {
   const CapturedLog log;
   const auto frames = Read("0.0333 cup 0.5 1 1 10 10\n0.05 cup 0.5 1 1 10 10\n9 cup 0.5 1 1 10 10\n");
   EXPECT_EQ(frames[0].size() + frames[2].size(), 0u);
   EXPECT_EQ(frames[1].size(), 1u);
-  EXPECT_THAT(log.Text(), HasSubstr("boxes.txt:2: box of a frame that is not there"));
+  EXPECT_THAT(log.Text(), HasSubstr("boxes.txt:2: box of a missing frame"));
 }
 
-TEST_F(DetectionsTest, UnknownLabelIsKeptAndWarnedOfOnce) {
+TEST_F(DetectionsTest, WarnsOnceOfUnknownLabel) {
   const CapturedLog log;
   const auto frames = Read("0 flurb 0.5 1 1 10 10\n0 flurb 0.5 2 1 10 10\n0 cereal_box 0.5 2 1 10 10\n");
   EXPECT_EQ(frames[0].size(), 3u);
-  EXPECT_THAT(log.Text(), HasSubstr("boxes.txt:1: label 'flurb' is not known"));
+  EXPECT_THAT(log.Text(), HasSubstr("boxes.txt:1: label 'flurb' is unknown"));
   EXPECT_EQ(log.Text().find("flurb"), log.Text().rfind("flurb"));
   EXPECT_EQ(log.Text().find("cereal_box"), std::string::npos);
 }
 
-TEST_F(DetectionsTest, BrokenLinesNameFileAndLine) {
+TEST_F(DetectionsTest, ReportsBrokenLinesByNumber) {
   for (const char* line :
        {"0 cup 0.5 1 1 10", "0 cup 0.5 1 1 10 x", "0 cup 1.5 1 1 10 10", "0 cup 0.5 1 1 0 10",
         "nan cup 0.5 1 1 10 10", "0 cup 0.5 1 1 10 10 1 1 1", "0 cup 0.5 1 1 inf 10"}) {
@@ -215,7 +215,7 @@ TEST_F(DetectionsTest, BrokenLinesNameFileAndLine) {
   }
 }
 
-TEST_F(DetectionsTest, FolderOfFilesNamesClassesOfCoco) {
+TEST_F(DetectionsTest, NamesCocoClassesInFolderOfFiles) {
   const CapturedLog log;
   folder_.Write("boxes/0.033333.txt", "41 1 2 10 12 0.75\n93 1 2 10 12 0.5\n");
   folder_.Write("boxes/5.0.txt", "41 1 2 10 12 0.75\n");
@@ -224,8 +224,8 @@ TEST_F(DetectionsTest, FolderOfFilesNamesClassesOfCoco) {
   EXPECT_EQ(frames[1][0].label, "cup");
   EXPECT_EQ(frames[1][0].score, 0.75);
   EXPECT_EQ(frames[1][1].label, "class_93");
-  EXPECT_THAT(log.Text(), HasSubstr("'class_93' is not known"));
-  EXPECT_THAT(log.Text(), HasSubstr("5.0.txt:1: box of a frame that is not there"));
+  EXPECT_THAT(log.Text(), HasSubstr("'class_93' is unknown"));
+  EXPECT_THAT(log.Text(), HasSubstr("5.0.txt:1: box of a missing frame"));
   folder_.Write("boxes/0.0.txt", "cup 1 2 10 12 0.75\n");
   EXPECT_THAT(InputErrorOf([&] { ReadDetections(folder_.Path() / "boxes", camera_, {0.0}); }),
               HasSubstr("0.0.txt:1:"));
@@ -243,7 +243,7 @@ TEST(TrajectoryFile, ReadsWhatItWrote) {
   EXPECT_LT(read[0].T_map_camera.rotation.angularDistance(rotation), 1e-7);
 }
 
-TEST(TrajectoryFile, BrokenLinesNameFileAndLine) {
+TEST(TrajectoryFile, ReportsBrokenLinesByNumber) {
   const TemporaryFolder folder;
   const auto message = [&](const std::string& second) {
     const auto path = folder.Write("t.txt", "1 0 0 0 0 0 0 1\n" + second + "\n");

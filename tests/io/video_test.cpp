@@ -60,7 +60,7 @@ int LeftEdge(const Frame& frame) {
   return x;
 }
 
-TEST_P(VideoTest, GivesItsFramesInOrderWithTheVideosTimes) {
+TEST_P(VideoTest, PlaysFramesInOrderWithTheirTimes) {
   const Sequence sequence = OpenSequence({.path = Path()});
   EXPECT_EQ(sequence.format, SequenceFormat::kVideo);
   ASSERT_EQ(sequence.frames.size(), static_cast<std::size_t>(kFrames));
@@ -76,7 +76,7 @@ TEST_P(VideoTest, GivesItsFramesInOrderWithTheVideosTimes) {
   EXPECT_EQ(source.Skipped(), 0);
 }
 
-TEST_P(VideoTest, StartAndStrideChooseFrames) {
+TEST_P(VideoTest, PlaysFramesByStartAndStride) {
   FrameSource source(OpenSequence({.path = Path()}), {.start = 3, .count = 3, .stride = 5});
   for (const int index : {3, 8, 13}) {
     const std::optional<Frame> frame = source.Next();
@@ -87,12 +87,12 @@ TEST_P(VideoTest, StartAndStrideChooseFrames) {
   EXPECT_FALSE(source.Next());
 }
 
-TEST_P(VideoTest, AnotherSizeThanTheCalibrationsIsRefused) {
+TEST_P(VideoTest, RefusesAnotherSizeThanCalibration) {
   EXPECT_THAT(InputErrorOf([&] { OpenSequence({.path = Path(), .camera = "kinect-v1"}); }),
               HasSubstr("is 160x120, expected the camera's 640x480"));
 }
 
-TEST_P(VideoTest, CutOffItIsReportedAndWhatIsThereIsPlayed) {
+TEST_P(VideoTest, PlaysFirstPartWhenCutOff) {
   CutOffAfter(0.5);
   if (GetParam().file == std::string("film.mp4")) {  // its index stood at the end: nothing can be read
     EXPECT_THAT(InputErrorOf([&] { OpenSequence({.path = Path()}); }),

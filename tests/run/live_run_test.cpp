@@ -50,7 +50,7 @@ TEST(LiveRun, PassesOnOrCountsEveryImage) {
   EXPECT_GE(stats.frames, 1);
   EXPECT_EQ(stats.frames + stats.dropped, kImages);
   EXPECT_FALSE(std::filesystem::exists(request.output / "map.sqmap"));
-  EXPECT_THAT(log.Text(), HasSubstr("camera 0: gives no more images after 20"));
+  EXPECT_THAT(log.Text(), HasSubstr("camera 0: delivers no more images after 20"));
 }
 
 TEST(LiveRun, RejectsOptionsThatNeedARecording) {
