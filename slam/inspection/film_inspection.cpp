@@ -19,14 +19,10 @@
 namespace sqslam {
 namespace {
 
-constexpr int kThingSamples = 8;
-
-// A sample whose followers are still to come.
-struct Sample {
-  std::size_t moment = 0;
+// A sample, or the frame after one.
+struct Features {
   FrameFeatures features;
-  std::optional<FrameFeatures> neighbour;  // of the frame after it; empty where that cannot be read
-  double neighbour_seconds = 1.0;          // until that frame
+  double timestamp = 0.0;  // seconds
 };
 
 double ClippedShare(const cv::Mat& gray) {
@@ -49,7 +45,7 @@ double CoverageOf(const FrameFeatures& features, const Camera& camera) {
   return static_cast<double>(taken.count()) / static_cast<double>(taken.size());
 }
 
-std::vector<TwoViewMatch> MatchesOf(const FrameFeatures& a, const FrameFeatures& b) {
+std::vector<TwoViewMatch> MatchFrames(const FrameFeatures& a, const FrameFeatures& b) {
   constexpr double kRatio = 0.8;
   std::vector<TwoViewMatch> matches;
   for (const auto& [i, j] : MatchAll(a, b, {}, {}, kStrictDistance, kRatio)) {
@@ -70,37 +66,37 @@ double ShareOf(const std::vector<TwoViewMatch>& matches, const FrameFeatures& fe
   return static_cast<double>(matches.size()) / std::max(1.0, static_cast<double>(features.Size()));
 }
 
-// Compares the sample with the frame after it and with the next sample.
-void Compare(const FrameFeatures& features, const std::optional<FrameFeatures>& neighbour,
-             double neighbour_seconds, const FrameFeatures& next, double next_seconds, const Camera& camera,
+// Compares a sample with the frame after it, which may be unreadable, and with the next sample.
+void Compare(const Features& sample, const Features* neighbour, const Features& next, const Camera& camera,
              FilmMoment& moment) {
-  constexpr double kEnough = 0.05;  // of the keypoints, for the motion over the longer time
+  constexpr double kMinKept = 0.05;  // of the keypoints, to measure the motion to the next sample
   const std::vector<TwoViewMatch> near =
-      neighbour ? MatchesOf(features, *neighbour) : std::vector<TwoViewMatch>();
-  const std::vector<TwoViewMatch> far = MatchesOf(features, next);
-  moment.shared = neighbour ? ShareOf(near, features) : moment.shared;
-  moment.kept = ShareOf(far, features);
-  const bool by_far = moment.kept >= kEnough || near.empty();
+      neighbour != nullptr ? MatchFrames(sample.features, neighbour->features) : std::vector<TwoViewMatch>();
+  const std::vector<TwoViewMatch> far = MatchFrames(sample.features, next.features);
+  moment.shared = neighbour != nullptr ? ShareOf(near, sample.features) : moment.shared;
+  moment.kept = ShareOf(far, sample.features);
+  const bool by_far = moment.kept >= kMinKept || near.empty();
   const std::vector<TwoViewMatch>& matches = by_far ? far : near;
   if (!matches.empty()) {
-    moment.flow = FlowOf(matches) / camera.width / (by_far ? next_seconds : neighbour_seconds);
+    const double seconds = (by_far ? next : *neighbour).timestamp - sample.timestamp;
+    moment.flow = FlowOf(matches) / camera.width / seconds;
   }
 }
 
-// The share of the motion that no turn of the camera explains; 1 where too little is shared to tell.
+// Returns the share of the motion that no rotation of the camera explains; 1 if too few keypoints match.
 double SidewaysShare(const FrameFeatures& a, const FrameFeatures& b, const Camera& camera) {
-  constexpr std::size_t kFewest = 20;
+  constexpr std::size_t kMinMatches = 20;
   constexpr double kNoise = 1.0;  // px, of matched keypoints
-  const std::vector<TwoViewMatch> matches = MatchesOf(a, b);
-  if (matches.size() < kFewest) {
+  const std::vector<TwoViewMatch> matches = MatchFrames(a, b);
+  if (matches.size() < kMinMatches) {
     return 1.0;
   }
   const double rest = FlowWithoutRotation(camera, matches);
   return std::max(0.0, rest - kNoise) / std::max(FlowOf(matches), kNoise);
 }
 
-// Trouble of the picture alone.
-std::optional<FilmTrouble> PictureTrouble(const FilmMoment& moment, const InspectionOptions& options) {
+// Returns the trouble of a single image.
+std::optional<FilmTrouble> ImageTrouble(const FilmMoment& moment, const InspectionOptions& options) {
   if (moment.clipped > options.max_clipped) {
     return FilmTrouble::kExposure;
   }
@@ -112,12 +108,12 @@ std::optional<FilmTrouble> PictureTrouble(const FilmMoment& moment, const Inspec
 
 std::optional<FilmTrouble> TroubleOf(const FilmMoment& moment, const FilmMoment& next,
                                      const InspectionOptions& options) {
-  if (const std::optional<FilmTrouble> trouble = PictureTrouble(moment, options)) {
+  if (const std::optional<FilmTrouble> trouble = ImageTrouble(moment, options)) {
     return trouble;
   }
   if (moment.shared < options.min_shared ||
-      moment.kept < options.min_kept) {  // a bad picture shares nothing, but that is its own trouble
-    return PictureTrouble(next, options) ? std::nullopt : std::optional(FilmTrouble::kJump);
+      moment.kept < options.min_kept) {  // a bad next image shares nothing, but has a trouble of its own
+    return ImageTrouble(next, options) ? std::nullopt : std::optional(FilmTrouble::kJump);
   }
   if (moment.flow < options.min_flow) {
     return FilmTrouble::kStandstill;
@@ -125,9 +121,47 @@ std::optional<FilmTrouble> TroubleOf(const FilmMoment& moment, const FilmMoment&
   return moment.sideways < options.max_turning ? std::optional(FilmTrouble::kTurning) : std::nullopt;
 }
 
-// Seconds of the film that a sample stands for, until the next one.
+// Returns the seconds from a sample to the next one.
 double Duration(const std::vector<FilmMoment>& moments, std::size_t i) {
   return i + 1 < moments.size() ? moments[i + 1].seconds - moments[i].seconds : 0.0;
+}
+
+// Returns the motion during a finding, image widths.
+double TurnDuring(const FilmFinding& finding, const std::vector<FilmMoment>& moments) {
+  double turn = 0.0;
+  for (std::size_t i = 0; i + 1 < moments.size(); ++i) {
+    const bool within = finding.begin <= moments[i].seconds && moments[i].seconds < finding.end;
+    turn += within ? moments[i].flow * Duration(moments, i) : 0.0;
+  }
+  return turn;
+}
+
+std::vector<FilmFinding> FindTrouble(const std::vector<FilmMoment>& moments,
+                                     const InspectionOptions& options) {
+  std::vector<FilmFinding> findings;
+  for (std::size_t i = 0; i + 1 < moments.size(); ++i) {
+    const std::optional<FilmTrouble> trouble = TroubleOf(moments[i], moments[i + 1], options);
+    if (!trouble) {
+      continue;
+    }
+    const double end = moments[i + 1].seconds;
+    if (!findings.empty() && findings.back().trouble == *trouble &&
+        moments[i].seconds - findings.back().end < options.min_trouble) {
+      findings.back().end = end;
+    } else {
+      findings.push_back({*trouble, moments[i].seconds, end});
+    }
+  }
+  // A jump breaks tracking however short it is.
+  std::erase_if(findings, [&](const FilmFinding& finding) {
+    return finding.trouble != FilmTrouble::kJump && finding.end - finding.begin < options.min_trouble;
+  });
+  for (FilmFinding& finding : findings) {
+    finding.breaks = finding.trouble == FilmTrouble::kTurning
+                         ? TurnDuring(finding, moments) > options.max_turn
+                         : finding.trouble != FilmTrouble::kStandstill;
+  }
+  return findings;
 }
 
 void Summarize(FilmInspection& inspection) {
@@ -150,6 +184,38 @@ void Summarize(FilmInspection& inspection) {
   inspection.skew = LinearQuantile(skews, 0.95);
 }
 
+FrameRange SampleRange(const Sequence& sequence, const FrameRange& range, const InspectionOptions& options) {
+  const double fps = sequence.camera.fps > 0.0 ? sequence.camera.fps : 30.0;
+  const auto step = std::max<std::int64_t>(
+      1, std::lround(options.sample_interval * fps / static_cast<double>(range.stride)));
+  FrameRange samples = range;
+  samples.stride = range.stride * step;
+  samples.count = (range.SizeIn(sequence) + step - 1) / step;
+  return samples;
+}
+
+// The frames after the samples. Unreadable frames are skipped in both, each on its own.
+class NeighbourFrames {
+ public:
+  NeighbourFrames(const Sequence& sequence, FrameRange samples, std::int64_t stride) {
+    samples.start += stride;
+    if (samples.stride > stride && samples.SizeIn(sequence) > 0) {
+      source_.emplace(sequence, samples);
+    }
+  }
+
+  // Returns the frame of this index, which must rise; empty if it cannot be read.
+  std::optional<Frame> At(std::int64_t index) {
+    while (source_ && (!frame_ || frame_->index < index) && (frame_ = source_->Next())) {
+    }
+    return frame_ && frame_->index == index ? frame_ : std::nullopt;
+  }
+
+ private:
+  std::optional<FrameSource> source_;
+  std::optional<Frame> frame_;
+};
+
 std::string ClockTime(double seconds) {
   const int whole = static_cast<int>(std::lround(seconds));
   return fmt::format("{}:{:02}", whole / 60, whole % 60);
@@ -158,9 +224,9 @@ std::string ClockTime(double seconds) {
 }  // namespace
 
 bool FilmInspection::IsFit() const {
-  constexpr double kLeastLongest = 0.6;  // of the film
-  constexpr double kLeastMoving = 0.3;
-  return seconds > 0.0 && longest >= kLeastLongest * seconds && moving >= kLeastMoving * seconds;
+  constexpr double kMinLongestShare = 0.6;  // of the film
+  constexpr double kMinMovingShare = 0.3;
+  return seconds > 0.0 && longest >= kMinLongestShare * seconds && moving >= kMinMovingShare * seconds;
 }
 
 double BlurOf(const cv::Mat& gray) {
@@ -186,68 +252,55 @@ double BlurOf(const cv::Mat& gray) {
 FilmInspection InspectFilm(const Sequence& sequence, const FrameRange& range,
                            const InspectionOptions& options, const ThingCounter& count,
                            const InspectionProgress& progress) {
-  const double fps = sequence.camera.fps > 0.0 ? sequence.camera.fps : 30.0;
-  FrameRange samples = range;
-  const std::int64_t played = range.SizeIn(sequence);
-  const auto step = std::max<std::int64_t>(
-      1, std::lround(options.sample_interval * fps / static_cast<double>(range.stride)));
-  samples.stride = range.stride * step;
-  samples.count = (played + step - 1) / step;
+  constexpr int kThingSamples = 8;
+  const FrameRange samples = SampleRange(sequence, range, options);
   const std::int64_t thing_step = std::max<std::int64_t>(1, samples.count / kThingSamples);
+  const Camera& camera = sequence.camera;
   OrbOptions orb;
   orb.num_features = options.keypoints;
   OrbExtractor extractor(orb);
-  const Camera& camera = sequence.camera;
+  const auto extract = [&](const Frame& frame) {
+    return Features{extractor.Extract(frame.gray, frame.bgr, camera), frame.timestamp};
+  };
   FilmInspection inspection;
-  std::deque<Sample> before;  // the last two samples
+  std::vector<FilmMoment>& moments = inspection.moments;
+  std::deque<Features> before;                      // the last two samples
+  std::optional<Features> neighbour;                // frame after the last sample
+  const bool all = samples.stride == range.stride;  // the next frame is the next sample
   FrameSource source(sequence, samples);
-  FrameRange after = samples;
-  after.start += range.stride;
-  const bool all = step == 1;  // the next frame is the next sample
-  std::optional<FrameSource> neighbours;
-  if (!all && after.SizeIn(sequence) > 0) {
-    neighbours.emplace(sequence, after);
-  }
-  std::optional<Frame> neighbour;
+  NeighbourFrames neighbours(sequence, samples, range.stride);
   double start = 0.0;
   for (std::int64_t i = 0; const std::optional<Frame> frame = source.Next(); ++i) {
     start = i == 0 ? frame->timestamp : start;
     FilmMoment moment{.frame = frame->index, .seconds = frame->timestamp - start};
-    FrameFeatures features = extractor.Extract(frame->gray, frame->bgr, camera);
     moment.clipped = ClippedShare(frame->gray);
     moment.blur = BlurOf(frame->gray);
-    moment.coverage = CoverageOf(features, camera);
+    Features features = extract(*frame);
+    moment.coverage = CoverageOf(features.features, camera);
     moment.things = count && i % thing_step == 0 ? count(frame->bgr) : -1;
     if (!before.empty()) {
-      FilmMoment& last = inspection.moments.back();
-      const Sample& sample = before.back();
-      Compare(sample.features, all ? features : sample.neighbour,
-              all ? moment.seconds - last.seconds : sample.neighbour_seconds, features,
-              moment.seconds - last.seconds, camera, last);
+      Compare(before.back(),
+              all         ? &features
+              : neighbour ? &*neighbour
+                          : nullptr,
+              features, camera, moments.back());
     }
     if (before.size() == 2) {
-      inspection.moments[before.front().moment].sideways =
-          SidewaysShare(before.front().features, features, camera);
+      moments[moments.size() - 2].sideways =
+          SidewaysShare(before.front().features, features.features, camera);
       before.pop_front();
     }
-    inspection.moments.push_back(moment);
-    before.push_back({inspection.moments.size() - 1, std::move(features), {}, 1.0});
-    // Unreadable frames are passed over by both sources, each on its own.
-    const std::int64_t wanted = frame->index + range.stride;
-    while (neighbours && (!neighbour || neighbour->index < wanted) && (neighbour = neighbours->Next())) {
-    }
-    if (neighbour && neighbour->index == wanted) {
-      before.back().neighbour = extractor.Extract(neighbour->gray, neighbour->bgr, camera);
-      before.back().neighbour_seconds = neighbour->timestamp - frame->timestamp;
-    }
+    moments.push_back(moment);
+    before.push_back(std::move(features));
+    const std::optional<Frame> next = all ? std::nullopt : neighbours.At(frame->index + range.stride);
+    neighbour = next ? std::optional(extract(*next)) : std::nullopt;
     if (progress && !progress(i + 1, samples.count)) {
       return inspection;
     }
   }
-  ThrowIf<InputError>(inspection.moments.size() < 3, "{}: {} frames, expected at least three",
-                      sequence.path.string(), inspection.moments.size());
+  ThrowIf<InputError>(moments.size() < 3, "{}: {} frames can be read, expected at least three",
+                      sequence.path.string(), moments.size());
   // The last samples have no followers.
-  std::vector<FilmMoment>& moments = inspection.moments;
   for (std::size_t i = moments.size() - 2; i < moments.size(); ++i) {
     moments[i].sideways = moments[i - 1].sideways;
   }
@@ -257,46 +310,14 @@ FilmInspection InspectFilm(const Sequence& sequence, const FrameRange& range,
   return inspection;
 }
 
-std::vector<FilmFinding> FindTrouble(const std::vector<FilmMoment>& moments,
-                                     const InspectionOptions& options) {
-  std::vector<FilmFinding> findings;
-  for (std::size_t i = 0; i + 1 < moments.size(); ++i) {
-    const std::optional<FilmTrouble> trouble = TroubleOf(moments[i], moments[i + 1], options);
-    if (!trouble) {
-      continue;
-    }
-    const double end = moments[i + 1].seconds;
-    if (!findings.empty() && findings.back().trouble == *trouble &&
-        moments[i].seconds - findings.back().end < options.min_trouble) {
-      findings.back().end = end;
-    } else {
-      findings.push_back({*trouble, moments[i].seconds, end});
-    }
-  }
-  // A jump needs no time to do harm.
-  std::erase_if(findings, [&](const FilmFinding& finding) {
-    return finding.trouble != FilmTrouble::kJump && finding.end - finding.begin < options.min_trouble;
-  });
-  for (FilmFinding& finding : findings) {
-    double turn = 0.0;
-    for (std::size_t i = 0; i + 1 < moments.size(); ++i) {
-      const bool within = finding.begin <= moments[i].seconds && moments[i].seconds < finding.end;
-      turn += within ? moments[i].flow * Duration(moments, i) : 0.0;
-    }
-    finding.breaks = finding.trouble == FilmTrouble::kTurning ? turn > options.max_turn
-                                                              : finding.trouble != FilmTrouble::kStandstill;
-  }
-  return findings;
-}
-
 std::string InWords(const FilmFinding& finding) {
   constexpr std::array kWords = {
       "too dark or too bright: film with more or less light",
       "blurred: move slower, or use more light",
-      "hardly any texture: keep textured things in the image",
+      "too little texture: keep textured things in the image",
       "the camera stands still: walk sideways there",
       "the camera turns on the spot: walk sideways there",
-      "neighbouring frames hardly overlap: a cut? Otherwise move slower, or record at a higher frame rate",
+      "neighbouring frames barely overlap: a cut? Otherwise move slower, or record at a higher frame rate",
   };
   const std::string begin = ClockTime(finding.begin);
   const std::string end = ClockTime(finding.end);

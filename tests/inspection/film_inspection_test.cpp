@@ -95,7 +95,7 @@ class FilmInspectionTest : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(FilmInspectionTest, AWalkPastThingsIsFit) {
+TEST_F(FilmInspectionTest, AcceptsWalkPastThings) {
   const FilmInspection inspection = Inspect(60, Walking);
   EXPECT_THAT(inspection.findings, IsEmpty());
   EXPECT_TRUE(inspection.IsFit());
@@ -103,13 +103,13 @@ TEST_F(FilmInspectionTest, AWalkPastThingsIsFit) {
   EXPECT_THAT(inspection.moments, Each(Field(&FilmMoment::sideways, ::testing::Gt(0.1))));
 }
 
-TEST_F(FilmInspectionTest, ACameraThatStandsStillIsNot) {
+TEST_F(FilmInspectionTest, ReportsStandstill) {
   const FilmInspection inspection = Inspect(40, [](int) { return TwoWalls(0.0, 0.0); });
   EXPECT_THAT(Troubles(inspection), ElementsAre(FilmTrouble::kStandstill));
   EXPECT_FALSE(inspection.IsFit());
 }
 
-TEST_F(FilmInspectionTest, TurningOnTheSpotIsToldWithItsTimes) {
+TEST_F(FilmInspectionTest, ReportsTurningOnTheSpotWithTimes) {
   const FilmInspection inspection = Inspect(100, [](int i) {
     const int turned = std::clamp(i, 40, 70) - 40;  // from second 4 to 7
     return TwoWalls(0.012 * turned, 0.004 * (i - turned));
@@ -121,7 +121,7 @@ TEST_F(FilmInspectionTest, TurningOnTheSpotIsToldWithItsTimes) {
               AllOf(HasSubstr("0:04 to 0:07"), HasSubstr("turns on the spot")));
 }
 
-TEST_F(FilmInspectionTest, ALongTurnLeavesTheMapBehind) {
+TEST_F(FilmInspectionTest, TakesLongTurnForBreak) {
   const auto turning = [](double rate) {
     return [rate](int i) { return TwoWalls(rate * (std::clamp(i, 30, 70) - 50), 0.003 * std::min(i, 30)); };
   };
@@ -129,7 +129,7 @@ TEST_F(FilmInspectionTest, ALongTurnLeavesTheMapBehind) {
   EXPECT_TRUE(Inspect(80, turning(0.03)).findings.front().breaks);
 }
 
-TEST_F(FilmInspectionTest, BlurDarknessAndPlainWallsAreTold) {
+TEST_F(FilmInspectionTest, ReportsBlurDarknessAndPlainWalls) {
   EXPECT_THAT(Troubles(Inspect(40,
                                [](int i) {
                                  cv::Mat image = Walking(i);
@@ -148,14 +148,14 @@ TEST_F(FilmInspectionTest, BlurDarknessAndPlainWallsAreTold) {
               ElementsAre(FilmTrouble::kTexture));
 }
 
-TEST_F(FilmInspectionTest, FramesThatShareNothingAreAJump) {
+TEST_F(FilmInspectionTest, ReportsJumpBetweenFrames) {
   const FilmInspection inspection = Inspect(60, [](int i) { return Walking(i < 30 ? i : i - 120); });
   ASSERT_THAT(Troubles(inspection), ElementsAre(FilmTrouble::kJump));
   EXPECT_NEAR(inspection.findings[0].begin, 2.9, 0.35);
   EXPECT_FALSE(inspection.IsFit());  // half of it on either side
 }
 
-TEST_F(FilmInspectionTest, ShortTroubleIsPassedOver) {
+TEST_F(FilmInspectionTest, IgnoresShortTrouble) {
   const auto blurred_once = [](int i) {
     cv::Mat image = Walking(i);
     if (i >= 30 && i < 33) {
@@ -168,7 +168,7 @@ TEST_F(FilmInspectionTest, ShortTroubleIsPassedOver) {
 
 // A frame that cannot be read shifts neither samples nor their neighbours against each other: each sample is
 // compared with the frame after it.
-TEST_F(FilmInspectionTest, AnUnreadableFrameBreaksNothing) {
+TEST_F(FilmInspectionTest, ToleratesUnreadableFrame) {
   InspectionOptions options;
   options.sample_interval = 0.4;
   options.min_trouble = 0.3;
@@ -187,18 +187,18 @@ TEST_F(FilmInspectionTest, AnUnreadableFrameBreaksNothing) {
   }
 }
 
-TEST_F(FilmInspectionTest, EndsEarlyWithoutAWordWhereItIsToldTo) {
+TEST_F(FilmInspectionTest, StopsWhenCancelled) {
   const FilmInspection inspection =
       Inspect(40, Walking, {}, [](std::int64_t done, std::int64_t) { return done < 2; });
   EXPECT_EQ(inspection.moments.size(), 2u);
   EXPECT_THAT(inspection.findings, IsEmpty());
 }
 
-TEST_F(FilmInspectionTest, TooFewFramesAreAnError) {
+TEST_F(FilmInspectionTest, RefusesTooFewFrames) {
   EXPECT_THAT(InputErrorOf([&] { Inspect(2, Walking); }), HasSubstr("expected at least three"));
 }
 
-TEST(BlurOfTest, RisesWithTheBlurAndDoesNotDependOnTheContrast) {
+TEST(BlurOfTest, RisesWithBlurAndIgnoresContrast) {
   cv::Mat sharp;
   cv::cvtColor(Walking(0), sharp, cv::COLOR_BGR2GRAY);
   double last = BlurOf(sharp);
