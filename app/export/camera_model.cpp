@@ -148,15 +148,20 @@ double CameraModel::MeanError() const {
   return points.empty() ? 0.0 : sum / static_cast<double>(points.size());
 }
 
-CameraModel ModelOf(const Map& map, const Camera& camera) {
+CameraModel ModelOf(const Map& map, const Camera& camera, const std::map<std::int64_t, std::string>& files) {
   const Eigen::Vector2d to_centre(kPixelCentre, kPixelCentre);
   CameraModel model;
   model.camera = camera;
   std::map<KeyframeId, std::size_t> image_of;
   for (const auto& [id, keyframe] : map.Keyframes()) {
+    const auto file = files.find(keyframe.frame_index);
+    if (file == files.end()) {
+      continue;
+    }
     image_of[id] = model.images.size();
     CameraModel::Image& image = model.images.emplace_back();
     image.frame_index = keyframe.frame_index;
+    image.name = file->second;
     image.T_camera_map = keyframe.T_camera_map;
     image.points = keyframe.points;
     for (const Keypoint& keypoint : keyframe.features->keypoints) {
@@ -165,17 +170,27 @@ CameraModel ModelOf(const Map& map, const Camera& camera) {
     }
   }
   for (const MapPoint& point : map.Points()) {
-    CameraModel::Point& out = model.points.emplace_back();
+    CameraModel::Point out;
     out.id = point.id;
     out.p_map = point.p_map;
     out.rgb = point.rgb;
     for (const Observation& o : point.observations) {
-      const std::size_t index = image_of.at(o.keyframe);
-      const CameraModel::Image& image = model.images[index];
-      const Eigen::Vector2d projected = camera.ProjectDistorted(image.T_camera_map * point.p_map) + to_centre;
-      out.error += (projected - image.pixels[static_cast<std::size_t>(o.keypoint)]).norm() /
-                   static_cast<double>(point.observations.size());
-      out.track.emplace_back(static_cast<std::uint32_t>(index), static_cast<std::uint32_t>(o.keypoint));
+      if (const auto index = image_of.find(o.keyframe); index != image_of.end()) {
+        const CameraModel::Image& image = model.images[index->second];
+        const auto pixel = static_cast<std::size_t>(o.keypoint);
+        const Eigen::Vector2d projected =
+            camera.ProjectDistorted(image.T_camera_map * point.p_map) + to_centre;
+        out.error += (projected - image.pixels[pixel]).norm();
+        out.track.emplace_back(index->second, pixel);
+      }
+    }
+    if (out.track.size() >= 2) {
+      out.error /= static_cast<double>(out.track.size());
+      model.points.push_back(std::move(out));
+    } else {
+      for (const auto& [image, pixel] : out.track) {
+        model.images[image].points[pixel] = kNoPoint;
+      }
     }
   }
   return model;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -40,8 +41,9 @@ struct CameraModel {
   double MeanError() const;   // px, over all points
 };
 
-// Keyframes become images; their names are left empty.
-CameraModel ModelOf(const Map& map, const Camera& camera);
+// Returns the keyframes with an image file, by the index of their frame, and the points that two of them
+// observe.
+CameraModel ModelOf(const Map& map, const Camera& camera, const std::map<std::int64_t, std::string>& files);
 
 // Writes cameras, images and points3D as .bin and .txt (COLMAP 3.8, https://colmap.github.io/format.html)
 // into an existing folder. The lens decides between PINHOLE, OPENCV, FULL_OPENCV and OPENCV_FISHEYE. Ids
@@ -60,8 +62,8 @@ constexpr auto EnumNames(ModelFormat) { return std::array{"colmap", "nerfstudio"
 
 struct ModelSummary {
   int images = 0;
-  int of_other_sequence = 0;  // keyframes that were left out because the sequence does not have them
-  int unreadable = 0;         // keyframes that were left out because their images cannot be read
+  int of_other_sequence = 0;  // keyframes omitted because the sequence does not have them
+  int unreadable = 0;         // keyframes omitted because their images cannot be read
   int points = 0;
   double error = 0.0;  // px, mean reprojection error
 };
@@ -76,7 +78,7 @@ struct ModelRequest {
 
 // Writes the live map of a result into a new folder: sparse/0 for COLMAP, transforms.json and points.ply for
 // nerfstudio, and images/ for both. images/ is a link to the sequence if its images are files of the camera's
-// size; otherwise (videos, resized images) the images are written. Keyframes without an image are left out.
+// size; otherwise (videos, resized images) the images are written. Keyframes without an image are omitted.
 // `progress` is called after each written image. Throws InputError, and UsageError if the folder is not
 // empty.
 ModelSummary ExportModel(const ModelRequest& request,

@@ -44,15 +44,15 @@ void AppendChunk(std::string& bytes, std::uint32_t type, const std::string& data
 
 }  // namespace
 
-GlbFile::GlbFile(const std::string& generator, std::size_t longest) : longest_(longest) {
+GlbFile::GlbFile(const std::string& generator, std::size_t max_bytes) : max_bytes_(max_bytes) {
   json_["asset"] = {{"version", "2.0"}, {"generator", generator}};
 }
 
 void GlbFile::CheckLength(std::size_t bytes) const {
-  ThrowIf<InputError>(bytes > longest_,
+  ThrowIf<InputError>(bytes > max_bytes_,
                       "a binary glTF file of {} bytes or more: expected at most {}, the limit of the format, "
                       "with fewer objects, points or triangles",
-                      bytes, longest_);
+                      bytes, max_bytes_);
 }
 
 int GlbFile::Append(const char* list, Json value) {

@@ -27,13 +27,13 @@ class GlbFile {
     int material = -1;
   };
 
-  static constexpr std::size_t kLongest = 0xFFFFFFFF;  // bytes of a file: lengths in it have 32 bits
+  static constexpr std::size_t kMaxBytes = 0xFFFFFFFF;  // of a file: lengths in it have 32 bits
 
-  explicit GlbFile(const std::string& generator, std::size_t longest = kLongest);
+  explicit GlbFile(const std::string& generator, std::size_t max_bytes = kMaxBytes);
 
   // Each adds one accessor with a buffer view of its own and returns its index. Throws std::invalid_argument
   // on an empty span: glTF has no empty accessors. Throws InputError if the file becomes longer than
-  // `longest`.
+  // `max_bytes`.
   int AddPositions(std::span<const Eigen::Vector3f> positions);
   int AddNormals(std::span<const Eigen::Vector3f> normals);
   int AddColors(std::span<const std::array<std::uint8_t, 3>> srgb);  // stored as linear values
@@ -52,7 +52,7 @@ class GlbFile {
   void AddRotations(int node, int times, std::span<const Eigen::Vector4f> values);
 
   // Returns the whole file: a scene of the node `root`, and an animation of its name with all channels.
-  // Throws InputError if it is longer than `longest`.
+  // Throws InputError if it is longer than `max_bytes`.
   std::string Bytes(int root, const std::string& scene_name) const;
 
  private:
@@ -63,7 +63,7 @@ class GlbFile {
   void CheckLength(std::size_t bytes) const;
   void AddSampler(int node, const char* path, int times, int values, const char* interpolation);
 
-  std::size_t longest_;
+  std::size_t max_bytes_;
   nlohmann::ordered_json json_;
   nlohmann::ordered_json animation_;  // null: no animation
   std::string buffer_;

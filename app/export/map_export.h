@@ -26,8 +26,8 @@ namespace sqslam::app {
 //     keyframes    per keyframe a camera node with the calibration's view angles
 //     frusta       LINES: the frusta of all keyframes
 //     flight       a camera that follows the path
-// An animation of the run's length moves that camera and lets each object appear when it is first seen. Names
-// are unique and short enough for Blender. Empty groups are left out. `first_seen`: time of each object's
+// An animation as long as the run moves that camera and shows each object from its first sight on. Names
+// are unique and short enough for Blender. Empty groups are omitted. `first_seen`: time of each object's
 // first sight, by id, seconds; `generator`: name and version of the program.
 std::string MapGlb(const MapSnapshot& map, const Trajectory& trajectory, const SurfaceMesh& surface,
                    const std::map<std::int32_t, double>& first_seen, const std::string& generator);

@@ -30,8 +30,8 @@ void SetPose(GlbJson& node, const Rigid3d& pose) {
 
 // Starts with the id, so that names stay unique when cut: Blender keeps 63 bytes of a name.
 std::string NodeName(const SnapshotObject& object) {
-  constexpr std::size_t kLongestName = 63;
-  return CutText(fmt::format("{} {}", object.id, ShownName(object)), kLongestName);
+  constexpr std::size_t kMaxNameBytes = 63;
+  return CutText(fmt::format("{} {}", object.id, ShownName(object)), kMaxNameBytes);
 }
 
 // Converts to glTF's camera frame, which looks along -z with y up.

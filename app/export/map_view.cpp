@@ -96,7 +96,7 @@ class MapViewWriter {
       }
     }
     std::ranges::sort(ranked, std::greater());
-    constexpr double kApart = 0.94;  // cosine of 20 degrees
+    constexpr double kMaxCosine = 0.94;  // cosine of 20 degrees
     const Eigen::Vector3d center = map_.objects[object].superquadric.T_map_object.translation;
     const auto direction = [&](std::size_t k) {
       return Eigen::Vector3d((map_.keyframes[k].T_map_camera.translation - center).normalized());
@@ -104,7 +104,7 @@ class MapViewWriter {
     std::vector<std::size_t> best;
     for (const auto& [rank, k] : ranked) {
       if (best.size() < kBestViews && std::ranges::all_of(best, [&, k = k](std::size_t other) {
-            return direction(k).dot(direction(other)) < kApart;
+            return direction(k).dot(direction(other)) < kMaxCosine;
           })) {
         best.push_back(k);
       }

@@ -42,15 +42,15 @@ ViewHistory ReadHistory(const RecordingReader& reader);
 // median depth of that view; the last keyframe if there is none.
 std::vector<std::size_t> FirstViews(const MapSnapshot& map, const std::vector<Eigen::Vector3f>& points);
 
-// Limits on what a page contains of a run, so that the file stays small enough to send.
+// Limits on the content of a page, which keep the file small enough to send.
 struct MapViewOptions {
   int image_width = 420;           // px of the keyframes' images
   int image_quality = 68;          // JPEG quality, 0 to 100
-  int images = 110;                // most keyframes that get an image
-  std::size_t points = 60'000;     // most map points
-  std::size_t cloud = 180'000;     // most points of the dense cloud
+  int images = 110;                // keyframes with an image, at most
+  std::size_t points = 60'000;     // map points, at most
+  std::size_t cloud = 180'000;     // points of the dense cloud, at most
   int segments = 36;               // steps of longitude of each superquadric
-  double outline_tolerance = 0.5;  // px; greatest error of the simplified outlines over images
+  double outline_tolerance = 0.5;  // px; maximum error of the simplified outlines over images
 };
 
 // Additional content that the recording does not hold.
@@ -82,7 +82,7 @@ std::string MapViewElements(const MapView& view);
 std::string HtmlPage(const std::string& title, const std::string& body, const std::string& style = "",
                      const std::string& classes = "");
 
-// Returns a page with nothing but the view of a recording, called after what was mapped.
+// Returns a page with the view of a recording only, titled by the name of its sequence.
 std::string MapViewPage(const RecordingReader& reader, const std::filesystem::path& recording,
                         const std::vector<std::vector<Eigen::Vector3d>>& true_path = {});
 

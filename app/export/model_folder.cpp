@@ -5,7 +5,6 @@
 #include <map>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <set>
 #include <string>
 #include <system_error>
 
@@ -39,44 +38,40 @@ Sequence OpenMapped(const KnownMap& known, const fs::path& moved_to) {
   return sequence;
 }
 
-// True if the sequence's image files can be linked as they are: at the camera's size and inside its folder.
-bool AreFilesAsMapped(const Sequence& sequence, const CameraModel& model) {
-  if (!sequence.video_path.empty()) {
-    return false;
-  }
-  const fs::path& first =
-      sequence.frames[static_cast<std::size_t>(model.images.front().frame_index)].image_path;
-  const cv::Mat image = cv::imread(first.string());
-  return image.size() == cv::Size(model.camera.width, model.camera.height) &&
-         std::ranges::all_of(model.images, [&](const CameraModel::Image& keyframe) {
-           const fs::path& file = sequence.frames[static_cast<std::size_t>(keyframe.frame_index)].image_path;
-           const fs::path below = file.lexically_relative(sequence.path);
+using ImageFiles =
+    std::map<std::int64_t, std::string>;  // names by frame, relative to the folder of the images
+
+const fs::path& FileOf(const Sequence& sequence, std::int64_t frame) {
+  return sequence.frames[static_cast<std::size_t>(frame)].image_path;
+}
+
+// Returns true if the sequence's image files can be linked as they are: at the camera's size and inside its
+// folder.
+bool AreFilesAsMapped(const Sequence& sequence, const Camera& camera, const ImageFiles& files) {
+  return sequence.video_path.empty() &&
+         cv::imread(FileOf(sequence, files.begin()->first).string()).size() ==
+             cv::Size(camera.width, camera.height) &&
+         std::ranges::all_of(files, [&](const auto& file) {
+           const fs::path below = FileOf(sequence, file.first).lexically_relative(sequence.path);
            return !below.empty() && *below.begin() != "..";
          });
 }
 
-// Writes the keyframes' images at the camera's size as JPEG. Returns the indices of their frames; those that
-// cannot be read are missing.
-std::set<std::int64_t> WriteImages(const Sequence& sequence, const CameraModel& model, const fs::path& folder,
-                                   const std::function<void(int, int)>& progress) {
+// Writes the images at the camera's size as JPEG. Returns those that can be read.
+ImageFiles WriteImages(const Sequence& sequence, const ImageFiles& files, const fs::path& folder,
+                       const std::function<void(int, int)>& progress) {
   constexpr int kQuality = 95;
   fs::create_directories(folder);
-  std::map<std::int64_t, std::string> names;
-  for (const CameraModel::Image& image : model.images) {
-    names[image.frame_index] = image.name;
-  }
-  const std::int64_t first = names.begin()->first;
-  FrameSource source(sequence, {first, names.rbegin()->first - first + 1, 1});
-  std::set<std::int64_t> written;
+  const std::int64_t first = files.begin()->first;
+  FrameSource source(sequence, {first, files.rbegin()->first - first + 1, 1});
+  ImageFiles written;
   while (const std::optional<Frame> frame = source.Next()) {
-    const auto name = names.find(frame->index);
-    if (name == names.end()) {
-      continue;
+    if (const auto file = files.find(frame->index); file != files.end()) {
+      WriteFileAtomically(folder / file->second,
+                          EncodedImage(".jpg", frame->bgr, {cv::IMWRITE_JPEG_QUALITY, kQuality}));
+      written.insert(*file);
+      progress(static_cast<int>(written.size()), static_cast<int>(files.size()));
     }
-    WriteFileAtomically(folder / name->second,
-                        EncodedImage(".jpg", frame->bgr, {cv::IMWRITE_JPEG_QUALITY, kQuality}));
-    written.insert(frame->index);
-    progress(static_cast<int>(written.size()), static_cast<int>(names.size()));
   }
   return written;
 }
@@ -108,36 +103,21 @@ std::vector<SnapshotPoint> CloudOf(const CameraModel& model) {
   });
 }
 
-// Drops keyframes without an image (`has_image`, by index of the frame), their observations, and points left
-// with fewer than two. Returns the number of dropped keyframes.
-int DropWithoutImage(CameraModel& model, const std::function<bool(std::int64_t)>& has_image) {
-  std::vector<std::uint32_t> index_of;  // by old index
-  std::vector<CameraModel::Image> kept;
-  constexpr auto kGone = static_cast<std::uint32_t>(-1);
-  for (CameraModel::Image& image : model.images) {
-    const bool there = has_image(image.frame_index);
-    index_of.push_back(there ? static_cast<std::uint32_t>(kept.size()) : kGone);
-    if (there) {
-      kept.push_back(std::move(image));
+// Returns the keyframes whose images are expected to be readable, with empty names.
+ImageFiles ListImages(const Map& map, const Sequence& sequence, ModelSummary& summary) {
+  ImageFiles files;
+  for (const auto& [id, keyframe] : map.Keyframes()) {
+    std::error_code none;
+    if (!HasFrame(sequence, keyframe.frame_index)) {
+      ++summary.of_other_sequence;  // the run that was extended
+    } else if (!sequence.video_path.empty() ||
+               fs::is_regular_file(FileOf(sequence, keyframe.frame_index), none)) {
+      files.emplace(keyframe.frame_index, "");
+    } else {
+      ++summary.unreadable;
     }
   }
-  const auto dropped = static_cast<int>(model.images.size() - kept.size());
-  model.images = std::move(kept);
-  for (CameraModel::Point& point : model.points) {
-    std::erase_if(point.track, [&](const auto& sight) { return index_of[sight.first] == kGone; });
-    for (auto& [image, pixel] : point.track) {
-      image = index_of[image];
-    }
-  }
-  for (CameraModel::Point& point : model.points) {
-    for (const auto& [image, pixel] : point.track) {
-      if (point.track.size() < 2) {
-        model.images[image].points[pixel] = kNoPoint;
-      }
-    }
-  }
-  std::erase_if(model.points, [](const CameraModel::Point& point) { return point.track.size() < 2; });
-  return dropped;
+  return files;
 }
 
 }  // namespace
@@ -146,40 +126,33 @@ ModelSummary ExportModel(const ModelRequest& request, const std::function<void(i
   const fs::path& folder = request.folder;
   const KnownMap known = ReadKnownMap(request.result);
   const Sequence sequence = OpenMapped(known, request.sequence);
-  const std::optional<MapScale> scale = ReadMapScale(known.recording);
-  CameraModel model =
-      ModelOf(MainMapOf(known.map, known.recording.string(), known.options), known.map.camera);
-  if (scale) {
-    model.Scale(scale->metres);
-  }
+  const Map map = MainMapOf(known.map, known.recording.string(), known.options);
   ModelSummary summary;
-  const auto drop = [&](int& dropped, const std::function<bool(std::int64_t)>& has_image) {
-    dropped += DropWithoutImage(model, has_image);
-    ThrowIf<InputError>(model.images.empty(),
+  ImageFiles files = ListImages(map, sequence, summary);
+  const auto check_any = [&] {
+    ThrowIf<InputError>(files.empty(),
                         "{}: has no keyframe among the {} images of {} that can be read, expected the "
                         "sequence that was mapped (--images)",
                         known.recording.string(), sequence.frames.size(), sequence.path.string());
   };
-  drop(summary.of_other_sequence, [&](std::int64_t frame) {  // an older run that was extended
-    return HasFrame(sequence, frame);
-  });
-  drop(summary.unreadable, [&](std::int64_t frame) {
-    std::error_code none;
-    return !sequence.video_path.empty() ||
-           fs::is_regular_file(sequence.frames[static_cast<std::size_t>(frame)].image_path, none);
-  });
+  check_any();
   CreateResultFolder(folder);
-  const bool linked = AreFilesAsMapped(sequence, model);
-  for (CameraModel::Image& image : model.images) {
-    const fs::path& file = sequence.frames[static_cast<std::size_t>(image.frame_index)].image_path;
-    image.name = linked ? file.lexically_relative(sequence.path).generic_string()
-                        : fmt::format("{:06}.jpg", image.frame_index);
+  const bool linked = AreFilesAsMapped(sequence, known.map.camera, files);
+  for (auto& [frame, name] : files) {
+    name = linked ? FileOf(sequence, frame).lexically_relative(sequence.path).generic_string()
+                  : fmt::format("{:06}.jpg", frame);
   }
   if (linked) {
     fs::create_directory_symlink(fs::absolute(sequence.path), folder / "images");
   } else {
-    const std::set<std::int64_t> written = WriteImages(sequence, model, folder / "images", progress);
-    drop(summary.unreadable, [&](std::int64_t frame) { return written.contains(frame); });
+    const std::size_t listed = files.size();
+    files = WriteImages(sequence, files, folder / "images", progress);
+    summary.unreadable += static_cast<int>(listed - files.size());
+    check_any();
+  }
+  CameraModel model = ModelOf(map, known.map.camera, files);
+  if (const std::optional<MapScale> scale = ReadMapScale(known.recording)) {
+    model.Scale(scale->metres);
   }
   if (request.masks) {
     WriteMasks(model, RecordingReader(known.recording).Last()->objects, folder / kMasks);

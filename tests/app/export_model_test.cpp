@@ -25,7 +25,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 // The texts as COLMAP's documentation describes them, read on their own terms.
-TEST_F(KeptMapCommands, ColmapsModelHasTheErrorThatWeHave) {
+TEST_F(KeptMapCommands, WritesColmapModelWithOurError) {
   const ProgramRun run = RunProgram("export " + Map() + " --format colmap -o " + Out("colmap").string());
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const fs::path model = Out("colmap") / "sparse" / "0";
@@ -94,7 +94,7 @@ TEST_F(KeptMapCommands, ColmapsModelHasTheErrorThatWeHave) {
   EXPECT_THAT(run.out, HasSubstr(fmt::format("mean reprojection error {:.3f} px", sum / points)));
 }
 
-TEST_F(KeptMapCommands, ColmapItselfReadsTheModel) {
+TEST_F(KeptMapCommands, WritesModelThatColmapReads) {
   if (std::system("command -v colmap >/dev/null 2>&1") != 0) {
     GTEST_SKIP() << "colmap is not installed (packages-test.txt)";
   }
@@ -120,7 +120,7 @@ TEST_F(KeptMapCommands, ColmapItselfReadsTheModel) {
 }
 
 // COLMAP goes on with the model: it adjusts it, and triangulates points of its own from its poses.
-TEST_F(KeptMapCommands, ColmapItselfGoesOnWithTheModel) {
+TEST_F(KeptMapCommands, WritesModelThatColmapExtends) {
   if (std::system("command -v colmap >/dev/null 2>&1") != 0) {
     GTEST_SKIP() << "colmap is not installed (packages-test.txt)";
   }
@@ -168,7 +168,7 @@ TEST_F(KeptMapCommands, ColmapItselfGoesOnWithTheModel) {
   EXPECT_TRUE(fs::exists(Out("triangulated") / "points3D.bin"));
 }
 
-TEST(CameraModel, AFisheyeLensHasTheNameThatColmapAndNerfstudioGiveIt) {
+TEST(CameraModel, NamesFisheyeLensAsColmapAndNerfstudioDo) {
   const TemporaryFolder folder;
   app::CameraModel model;
   model.camera = {
@@ -186,7 +186,7 @@ TEST(CameraModel, AFisheyeLensHasTheNameThatColmapAndNerfstudioGiveIt) {
   EXPECT_FALSE(json.contains("p1"));
 }
 
-TEST_F(KeptMapCommands, NerfstudiosCamerasLookAlongMinusZ) {
+TEST_F(KeptMapCommands, WritesNerfstudioCamerasAlongMinusZ) {
   const ProgramRun run = RunProgram("export " + Map() + " --format nerfstudio -q -o " + Out("nerf").string());
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_EQ(run.out, "");
@@ -210,7 +210,7 @@ TEST_F(KeptMapCommands, NerfstudiosCamerasLookAlongMinusZ) {
 }
 
 // The map of this test has no object, so one is put where the camera looks.
-TEST_F(KeptMapCommands, MasksAreWhiteWhereTheSolidsAre) {
+TEST_F(KeptMapCommands, WritesWhiteMasksOfSolids) {
   fs::copy(Map(), Out("with-cup"), fs::copy_options::recursive);
   MapSnapshot map = *RecordingReader(Out("with-cup") / "map.sqmap").Last();
   SnapshotObject cup;
@@ -242,7 +242,7 @@ TEST_F(KeptMapCommands, MasksAreWhiteWhereTheSolidsAre) {
 }
 
 // The images of a resized sequence are written, in the size that the camera of the model has.
-TEST_F(KeptMapCommands, ImagesThatWereResizedAreWritten) {
+TEST_F(KeptMapCommands, WritesResizedImages) {
   const ProgramRun run = RunProgram("run " + Input() + " --no-render --deterministic --detector none " +
                                     "--resize 0.75 --frames 50 -o " + Out("small").string());
   ASSERT_EQ(run.exit_code, 0) << run.err;
@@ -258,7 +258,7 @@ TEST_F(KeptMapCommands, ImagesThatWereResizedAreWritten) {
 }
 
 // Once in a folder that is linked, once in one of smaller images, which are written.
-TEST_F(KeptMapCommands, AKeyframeWhoseImageCannotBeReadIsLeftOut) {
+TEST_F(KeptMapCommands, OmitsKeyframesWithUnreadableImages) {
   const MapSnapshotPtr map = RecordingReader(fs::path(Map()) / "map.sqmap").Last();
   const std::string image = fmt::format("{:04}.jpg", map->keyframes.at(1).frame_index);
   const int left = ReadStats(fs::path(Map()) / "stats.json").keyframes - 1;
@@ -288,7 +288,7 @@ TEST_F(KeptMapCommands, AKeyframeWhoseImageCannotBeReadIsLeftOut) {
   }
 }
 
-TEST_F(KeptMapCommands, FormatsAreForMapsThatWereKept) {
+TEST_F(KeptMapCommands, RefusesModelFormatsWithoutLiveMap) {
   ExpectRefused("export " + Map() + " --format colmap --meshes", 2, "--format colmap: holds no objects");
   ExpectRefused("export " + Map() + " --images " + Input(), 2, "--images: ");
 }

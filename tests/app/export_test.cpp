@@ -100,7 +100,7 @@ class ExportTest : public ::testing::Test {
 // glTF is y up: (x, y, z) of the map is (x, z, -y) there.
 Eigen::Vector3d InFile(const Eigen::Vector3d& p_map) { return {p_map.x(), p_map.z(), -p_map.y()}; }
 
-TEST_F(ExportTest, GlbHoldsEachObjectByNameWhereItIsAndAsLargeAsItIs) {
+TEST_F(ExportTest, PlacesEachObjectInGlbByName) {
   const auto nodes = ReadGlb(Export("map.glb"));
   for (const SnapshotObject& object : map_.objects) {
     const auto node = nodes.find(fmt::format("{} {}", object.id, object.label));
@@ -121,7 +121,7 @@ TEST_F(ExportTest, GlbHoldsEachObjectByNameWhereItIsAndAsLargeAsItIs) {
   }
 }
 
-TEST_F(ExportTest, GlbHoldsPointsPathAndCameras) {
+TEST_F(ExportTest, WritesPointsPathAndCamerasToGlb) {
   Trajectory trajectory;
   for (int i = 0; i < 5; ++i) {
     trajectory.push_back({0.1 * i, {Eigen::Quaterniond::Identity(), {0.5 * i, 1.0, 2.0}}});
@@ -155,7 +155,7 @@ json JsonOf(const std::string& bytes) {
   return json::parse(bytes.substr(20, words[3]));
 }
 
-TEST_F(ExportTest, GlbKeepsTheRulesOfTheSpecification) {
+TEST_F(ExportTest, FollowsGlbSpecification) {
   const std::string bytes = Slurp(Export("map.glb"));
   const json gltf = JsonOf(bytes);
   std::uint32_t json_length = 0;
@@ -194,7 +194,7 @@ TEST_F(ExportTest, GlbKeepsTheRulesOfTheSpecification) {
   }
 }
 
-TEST(GlbFile, ALongerFileThanTheFormatAllowsIsRefused) {
+TEST(GlbFile, RefusesFilesBeyondFormatLimit) {
   const std::vector<Eigen::Vector3f> points(10, Eigen::Vector3f::Ones());  // 120 bytes
   nlohmann::ordered_json root;
   root["name"] = "root";
@@ -203,7 +203,7 @@ TEST(GlbFile, ALongerFileThanTheFormatAllowsIsRefused) {
     file.AddPositions(points);
     return file.Bytes(file.AddNode(root), "scene");
   };
-  const std::string whole = write(app::GlbFile::kLongest);
+  const std::string whole = write(app::GlbFile::kMaxBytes);
   EXPECT_EQ(write(whole.size()), whole);
   EXPECT_THAT(InputErrorOf([&] { write(whole.size() - 1); }),
               HasSubstr(fmt::format("expected at most {}, the limit", whole.size() - 1)));
@@ -212,7 +212,7 @@ TEST(GlbFile, ALongerFileThanTheFormatAllowsIsRefused) {
   EXPECT_THAT(InputErrorOf([&] { file.AddPositions(points); }), HasSubstr("240 bytes or more"));
 }
 
-TEST_F(ExportTest, GlbTellsWhatAnObjectIs) {
+TEST_F(ExportTest, DescribesObjectsInGlb) {
   const json gltf = JsonOf(Slurp(Export("map.glb")));
   const auto cup = std::find_if(gltf["nodes"].begin(), gltf["nodes"].end(),
                                 [](const json& node) { return node["name"] == "1 cup"; });
@@ -246,7 +246,7 @@ std::pair<json, double> ChannelOf(const json& gltf, const std::string& name, con
   return {};
 }
 
-TEST_F(ExportTest, GlbFliesAndLetsObjectsAppearWhenTheyWereFirstSeen) {
+TEST_F(ExportTest, AnimatesFlightAndAppearanceInGlb) {
   MapSnapshot early = map_;
   early.objects.resize(1);
   early.timestamp = 1.0;
@@ -268,7 +268,7 @@ TEST_F(ExportTest, GlbFliesAndLetsObjectsAppearWhenTheyWereFirstSeen) {
   ChannelOf(gltf, "flight", "rotation");
 }
 
-TEST_F(ExportTest, GlbNamesAreNoLongerThanBlenderKeepsThem) {
+TEST_F(ExportTest, LimitsGlbNamesToBlendersLength) {
   map_.objects[0].label = std::string(30, 'x') + "äöü" + std::string(40, 'y');
   map_.objects[0].id = 1234567;
   Write(map_);
@@ -278,7 +278,7 @@ TEST_F(ExportTest, GlbNamesAreNoLongerThanBlenderKeepsThem) {
   }
 }
 
-TEST_F(ExportTest, TheValidatorOfGltfFindsNothingInAGlb) {
+TEST_F(ExportTest, PassesGltfValidator) {
   const std::string validate =
       fmt::format("node {}/tests/support/validate_gltf.js {} >{} 2>&1", SQSLAM_SOURCE_DIR, Export("map.glb"),
                   (folder_.Path() / "issues.json").string());
@@ -292,7 +292,7 @@ TEST_F(ExportTest, TheValidatorOfGltfFindsNothingInAGlb) {
   EXPECT_EQ(issues["numWarnings"], 0) << issues.dump(1);
 }
 
-TEST_F(ExportTest, GlbOfAMapWithoutObjectsPointsAndKeyframesIsValid) {
+TEST_F(ExportTest, WritesValidGlbOfEmptyMap) {
   map_.objects.clear();
   map_.points.clear();
   map_.keyframes.clear();
@@ -304,7 +304,7 @@ TEST_F(ExportTest, GlbOfAMapWithoutObjectsPointsAndKeyframesIsValid) {
   }
 }
 
-TEST_F(ExportTest, ObjNamesObjectsAndItsColoursLieBesideIt) {
+TEST_F(ExportTest, WritesObjWithNamesAndColours) {
   const std::string obj = Slurp(Export("desk.obj"));
   EXPECT_THAT(obj, HasSubstr("mtllib desk.mtl\n"));
   EXPECT_THAT(obj, HasSubstr("o cup_1\nusemtl cup\n"));
@@ -314,7 +314,7 @@ TEST_F(ExportTest, ObjNamesObjectsAndItsColoursLieBesideIt) {
   }
 }
 
-TEST_F(ExportTest, PlyHoldsPointsOrMeshes) {
+TEST_F(ExportTest, WritesPointsOrMeshesToPly) {
   EXPECT_THAT(Slurp(Export("points.ply")).substr(0, 200), HasSubstr("element vertex 400\n"));
   const std::string meshes = Slurp(Export("meshes.ply", "--meshes")).substr(0, 500);
   EXPECT_THAT(meshes, HasSubstr("property uchar red\n"));

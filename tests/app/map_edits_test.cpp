@@ -48,7 +48,7 @@ class MapEditsTest : public ::testing::Test {
   ObjectEdits edits_;
 };
 
-TEST_F(MapEditsTest, PicturesShowTheEditedMap) {
+TEST_F(MapEditsTest, DrawsEditedMap) {
   const cv::Mat plain = Picture("");
   const cv::Mat edited = Picture("--edits auto");
   EXPECT_GT(cv::norm(plain, edited, cv::NORM_L1) / static_cast<double>(plain.total()), 5.0);
@@ -57,7 +57,7 @@ TEST_F(MapEditsTest, PicturesShowTheEditedMap) {
       << "edits beside a map change nothing by themselves";
 }
 
-TEST_F(MapEditsTest, VideosOfTheGrowthAreEditedThroughout) {
+TEST_F(MapEditsTest, AppliesEditsToWholeVideo) {
   const std::string plain = File("plain-{frame}.png");
   const std::string edited = File("edited-{frame}.png");
   const std::string common = "render " + Map() + " --growth --fps 1 --quiet --resolution 320,240 --output ";
@@ -69,7 +69,7 @@ TEST_F(MapEditsTest, VideosOfTheGrowthAreEditedThroughout) {
   EXPECT_GT(cv::norm(a, b, cv::NORM_L1) / static_cast<double>(a.total()), 2.0) << "already the first frame";
 }
 
-TEST_F(MapEditsTest, ExportsLeaveOutWhatIsDeletedAndKeepWhatIsHidden) {
+TEST_F(MapEditsTest, ExportsHiddenButNotDeletedObjects) {
   const std::string file = File("objects.json");
   ASSERT_EQ(RunProgram("export " + Map() + " --edits auto --output " + file).exit_code, 0);
   const std::vector<SnapshotObject> objects = ReadObjects(file);
@@ -80,7 +80,7 @@ TEST_F(MapEditsTest, ExportsLeaveOutWhatIsDeletedAndKeepWhatIsHidden) {
   EXPECT_THAT(Slurp(file), Not(HasSubstr("book")));
 }
 
-TEST_F(MapEditsTest, InfoTellsOfEditsAndAppliesThemOnlyIfAsked) {
+TEST_F(MapEditsTest, MentionsEditsAndAppliesThemOnRequest) {
   const auto plain = RunProgram("info " + Map());
   EXPECT_THAT(plain.out, HasSubstr("map.sqmap.edits.json, not applied (--edits auto)"));
   EXPECT_THAT(plain.out, HasSubstr("book"));
@@ -91,7 +91,7 @@ TEST_F(MapEditsTest, InfoTellsOfEditsAndAppliesThemOnlyIfAsked) {
   EXPECT_THAT(edited.out, HasSubstr("hidden     2\n"));
 }
 
-TEST_F(MapEditsTest, BrokenAndMissingFilesAreNamed) {
+TEST_F(MapEditsTest, NamesBrokenAndMissingFiles) {
   folder_.Write("broken.json", R"({"format": "sqslam-edits", "version": 1, "objects": [{"id": "x"}]})");
   const auto broken = RunProgram("export " + Map() + " --output x.json --edits " + File("broken.json"));
   EXPECT_EQ(broken.exit_code, 3);
@@ -102,7 +102,7 @@ TEST_F(MapEditsTest, BrokenAndMissingFilesAreNamed) {
   EXPECT_THAT(missing.err, HasSubstr("--edits auto: "));
 }
 
-TEST_F(MapEditsTest, EditsOfAnotherMapAreWarnedOf) {
+TEST_F(MapEditsTest, WarnsOfEditsOfAnotherMap) {
   edits_.Hide(42);
   WriteObjectEdits(folder_.Path() / "other.json", edits_);
   const auto run = RunProgram("info " + Map() + " --edits " + File("other.json"));

@@ -91,7 +91,7 @@ class MapViewInBrowserTest : public MapViewTest {
   }
 };
 
-TEST_F(MapViewTest, IsOneFileThatNamesItsLibrary) {
+TEST_F(MapViewTest, WritesOneFileThatNamesItsLibrary) {
   const std::string page = Slurp(Export());
   EXPECT_THAT(page, HasSubstr("three.js authors, MIT licence"));
   for (const char* of_others : {"<link", " src=", "url(", "import("}) {
@@ -100,13 +100,13 @@ TEST_F(MapViewTest, IsOneFileThatNamesItsLibrary) {
   EXPECT_LT(page.size(), 2u << 20);
 }
 
-TEST_F(MapViewTest, TrueCameraPathIsOfPagesOnly) {
+TEST_F(MapViewTest, WritesTrueCameraPathInPagesOnly) {
   const auto run = RunProgram("export " + folder_.Path().string() + " -o x.glb --ground-truth auto");
   EXPECT_EQ(run.exit_code, 2);
   EXPECT_THAT(run.err, HasSubstr(".html"));
 }
 
-TEST_F(MapViewTest, CarriesNoMoreImagesThanItMay) {
+TEST_F(MapViewTest, LimitsImages) {
   const RecordingReader reader(folder_.Path() / "map.sqmap");
   app::ViewHistory history = app::ReadHistory(reader);
   for (const SnapshotKeyframe& keyframe : reader.Last()->keyframes) {
@@ -121,7 +121,7 @@ TEST_F(MapViewTest, CarriesNoMoreImagesThanItMay) {
   }
 }
 
-TEST_F(MapViewTest, TimesOfALongRunAreToldToTheMillisecond) {
+TEST_F(MapViewTest, KeepsMillisecondsInLongRuns) {
   MapSnapshot map = HandMadeMap();
   map.keyframes[1].timestamp = map.keyframes[0].timestamp + 12345.678;
   RecordingWriter(folder_.Path() / "long.sqmap", {}).Add(map);
@@ -132,7 +132,7 @@ TEST_F(MapViewTest, TimesOfALongRunAreToldToTheMillisecond) {
   EXPECT_EQ(scene["path"]["times"].back().get<double>(), 12345.678);
 }
 
-TEST_F(MapViewTest, StatesAreReadOnce) {
+TEST_F(MapViewTest, ReadsStatesOnce) {
   int read = 0;
   const RecordingReader reader(folder_.Path() / "map.sqmap", [&](MapSnapshotPtr map) {
     read += map->frame_index == kFirstObjectAlone ? 1 : 0;
@@ -144,7 +144,7 @@ TEST_F(MapViewTest, StatesAreReadOnce) {
   EXPECT_EQ(read, 1);
 }
 
-TEST_F(MapViewInBrowserTest, OpensInABrowserWithoutAMessageAndLooksAsItShould) {
+TEST_F(MapViewInBrowserTest, OpensInBrowserWithoutMessages) {
   const fs::path shot = folder_.Path() / "view.png";
   const json seen = InBrowser(
       Export(),
@@ -155,7 +155,7 @@ TEST_F(MapViewInBrowserTest, OpensInABrowserWithoutAMessageAndLooksAsItShould) {
   ExpectBaseline(cv::imread(shot.string()), "map_page");
 }
 
-TEST_F(MapViewInBrowserTest, AClickSelectsAnObjectAndShowsItsBestView) {
+TEST_F(MapViewInBrowserTest, SelectsObjectsByClick) {
   const json seen = InBrowser(
       Export(),
       {{{"click",
@@ -167,7 +167,7 @@ TEST_F(MapViewInBrowserTest, AClickSelectsAnObjectAndShowsItsBestView) {
   EXPECT_THAT(seen["results"], ElementsAre("book 0", 1, -1)) << seen;
 }
 
-TEST_F(MapViewInBrowserTest, KeyframesShowTheirImagesWithOutlines) {
+TEST_F(MapViewInBrowserTest, ShowsKeyframeImagesWithOutlines) {
   const json seen = InBrowser(
       Export(),
       {{{"click",
@@ -179,7 +179,7 @@ TEST_F(MapViewInBrowserTest, KeyframesShowTheirImagesWithOutlines) {
   EXPECT_THAT(seen["results"], ElementsAre("Keyframe 7, frame 70, 0:02.3", 3, "1:00.0")) << seen;
 }
 
-TEST_F(MapViewInBrowserTest, TheSliderShowsWhatWasKnownThen) {
+TEST_F(MapViewInBrowserTest, ShowsEarlierStatesBySlider) {
   const json seen = InBrowser(
       Export(),
       {{{"eval", "sq.view.objects.map(o => o.solid.visible ? 1 : 0).join('')"}},
