@@ -55,7 +55,7 @@ TEST(BackgroundAdjustment, GivesTheSameSolutionInStep) {
   for (const bool in_step : {true, false}) {
     BackgroundAdjustment adjustment(in_step);
     EXPECT_FALSE(adjustment.TakeFinished());
-    adjustment.Start({3, {}, problem}, {10, 10, 1});
+    adjustment.Start({3, {}, problem}, {10, 10});
     solutions.push_back(WaitFor(adjustment).problem);
     EXPECT_FALSE(adjustment.TakeFinished());  // once
   }
@@ -68,7 +68,7 @@ TEST(BackgroundAdjustment, FinishesAtFixedCallInStep) {
   SyntheticMap world = MakeSyntheticMap({});
   Disturb(world.map);
   BackgroundAdjustment adjustment(true);
-  adjustment.Start({0, {}, ExtractBundleProblem(world.map, world.camera)}, {10, 10, 1});
+  adjustment.Start({0, {}, ExtractBundleProblem(world.map, world.camera)}, {10, 10});
   for (int call = 1; call < BackgroundAdjustment::kCallsInStep; ++call) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
     EXPECT_FALSE(adjustment.TakeFinished());
@@ -80,7 +80,7 @@ TEST(BackgroundAdjustment, DiscardsResultWhenStopped) {
   SyntheticMap world = MakeSyntheticMap({});
   Disturb(world.map);
   BackgroundAdjustment adjustment(false);
-  adjustment.Start({0, {}, ExtractBundleProblem(world.map, world.camera)}, {10, 10, 1});
+  adjustment.Start({0, {}, ExtractBundleProblem(world.map, world.camera)}, {10, 10});
   adjustment.Stop();
   EXPECT_FALSE(adjustment.TakeFinished());
 }
@@ -90,12 +90,12 @@ TEST(BackgroundAdjustment, ThrowsErrorOnlyWhenResultIsTaken) {
     throw std::runtime_error("no memory");
   };
   BackgroundAdjustment adjustment(false, fail);
-  adjustment.Start({}, {10, 10, 1});
+  adjustment.Start({}, {10, 10});
   EXPECT_THROW(WaitFor(adjustment), std::runtime_error);
-  adjustment.Start({}, {10, 10, 1});
+  adjustment.Start({}, {10, 10});
   EXPECT_NO_THROW(adjustment.Stop());
   EXPECT_FALSE(adjustment.TakeFinished());
-  adjustment.Start({}, {10, 10, 1});  // stopped by the destructor
+  adjustment.Start({}, {10, 10});  // stopped by the destructor
 }
 
 // While the problem was being solved, the map was moved, one keyframe came and one went.
