@@ -41,16 +41,22 @@ int FastScore(const std::uint8_t* pixel, std::ptrdiff_t step) {
     darker[i] = static_cast<std::int16_t>(*pixel - pixel[kCircleY[i] * step + kCircleX[i]]);
   }
   std::copy_n(darker.begin(), kArc - 1, darker.begin() + kCircle);
-  std::array<std::int16_t, kCircle> least;  // over the arc that begins at each pixel
-  std::copy_n(darker.begin(), kCircle, least.begin());
-  std::array<std::int16_t, kCircle> greatest = least;
-  for (std::size_t along = 1; along < kArc; ++along) {
-    for (std::size_t i = 0; i < kCircle; ++i) {
-      least[i] = std::min(least[i], darker[i + along]);
-      greatest[i] = std::max(greatest[i], darker[i + along]);
+  std::array<std::int16_t, kCircle + kArc - 1> least = darker;  // over the pixels of an arc from each one on
+  std::array<std::int16_t, kCircle + kArc - 1> greatest = darker;
+  for (const std::size_t step_along :
+       {std::size_t{1}, std::size_t{2}, std::size_t{4}}) {  // over 2, 4, 8 pixels
+    for (std::size_t i = 0; i + step_along < least.size(); ++i) {
+      least[i] = std::min(least[i], least[i + step_along]);
+      greatest[i] = std::max(greatest[i], greatest[i + step_along]);
     }
   }
-  return std::max<int>(std::ranges::max(least), -std::ranges::min(greatest));
+  int score = -255;
+  for (std::size_t i = 0; i < kCircle; ++i) {
+    const int low = std::min(least[i], darker[i + kArc - 1]);
+    const int high = std::max(greatest[i], darker[i + kArc - 1]);
+    score = std::max({score, low, -high});
+  }
+  return score;
 }
 
 constexpr int kPatchSide = 2 * kPatchRadius + 1;
