@@ -81,15 +81,15 @@ SQSLAM_WIDE_REGISTERS void InterpolateRow(int width, const std::uint32_t* __rest
   }
 }
 
-// Adds a row of the patches times `sign` to the column sums.
-SQSLAM_WIDE_REGISTERS void AddRow(int width, float sign, const float* __restrict value,
-                                  const float* __restrict keyframe, float* __restrict values,
-                                  float* __restrict squares, float* __restrict products) {
+// Moves the patches of the column sums down by a row: adds one and removes another.
+SQSLAM_WIDE_REGISTERS void MoveDown(int width, const float* __restrict value,
+                                    const float* __restrict keyframe, const float* __restrict old_value,
+                                    const float* __restrict old_keyframe, float* __restrict values,
+                                    float* __restrict squares, float* __restrict products) {
   for (int x = 0; x < width; ++x) {
-    const float v = sign * value[x];
-    values[x] += v;
-    squares[x] += v * value[x];
-    products[x] += v * keyframe[x];
+    values[x] += value[x] - old_value[x];
+    squares[x] += value[x] * value[x] - old_value[x] * old_value[x];
+    products[x] += value[x] * keyframe[x] - old_value[x] * old_keyframe[x];
   }
 }
 
@@ -155,24 +155,24 @@ void PatchScores::ScoreView(const View& view, const cv::Mat& inverse_depth, cv::
   std::array<std::vector<float>, 3> sums;
   sums.fill(std::vector<float>(places.size() + 2 * kRadius));
   auto& [values, squares, products] = sums;
-  const auto add = [&](int y, float sign) {  // replicates the rows at the borders
-    const int row = std::clamp(y, 0, height - 1);
-    AddRow(width, sign, value_.ptr<float>(row), keyframe_.ptr<float>(row), values.data() + kRadius,
-           squares.data() + kRadius, products.data() + kRadius);
-  };
-  for (int y = -kRadius; y < kRadius; ++y) {
-    add(y, 1.0F);
-  }
-  for (int y = 0; y < height; ++y) {
-    add(y + kRadius, 1.0F);
-    for (std::vector<float>& sum : sums) {  // replicates the columns at the borders
-      std::fill_n(sum.begin(), kRadius, sum[kRadius]);
-      std::fill_n(sum.end() - kRadius, kRadius, *(sum.end() - kRadius - 1));
+  const cv::Mat none = cv::Mat::zeros(1, width, CV_32F);
+  for (int y = -kRadius; y < height + kRadius; ++y) {  // replicates the rows at the borders
+    const int added = std::clamp(y, 0, height - 1);
+    const int removed = std::clamp(y - kSide, 0, height - 1);
+    const bool full = y > kRadius;
+    MoveDown(width, value_.ptr<float>(added), keyframe_.ptr<float>(added),
+             full ? value_.ptr<float>(removed) : none.ptr<float>(),
+             full ? keyframe_.ptr<float>(removed) : none.ptr<float>(), values.data() + kRadius,
+             squares.data() + kRadius, products.data() + kRadius);
+    if (const int row = y - kRadius; row >= 0) {
+      for (std::vector<float>& sum : sums) {  // replicates the columns at the borders
+        std::fill_n(sum.begin(), kRadius, sum[kRadius]);
+        std::fill_n(sum.end() - kRadius, kRadius, *(sum.end() - kRadius - 1));
+      }
+      CorrelateRow(width, noise_, values.data(), squares.data(), products.data(), mean_.ptr<float>(row),
+                   inverse_sigma_.ptr<float>(row), inside_.ptr<float>(row), best.ptr<float>(row),
+                   second.ptr<float>(row));
     }
-    CorrelateRow(width, noise_, values.data(), squares.data(), products.data(), mean_.ptr<float>(y),
-                 inverse_sigma_.ptr<float>(y), inside_.ptr<float>(y), best.ptr<float>(y),
-                 second.ptr<float>(y));
-    add(y - kRadius, -1.0F);
   }
 }
 
