@@ -133,12 +133,12 @@ q render map -o overlay.png --camera-frame 40 --overlay
 q render fisheye-map -o fisheye.png --camera-frame 20 --overlay
 q render map -o again.png --view top --rendering-backend osmesa
 try 0 "$folder/bin/sqslam" render map --view top --reference again.png --set text.legend=true
-for path in still turntable follow first-person "$repository/configs/camera_paths/tour.yaml"; do
+for path in still orbit follow first-person "$repository/configs/camera_paths/tour.yaml"; do
   q render map -o "$(basename "$path").mp4" --camera-path "$path" --seconds 1 --resolution 320,240
 done
-for piece in 1 2; do q render map -o pieces.mp4 --camera-path turntable --seconds 4 --resolution 640,240 --shard "$piece/2"; done
+for piece in 1 2; do q render map -o pieces.mp4 --camera-path orbit --seconds 4 --resolution 640,240 --shard "$piece/2"; done
 q render --join pieces.part-1-of-2.mp4 pieces.part-2-of-2.mp4 -o pieces.mp4
-interrupt 3 render map -o interrupted.mp4 --camera-path turntable --seconds 60
+interrupt 3 render map -o interrupted.mp4 --camera-path orbit --seconds 60
 q figure shapes -o shapes.pdf
 for end in png svg pdf; do q figure compare map -o "compare.$end" --values; done
 q figure maps map fisheye-map --name Desk --name Fisheye --boxes --labels -o maps.png --dpi 150

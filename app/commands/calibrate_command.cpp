@@ -50,13 +50,11 @@ void PrintBoard(const CalibrateArguments& a) {
   constexpr double kDpi = 600.0;
   const FigurePage page = DrawBoardSheet(a.board, kDpi);
   WriteFigure(page, a.print_board);
-  if (!a.quiet) {
-    fmt::print("{}: {}, on a page of {:.0f} x {:.0f} mm\n", a.print_board, BoardText(a.board),
+  PrintSummary(a.quiet, "{}: {}, on a page of {:.0f} x {:.0f} mm\n", a.print_board, BoardText(a.board),
                page.width / 72.0 * 25.4, page.height / 72.0 * 25.4);
-  }
 }
 
-struct Search {
+struct BoardSearch {
   bool interrupted = false;  // by Ctrl-C
   std::vector<BoardView> views;
   int frames = 0;  // searched
@@ -64,17 +62,17 @@ struct Search {
 };
 
 // Finds the boards in up to 400 evenly spaced frames.
-Search FindBoards(const CalibrateArguments& a, const Sequence& sequence) {
-  constexpr std::int64_t kMostFrames = 400;
+BoardSearch FindBoards(const CalibrateArguments& a, const Sequence& sequence) {
+  constexpr std::int64_t kMaxFrames = 400;
   FrameRange range = a.sequence.Range();
   range.CheckHasFrames(sequence);
   const std::int64_t available = range.SizeIn(sequence);
-  const std::int64_t step = (available + kMostFrames - 1) / kMostFrames;
+  const std::int64_t step = (available + kMaxFrames - 1) / kMaxFrames;
   range.stride *= step;
   range.count = (available + step - 1) / step;
   const InterruptGuard interrupt;
   FrameSource source(sequence, range);
-  Search search;
+  BoardSearch search;
   Progress progress(a.quiet);
   while (const std::optional<Frame> frame = interrupt.Interrupted() ? std::nullopt : source.Next()) {
     search.last = frame->gray;
@@ -91,7 +89,7 @@ Search FindBoards(const CalibrateArguments& a, const Sequence& sequence) {
 }
 
 // Suggests one more column and row: users often count inner corners instead of squares.
-std::string Hint(const CalibrateArguments& a, const Search& search) {
+std::string InnerCornersHint(const CalibrateArguments& a, const BoardSearch& search) {
   CalibrationBoard other = a.board;
   other.columns += 1;
   other.rows += 1;
@@ -102,7 +100,7 @@ std::string Hint(const CalibrateArguments& a, const Search& search) {
                      other.rows);
 }
 
-std::string Text(const Calibration& c, const Search& search, const CalibrationBoard& board) {
+std::string CalibrationText(const Calibration& c, const BoardSearch& search, const CalibrationBoard& board) {
   const Camera& k = c.camera;
   const auto& s = c.intrinsic_deviation;
   const auto& d = c.distortion_deviation;
@@ -123,7 +121,7 @@ std::string Text(const Calibration& c, const Search& search, const CalibrationBo
   return text + fmt::format("\nRMS error {:.3f} px, {:.0f} % of the image covered", c.rms, 100.0 * c.covered);
 }
 
-void Report(const CalibrateArguments& a, const Calibration& c, const std::string& text) {
+void PrintReport(const CalibrateArguments& a, const Calibration& c, const std::string& text) {
   if (!c.dropped_views.empty() || c.dropped_corners > 0) {
     spdlog::info("left out as outliers: {} views{}{}, {} corners", c.dropped_views.size(),
                  c.dropped_views.empty() ? "" : ": ", fmt::join(c.dropped_views, ", "), c.dropped_corners);
@@ -131,9 +129,7 @@ void Report(const CalibrateArguments& a, const Calibration& c, const std::string
   for (const std::string& weakness : Weaknesses(c)) {
     spdlog::warn("{}", weakness);
   }
-  if (!a.quiet) {
-    fmt::print("{}\n{}, {}\n", text, a.output, a.figure);
-  }
+  PrintSummary(a.quiet, "{}\n{}, {}\n", text, a.output, a.figure);
 }
 
 int CalibrateCamera(const CalibrateArguments& given) {
@@ -155,22 +151,23 @@ int CalibrateCamera(const CalibrateArguments& given) {
   request.camera = kAutoCamera;
   a.sequence.Range();  // throws on invalid ranges before anything is read
   const Sequence sequence = OpenSequence(request);
-  const Search search = FindBoards(a, sequence);
+  const BoardSearch search = FindBoards(a, sequence);
   if (search.interrupted) {
     PrintNotice("sqslam: interrupted before all images were searched; nothing was written");
     return 130;
   }
-  constexpr std::size_t kLeast = 3;
-  if (search.views.size() < kLeast) {
+  constexpr std::size_t kMinViews = 3;
+  if (search.views.size() < kMinViews) {
     throw InputError("{}: a {} was found in {} of {} frames, expected at least {}{}", a.sequence.input,
-                     BoardText(a.board), search.views.size(), search.frames, kLeast, Hint(a, search));
+                     BoardText(a.board), search.views.size(), search.frames, kMinViews,
+                     InnerCornersHint(a, search));
   }
   Calibration c = Calibrate(search.views, a.board, {sequence.camera.width, sequence.camera.height});
   c.camera.fps = sequence.camera.fps;
-  const std::string text = Text(c, search, a.board);
+  const std::string text = CalibrationText(c, search, a.board);
   WriteCamera(output, c.camera, text);
   WriteFigure(DrawCalibration(c, {}), a.figure);
-  Report(a, c, text);
+  PrintReport(a, c, text);
   return 0;
 }
 
@@ -191,7 +188,7 @@ void AddCalibrateCommand(Command& program) {
   command.Group("Output");
   command.Option("--output,-o FILE", a.output, "camera.yaml to write");
   command.Option("--figure FILE", a.figure,
-                 "Plot of the residuals (.png, .svg, .pdf); default: NAME-residuals.png beside the output");
+                 "Plot of the residuals (.png, .svg, .pdf); default: NAME-residuals.png beside --output");
   command.Option("--print-board FILE", a.print_board, "Instead, write a printable board (.pdf, .svg, .png)");
   command.QuietFlag(a.quiet, "No progress and no summary");
 }

@@ -1,8 +1,20 @@
 #pragma once
 
+#include <fmt/format.h>
+
+#include <utility>
+
 #include "app/command_line/command.h"
 
 namespace sqslam::app {
+
+// Prints the summary of a command unless `quiet`.
+template <typename... Values>
+void PrintSummary(bool quiet, fmt::format_string<Values...> text, Values&&... values) {
+  if (!quiet) {
+    fmt::print(text, std::forward<Values>(values)...);
+  }
+}
 
 // Each adds one command with its options, help and examples. Commands return their exit code, or throw an
 // error of slam/util/error.h, which main() turns into one line and an exit code.

@@ -2,10 +2,10 @@
 #include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <optional>
+#include <ranges>
 #include <string>
 #include <vector>
 
@@ -49,18 +49,16 @@ struct DetectArguments {
 
 // Prints how many items there are, and the first few.
 template <typename Item>
-void List(const char* what, const std::vector<Item>& items) {
-  constexpr std::size_t kShown = 8;
+void PrintList(const char* what, const std::vector<Item>& items) {
+  constexpr std::size_t kMaxListed = 8;
   if (!items.empty()) {
-    const std::vector<Item> first(
-        items.begin(), items.begin() + static_cast<std::ptrdiff_t>(std::min(kShown, items.size())));
-    fmt::print("{}: {} ({}{})\n", what, items.size(), fmt::join(first, ", "),
-               items.size() > kShown ? ", ..." : "");
+    fmt::print("{}: {} ({}{})\n", what, items.size(), fmt::join(items | std::views::take(kMaxListed), ", "),
+               items.size() > kMaxListed ? ", ..." : "");
   }
 }
 
 // Reports suspicious boxes; returns 3 if a run would drop or clip any.
-int Check(const DetectArguments& a) {
+int CheckBoxes(const DetectArguments& a) {
   SequenceRequest request = a.sequence.Request();
   request.resize.clear();  // boxes in files are in pixels of the original images
   const Sequence sequence = OpenSequence(request);
@@ -82,10 +80,10 @@ int Check(const DetectArguments& a) {
     fmt::print("  {:<16} {:>6}{}\n", label, count,
                report.unknown_labels.contains(label) ? "   unknown label" : "");
   }
-  List("frames without a box (times)", without);
-  List("boxes of missing frames", report.no_frame);
-  List("boxes outside the image", report.outside);
-  List("boxes that extend beyond the image", report.clipped);
+  PrintList("frames without a box (times)", without);
+  PrintList("boxes of missing frames", report.no_frame);
+  PrintList("boxes outside the image", report.outside);
+  PrintList("boxes that extend beyond the image", report.clipped);
   return report.HasErrors() ? 3 : 0;
 }
 
@@ -110,7 +108,7 @@ bool DetectAll(const DetectArguments& a, const Sequence& sequence, const FrameRa
 }
 
 // Converts a boxes.txt to another format.
-void Convert(const fs::path& boxes, const fs::path& output, BoxFormat format, const Sequence& sequence) {
+void ConvertBoxes(const fs::path& boxes, const fs::path& output, BoxFormat format, const Sequence& sequence) {
   Camera camera = sequence.camera;
   const Eigen::Vector2d pixels = FilePixels(sequence);
   camera.width = static_cast<int>(std::lround(camera.width * pixels.x()));
@@ -130,7 +128,7 @@ void Convert(const fs::path& boxes, const fs::path& output, BoxFormat format, co
 
 int Detect(const DetectArguments& a) {
   if (!a.check.empty()) {
-    return Check(a);
+    return CheckBoxes(a);
   }
   ThrowIf<UsageError>(a.output.empty(), "detect: nothing to do, expected --output FILE or --check FILE");
   ThrowIf<UsageError>(a.format == BoxFormat::kCsv,
@@ -157,12 +155,10 @@ int Detect(const DetectArguments& a) {
   }
   writer.Finish();
   if (!plain) {
-    Convert(boxes, a.output, a.format, sequence);
+    ConvertBoxes(boxes, a.output, a.format, sequence);
     fs::remove(boxes);
   }
-  if (!a.quiet) {
-    fmt::print("{}: {} boxes in {} frames\n", a.output, writer.Boxes(), writer.Frames());
-  }
+  PrintSummary(a.quiet, "{}: {} boxes in {} frames\n", a.output, writer.Boxes(), writer.Frames());
   return 0;
 }
 
@@ -181,7 +177,7 @@ void AddDetectCommand(Command& program) {
   command.Group("Output");
   command.Option("--output,-o FILE", a.output, "Output file (yolo: folder)");
   command.Option("--output-format NAME", a.format,
-                 "boxes: a boxes.txt; yolo: a folder with one file per image; coco: JSON; mot: MOTChallenge");
+                 "boxes: a boxes.txt; yolo: a folder, one file per image; coco: JSON; mot: MOTChallenge");
   command.Option("--check FILE", a.check, "Instead, check boxes in any supported format");
   command.QuietFlag(a.quiet, "No progress");
 }

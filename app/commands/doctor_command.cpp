@@ -91,8 +91,8 @@ void PrintInspection(const Sequence& sequence, const FilmInspection& inspection)
   } else {
     fmt::print("  no detector: scripts/fetch-detector.sh downloads one, or provide your own boxes\n");
   }
-  constexpr double kMuchSkew = 0.005;  // of the width
-  if (inspection.skew > kMuchSkew) {
+  constexpr double kMaxSkew = 0.005;  // of the width
+  if (inspection.skew > kMaxSkew) {
     fmt::print("  fast motion: a rolling shutter of 20 ms shears the image by up to {:.1f} % of its width\n",
                100.0 * inspection.skew);
   }

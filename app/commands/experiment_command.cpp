@@ -92,10 +92,8 @@ void PrintPlan(const ExperimentPlan& plan) {
 }
 
 void PrintOutcome(const ExperimentOutcome& outcome, const fs::path& tables, bool quiet) {
-  if (!quiet) {
-    fmt::print("{} runs: {} finished ({} of them before), {} failed\ntables: {}\n", outcome.cells,
+  PrintSummary(quiet, "{} runs: {} finished ({} of them before), {} failed\ntables: {}\n", outcome.cells,
                outcome.results.size(), outcome.reused, outcome.failures.size(), tables.string());
-  }
   for (const CellFailure& failure : outcome.failures) {
     PrintNotice(fmt::format("sqslam: {} failed: {}", failure.cell, failure.message));
   }
@@ -107,7 +105,7 @@ int Finish(const ExperimentConfig& config, const ExperimentOutcome& outcome, con
   PrintOutcome(outcome, WriteTables(config, outcome, folder), quiet);
   if (outcome.interrupted) {  // tasks of a cluster keep running
     PrintNotice(
-        fmt::format("sqslam: interrupted; the same command makes the other {} runs",
+        fmt::format("sqslam: interrupted; run the same command to resume with the other {} runs",
                     outcome.cells - static_cast<int>(outcome.results.size() + outcome.failures.size())));
     return 130;
   }
@@ -178,7 +176,7 @@ void AddExperimentCommand(Command& program) {
   command.Positional("CONFIG", a.config, "Description of the experiment (YAML)").Required();
   command.Group("Output");
   command.Option("--output,-o DIR", a.output,
-                 "Folder of the experiment, new or to be resumed; default: output of CONFIG, or out/NAME");
+                 "New folder, or one to resume; default: output of CONFIG, or out/NAME");
   command.Group("Runs");
   command.Option("--jobs N", a.jobs, "Parallel runs, instead of jobs of CONFIG").AtLeast(1);
   command.Flag("--dry-run", a.dry_run, "List the runs and whether they are finished, then exit");

@@ -53,7 +53,7 @@ void CheckArguments(const ExportArguments& a, const std::string& extension) {
 }
 
 // Returns the mesh of a densified result; empty if none is wanted.
-SurfaceMesh WantedSurface(const ExportArguments& a, const fs::path& map_path) {
+SurfaceMesh SurfaceToExport(const ExportArguments& a, const fs::path& map_path) {
   Progress progress(a.quiet, "depth map");
   return a.surface ? SurfaceOf(map_path, 0, std::ref(progress)).value() : SurfaceMesh();
 }
@@ -77,10 +77,8 @@ void ExportForPrograms(const ExportArguments& a) {
   Progress progress(a.quiet, "image");
   const ModelSummary summary =
       ExportModel({a.map, a.images, a.output, *a.format, a.masks}, std::ref(progress));
-  if (!a.quiet) {
-    fmt::print("{} images, {} points, mean reprojection error {:.3f} px\nwritten: {}\n", summary.images,
-               summary.points, summary.error, a.output);
-  }
+  PrintSummary(a.quiet, "{} images, {} points, mean reprojection error {:.3f} px\nwritten: {}\n",
+               summary.images, summary.points, summary.error, a.output);
   if (summary.of_other_sequence > 0) {
     spdlog::warn("{} keyframes of another sequence are left out (--images)", summary.of_other_sequence);
   }
@@ -109,7 +107,7 @@ void Export(const ExportArguments& a) {
   const RecordingReader reader = OpenMap(map_path, a.objects, HiddenObjects::kKeep);
   const MapSnapshotPtr map = reader.Last();
   if (extension == ".glb") {
-    WriteFileAtomically(output, MapGlb(*map, TrackedPoses(map_path, *map), WantedSurface(a, map_path),
+    WriteFileAtomically(output, MapGlb(*map, TrackedPoses(map_path, *map), SurfaceToExport(a, map_path),
                                        ReadHistory(reader).first_seen, "sqslam " SQSLAM_VERSION));
   } else if (extension == ".obj" || a.meshes) {
     WriteObjectMeshes(output, map->objects);
@@ -164,22 +162,17 @@ void AddExportCommand(Command& program) {
   AddObjectOptions(command, a.objects);
   command.Group("Output");
   command
-      .Option(
-          "--output,-o FILE", a.output,
-          "FILE.html, .glb, .obj, .ply, .json or .txt; an existing file is replaced. With --format: a new "
-          "folder")
+      .Option("--output,-o FILE", a.output,
+              "FILE.html, .glb, .obj, .ply, .json or .txt, which is replaced; with --format: a new folder")
       .Required();
-  command.Option("--format NAME", a.format,
-                 "Instead of one file, write a folder with keyframes, tracks and images");
+  command.Option("--format NAME", a.format, "Instead, write a folder with keyframes, tracks and images");
   command.Option("--images PATH", a.images, "With --format: the sequence that was mapped, if it has moved");
-  command.Flag("--masks", a.masks,
-               "With --format: also masks/, a PNG for each image, white where the map has an object");
+  command.Flag("--masks", a.masks, "With --format: also a mask of the objects for each image");
   command.Flag("--meshes", a.meshes, "In a .ply: superquadrics as meshes instead of points");
   command.Flag("--surface", a.surface, "In a .glb: also the coloured mesh of a densified result");
   command.Option("--ground-truth SEQUENCE", a.ground_truth,
-                 "In a .html: also the true camera path of this sequence folder; auto: of the sequence that "
-                 "was mapped");
-  command.Flag("--quiet,-q", a.quiet, "No progress and no summary");
+                 "In a .html: also the true camera path of this sequence; auto: of the mapped one");
+  command.QuietFlag(a.quiet, "No progress and no summary");
 }
 
 }  // namespace sqslam::app

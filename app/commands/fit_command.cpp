@@ -25,7 +25,6 @@ struct FitArguments {
   std::string cloud;
   std::vector<std::string> output;
   std::string clusters;
-  bool multiple = false;
   bool upright = false;
   bool remove_plane = false;
   std::vector<std::string> set;
@@ -48,9 +47,7 @@ MultiFitOptions MakeOptions(const FitArguments& arguments) {
   SetOptions(arguments.set, options);
   options.fit.upright |= arguments.upright;
   options.remove_plane |= arguments.remove_plane;
-  ThrowIf<UsageError>(arguments.multiple && !arguments.clusters.empty(),
-                      "--multiple and --clusters: expected one of them");
-  if (arguments.multiple || arguments.clusters == "auto") {
+  if (arguments.clusters == "auto") {
     options.clusters = 0;
   } else if (!arguments.clusters.empty()) {
     options.clusters = ParseNumber<int>(arguments.clusters).value_or(0);
@@ -147,7 +144,6 @@ void AddFitCommand(Command& program) {
   command.Flag("--upright", a.upright, "Align the object's z axis with the cloud's: only yaw is free");
   command.Option("--clusters N", a.clusters,
                  "Split the cloud at gaps and fit the N largest parts; default: 1; auto: all of them");
-  command.Flag("--multiple", a.multiple, "Same as --clusters auto");
   command.Flag("--remove-plane", a.remove_plane, "First remove the largest plane, such as a table or floor");
   command.Option("--set KEY=VALUE", a.set, "Override one of the options below; may be repeated");
 }

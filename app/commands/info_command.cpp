@@ -61,7 +61,7 @@ void PrintHistory(const RecordingReader& reader) {
   }
 }
 
-// Prints what the edits change or, if none are applied, that there are some.
+// Prints the changes by the edits; if edits exist but are not applied, only their file.
 void PrintEdits(const std::filesystem::path& path, const std::string& edits) {
   const std::filesystem::path file = EditsFile(path, edits);
   if (file.empty()) {

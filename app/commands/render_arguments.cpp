@@ -21,9 +21,9 @@ bool IsPathFile(const std::string& path) {
 }
 
 CameraPath ParsePath(const std::string& name) {
-  const std::optional<CameraPath> path = FromName<CameraPath>(name == "turntable" ? "orbit" : name);
-  ThrowIf<UsageError>(
-      !path, "--camera-path {}: expected still, orbit, turntable, follow, first-person or FILE.yaml", name);
+  const std::optional<CameraPath> path = FromName<CameraPath>(name);
+  ThrowIf<UsageError>(!path, "--camera-path {}: expected still, orbit, follow, first-person or FILE.yaml",
+                      name);
   return *path;
 }
 
@@ -39,46 +39,26 @@ void AddCameraOptions(Command& command, RenderArguments& a) {
   command.Option("--camera-azimuth-angle DEG", camera.azimuth, "Rotate around the focal point");
   command.Option("--camera-elevation-angle DEG", camera.elevation, "Raise the camera");
   command.Option("--camera-zoom-factor X", camera.zoom, "Above 1: closer").Range(0.01, 100.0);
-  command
-      .Option(
-          "--camera-frame N", a.camera_frame,
-          "The view of the input camera at frame N, with its calibration; cameras are drawn only if --set "
-          "cameras.* asks for them")
+  command.Option("--camera-frame N", a.camera_frame, "As the input camera saw frame N, with its calibration")
       .AtLeast(0);
-  command.Flag("--overlay", a.overlay,
-               "With --camera-frame: outlines and names of the objects over the undistorted image");
-  command.Flag(
-      "--photo", a.photo,
-      "With --camera-frame: the map itself over the undistorted image, without cameras and dense cloud");
+  command.Flag("--overlay", a.overlay, "With --camera-frame: object outlines and names over the image");
+  command.Flag("--photo", a.photo, "With --camera-frame: the map itself, but no cameras, over the image");
   command.Option("--camera-path PATH", a.path,
-                 "For videos: still, orbit or turntable (default; with --growth a slow swing), follow, "
+                 "For videos: still, orbit (default; with --growth a slow swing), follow, "
                  "first-person, or FILE.yaml with key frames (see configs/camera_paths/tour.yaml)");
 }
 
 void AddVideoOptions(Command& command, RenderArguments& a) {
   command.Group("Video");
-  command.Flag("--growth", a.growth,
-               "Replay the run beside its input images instead of showing the final map");
-  command.Option(
-      "--frames N|A:B", a.frames,
-      "Only the first N frames of the output, or frames A to B, excluding B; A or B may be omitted");
+  command.Flag("--growth", a.growth, "Replay the run beside its input images");
+  command.Option("--frames N|A:B", a.frames, "Only the first N frames of the output, or A to B without B");
   command.Option("--fps N", a.fps, "Frames per second of a video").Range(1.0, 240.0);
-  command.Option("--seconds S", a.seconds, "Length of a video of the final map; maximum length with --growth")
+  command.Option("--seconds S", a.seconds, "Length of a video; with --growth: its maximum length")
       .Range(0.01, 36000.0);
-  command.Option(
-      "--shard I/N", a.shard,
-      "Only the I-th of N pieces of the video, whole segments of two seconds, as FILE.part-I-of-N.mp4; "
-      "numbered pictures keep their numbers");
-  command
-      .Option("--join FILE...", a.join,
-              "Instead of MAP: join these pieces, or numbered pictures, to --output FILE.mp4")
+  command.Option("--shard I/N", a.shard,
+                 "Only piece I of N of a video, as FILE.part-I-of-N.mp4, or these numbered pictures");
+  command.Option("--join FILE...", a.join, "Instead of MAP: join pieces or pictures to --output FILE.mp4")
       .Several();
-}
-
-void CheckClusterArguments(const RenderArguments& a) {
-  a.cluster.Check();
-  ThrowIf<UsageError>(a.cluster.OnSlurm() && (!a.shard.empty() || fs::path(a.output).extension() != ".mp4"),
-                      "--on slurm: expected --output FILE.mp4 and no --shard");
 }
 
 }  // namespace
@@ -134,7 +114,9 @@ bool MakesFrames(const RenderArguments& a) {
 
 void CheckRenderArguments(const RenderArguments& a) {
   const bool frames = MakesFrames(a);
-  CheckClusterArguments(a);
+  a.cluster.Check();
+  ThrowIf<UsageError>(a.cluster.OnSlurm() && (!a.shard.empty() || fs::path(a.output).extension() != ".mp4"),
+                      "--on slurm: expected --output FILE.mp4 and no --shard");
   ParseFrameRange(a.frames);  // throws on invalid ranges before anything is read
   if (!a.join.empty()) {
     ThrowIf<UsageError>(a.cluster.OnSlurm() || fs::path(a.output).extension() != ".mp4" || !a.map.empty() ||
@@ -142,39 +124,39 @@ void CheckRenderArguments(const RenderArguments& a) {
                         "--join: expected pieces and --output FILE.mp4, and no MAP, --edits or --on");
     return;
   }
-  ThrowIf<UsageError>(a.map.empty(),
-                      "render: MAP is missing, expected map.sqmap or the result folder that holds it");
-  ThrowIf<UsageError>(a.output.empty() && a.reference.empty(),
-                      "render: nothing to do, expected --output FILE, --reference FILE or both");
-  ThrowIf<UsageError>(
-      !frames && !a.output.empty() && fs::path(a.output).extension() != ".png",
-      "--output {}: expected FILE.png, a name with {{frame:04}} that ends in .png, or FILE.mp4", a.output);
-  ThrowIf<UsageError>(frames && !a.reference.empty(),
-                      "--reference: compares one picture, expected --output FILE.png or none");
   const bool wants_frames =
       a.growth || !a.frames.empty() || !a.shard.empty() || (!a.path.empty() && a.path != "still");
-  ThrowIf<UsageError>(!frames && wants_frames,
-                      "--output {}: one picture, expected FILE.mp4 or a name with {{frame:04}} for --growth, "
-                      "--frames, --shard and --camera-path",
-                      a.output);
-  ThrowIf<UsageError>(frames && a.camera_frame,
-                      "--camera-frame: makes one picture, expected --output FILE.png (for a video: "
-                      "--camera-path first-person)");
   const CameraOverrides& camera = a.picture.camera;
   const bool moved = !camera.view.empty() || camera.position || camera.focal_point || camera.view_up ||
                      camera.view_angle || camera.azimuth != 0.0 || camera.elevation != 0.0 ||
                      camera.zoom != 1.0;
-  ThrowIf<UsageError>(
-      a.camera_frame && moved,
-      "--camera-frame: the view of a real camera, expected no --view and no other --camera option");
-  ThrowIf<UsageError>(a.at_frame && frames, "--at-frame: makes one picture, expected --output FILE.png");
-  const char* over = a.overlay ? "--overlay" : "--photo";
-  ThrowIf<UsageError>((a.overlay || a.photo) && !a.camera_frame,
-                      "{}: expected --camera-frame N, the frame to draw over", over);
-  ThrowIf<UsageError>((a.overlay || a.photo) && a.picture.transparent,
-                      "{}: the photograph is the background, expected no --no-background", over);
-  ThrowIf<UsageError>(a.overlay && a.photo,
-                      "--overlay and --photo: expected outlines or the map itself, not both");
+  const bool photo = a.overlay || a.photo;
+  const std::string output = "--output " + a.output;
+  const std::string over = a.overlay ? "--overlay" : "--photo";
+  const std::vector<std::pair<bool, std::string>> contradictions = {
+      {a.map.empty(), "render: MAP is missing, expected map.sqmap or the result folder that holds it"},
+      {a.output.empty() && a.reference.empty(),
+       "render: nothing to do, expected --output FILE, --reference FILE or both"},
+      {!frames && !a.output.empty() && fs::path(a.output).extension() != ".png",
+       output + ": expected FILE.png, a name with {frame:04} that ends in .png, or FILE.mp4"},
+      {frames && !a.reference.empty(),
+       "--reference: compares one picture, expected --output FILE.png or none"},
+      {!frames && wants_frames,
+       output + ": one picture, expected FILE.mp4 or a name with {frame:04} for --growth, --frames, --shard "
+                "and --camera-path"},
+      {frames && a.camera_frame,
+       "--camera-frame: makes one picture, expected --output FILE.png (for a video: --camera-path "
+       "first-person)"},
+      {a.camera_frame && moved,
+       "--camera-frame: the view of a real camera, expected no --view and no other --camera option"},
+      {a.at_frame && frames, "--at-frame: makes one picture, expected --output FILE.png"},
+      {photo && !a.camera_frame, over + ": expected --camera-frame N, the frame to draw over"},
+      {photo && a.picture.transparent,
+       over + ": the photograph is the background, expected no --no-background"},
+      {a.overlay && a.photo, "--overlay and --photo: expected outlines or the map itself, not both"}};
+  for (const auto& [wrong, message] : contradictions) {
+    ThrowIf<UsageError>(wrong, "{}", message);
+  }
 }
 
 void StyleArguments::AddTo(Command& command) {
@@ -200,24 +182,17 @@ void AddBackendOption(Command& command, RenderBackend& backend) {
 void AddRenderOptions(Command& command, RenderArguments& a) {
   command.Group("Input");
   command.Positional("MAP", a.map, "map.sqmap, or the result folder that holds it");
-  command
-      .Option("--at-frame N", a.at_frame,
-              "The map as of frame N of the run, with the framing and colours of the finished map")
+  command.Option("--at-frame N", a.at_frame, "The map as of frame N, framed and coloured as at the end")
       .AtLeast(0);
   AddObjectOptions(command, a.objects);
   AddLayerOptions(command, a.layers);
   command.Group("Output");
-  command.Option("--output,-o FILE", a.output,
-                 "FILE.png, FILE.mp4, or a name with {frame:04}.png for numbered pictures");
-  command
-      .Option("--resolution W,H", a.resolution,
-              "Size in pixels; default: 1280,720; with --camera-frame that of the images")
+  command.Option("--output,-o FILE", a.output, "FILE.png, FILE.mp4, or numbered pictures {frame:04}.png");
+  command.Option("--resolution W,H", a.resolution, "Size; default: 1280,720, or that of --camera-frame")
       .Range(16, 8192);
-  command.Option("--reference FILE", a.reference,
-                 "Compare the picture with this one; exit with code 5 if they differ");
+  command.Option("--reference FILE", a.reference, "Exit with code 5 if the picture differs from this one");
   command
-      .Option("--reference-threshold X", a.threshold,
-              "Largest difference that passes: 1 - SSIM, averaged where something is drawn")
+      .Option("--reference-threshold X", a.threshold, "Maximum difference: 1 - SSIM where something is drawn")
       .Range(0.0, 1.0);
   command.Group("Style");
   a.style.AddTo(command);

@@ -63,7 +63,7 @@ bool MakesFrames(const RenderArguments& arguments);  // true for a video or numb
 PictureOptions MakePictureOptions(const RenderArguments& arguments);
 VideoOptions MakeVideoOptions(const RenderArguments& arguments, const PictureOptions& picture, double fps);
 
-// Returns a fingerprint of what the style and the files of edits, camera path and dense cloud hold. A missing
+// Returns a fingerprint of the style and of the files of edits, camera path and dense cloud. A missing
 // file counts as empty: drawing reports it. Throws UsageError on a wrong style, InputError if `--edits auto`
 // finds none.
 std::string FilesFingerprint(const RenderArguments& arguments);

@@ -63,7 +63,7 @@ int CompareWithReference(const RenderArguments& a, const cv::Mat& image) {
 }
 
 // Returns the map as of --at-frame in the frame of the finished one, or the finished one.
-MapSnapshot MapShown(const RenderArguments& a, const RecordingReader& reader) {
+MapSnapshot MapAtFrame(const RenderArguments& a, const RecordingReader& reader) {
   const MapSnapshotPtr last = reader.Last();
   if (!a.at_frame) {
     return *last;
@@ -89,7 +89,7 @@ MapSnapshot MapShown(const RenderArguments& a, const RecordingReader& reader) {
 // Renders the map as the input camera saw it in one frame; with --overlay or --photo over its image.
 cv::Mat RenderCameraFrame(const RenderArguments& a, PictureOptions options, const RecordingReader& reader) {
   InputFrames frames(reader, MapFile(a.map));
-  const MapSnapshot map = MapShown(a, reader);
+  const MapSnapshot map = MapAtFrame(a, reader);
   Rigid3d pose;
   try {
     pose =
@@ -121,7 +121,7 @@ cv::Mat RenderAtFrame(const RenderArguments& a, const PictureOptions& options,
                       const RecordingReader& reader) {
   PictureRenderer renderer(options);
   renderer.SetMap(*reader.Last());
-  renderer.SetMapKeepingFrame(MapShown(a, reader));
+  renderer.SetMapKeepingFrame(MapAtFrame(a, reader));
   return renderer.Render();
 }
 
@@ -166,7 +166,7 @@ int RenderFrames(const RenderArguments& a, const PictureOptions& picture, const 
   });
 }
 
-int Join(const RenderArguments& a) {
+int JoinPieces(const RenderArguments& a) {
   return WriteFrames(a, a.output, [&](const VideoProgress& progress) {
     return JoinVideo(a.join, a.output, a.fps.value_or(30.0), progress);
   });
@@ -174,7 +174,7 @@ int Join(const RenderArguments& a) {
 
 int RenderHere(const RenderArguments& a) {
   if (!a.join.empty()) {
-    return Join(a);
+    return JoinPieces(a);
   }
   PictureOptions options = MakePictureOptions(a);
   const RecordingReader reader = OpenMap(MapFile(a.map), a.objects, HiddenObjects::kLeaveOut);
@@ -187,7 +187,7 @@ int RenderHere(const RenderArguments& a) {
   return MakesFrames(a) ? RenderFrames(a, options, reader) : RenderStill(a, options, reader);
 }
 
-// Returns all that the content of a video's pieces depends on.
+// Returns everything that the content of a video's pieces depends on.
 std::string SettingsOfPieces(const RenderArguments& a) {
   std::vector<std::string> words = ArgumentsWithoutTask();
   std::erase_if(words, [](const std::string& word) {
@@ -216,7 +216,7 @@ int RenderOnSlurm(const RenderArguments& a) {
                         a.output);
     RenderArguments all = a;
     all.join = pieces;
-    return Join(all);
+    return JoinPieces(all);
   };
   return DoOnSlurm({fs::path(a.output).stem().string(), a.output, settings, make, join}, a.cluster, a.quiet);
 }
@@ -251,25 +251,19 @@ them at the end; after Ctrl-C, run the same command to wait for them again.
 Examples:
   sqslam render out/kitchen -o kitchen.png
   sqslam render out/kitchen -o figure.png --no-background --resolution 2400,1600 --set objects.labels=true
-  sqslam render out/kitchen -o above.png --camera-elevation-angle 40 --camera-zoom-factor 1.3
   sqslam render out/kitchen -o plan.png --view top
   sqslam render out/kitchen -o tidy.png --edits auto --set objects.labels=true
   sqslam render out/kitchen -o early.png --at-frame 120
   sqslam render out/kitchen -o seen.png --camera-frame 240 --overlay
   sqslam render out/kitchen -o paths.png --view top --ground-truth auto --set covisibility.show=true
-  sqslam render out/kitchen -o mesh.png --set dense_cloud.look=mesh
-  sqslam render out/kitchen -o lines.png --set objects.look=outline --style dark
   sqslam render out/kitchen -o dense.png --dense-cloud room.ply --dense-cloud-frame world
   sqslam render out/kitchen -o section.png --set clip.axis=z --set clip.offset=0.1
-  sqslam render out/kitchen -o turn.mp4 --camera-path turntable
+  sqslam render out/kitchen -o turn.mp4 --camera-path orbit
   sqslam render out/kitchen -o tour.mp4 --camera-path configs/camera_paths/tour.yaml
-  sqslam render out/kitchen -o growth.mp4 --growth --resolution 1280,480
   sqslam render out/kitchen -o growth.mp4 --growth --set dense_cloud.look=mesh
   sqslam render out/kitchen -o 'frames/{frame:04}.png' --growth --frames 0:30
-  sqslam render out/kitchen -o growth.mp4 --growth --shard 2/8
   sqslam render out/kitchen -o growth.mp4 --growth --on slurm --shards 8
   sqslam render --join growth.part-*-of-8.mp4 -o growth.mp4
-  sqslam render --join 'frames/{frame:04}.png' --fps 25 -o growth.mp4
   sqslam render out/kitchen --reference kitchen.png --reference-threshold 0.04
 )";
 

@@ -63,11 +63,10 @@ Argument& SequenceArguments::AddTo(Command& command, const std::string& input_he
   }
   command.Option(
       "--resize SIZE", resize,
-      "Downscale the images first: WIDTH, WIDTH,HEIGHT or a factor such as 0.5; calibration and boxes "
-      "refer to the original images");
+      "Scale images down to WIDTH, WIDTH,HEIGHT or a factor such as 0.5; calibration and boxes refer "
+      "to the original size");
   command.Option("--start N", start, "First frame").AtLeast(0);
-  command.Option("--frames N|A:B", frames,
-                 "The first N frames, or frames A to B, excluding B; A or B may be omitted");
+  command.Option("--frames N|A:B", frames, "The first N frames, or A to B without B; A or B may be omitted");
   command.Option("--stride N", stride, "Use every N-th frame").AtLeast(1);
   return positional;
 }
@@ -78,65 +77,54 @@ void RunArguments::AddTo(Command& command) {
   SequenceArguments::AddTo(command,
                            "Sequence folder (rgb.txt, camera.yaml, boxes.txt), dataset folder, image folder, "
                            "video, index of a live camera, or stream address (rtsp://..., http://...)");
-  command.Option("--camera-index N", camera_index, "Live camera of this machine, instead of INPUT")
-      .AtLeast(0);
-  command.Option(
-      "--detections PATH", detections,
-      "Boxes: a boxes.txt, a folder with one text file per image (such as YOLO labels), COCO JSON, "
-      "MOTChallenge or CSV; see docs/formats.md");
+  command.Option("--camera-index N", camera_index, "Live camera, instead of INPUT").AtLeast(0);
+  command.Option("--detections PATH", detections,
+                 "Boxes: boxes.txt, a folder with a text file per image, COCO JSON, MOTChallenge or CSV; see "
+                 "docs/formats.md");
   command.Option(
       "--detector NAME", detector,
       "Network that detects objects while mapping: one of configs/detectors (" +
           ConfigNameList("configs/detectors") +
           "), FILE.yaml, or none. Default: boxes of the sequence, else the first of yolox-nano and "
           "centernet whose weights are installed");
+  command.Option("--mask PATH", mask,
+                 "Ignore black regions of an image, or of IMAGE.png in a folder, such as 0001.jpg.png");
   command.Option(
-      "--mask PATH", mask,
-      "Ignore black regions of this mask: one image for all frames, or a folder with IMAGE.png for "
-      "each, such as 0001.jpg.png");
-  command.Option("--ignore LABELS", ignore,
-                 "Classes of moving objects, such as person,car: nothing in their boxes is tracked or "
-                 "mapped; none: track "
-                 "everything. Default: no keypoints of people, animals and vehicles, no people as objects");
-  command.Option("--extend RESULT", extend,
-                 "Continue a finished run's map with that run's options. The new video may start outside the "
-                 "mapped area "
-                 "and join it later. The new result holds both; objects keep their ids");
+      "--ignore LABELS", ignore,
+      "Classes of moving objects that are neither tracked nor mapped, such as person,car; none: map "
+      "all. Default: no keypoints on people, animals and vehicles, no people as objects");
   command.Option(
-      "--scale-from THING", scale_from,
-      "Set the metric scale, as `sqslam scale` does: LABEL=METRES, the height of an object, such as "
-      "cup=0.096; board, or board=COLUMNSxROWS,SQUARE,MARKER[,DICTIONARY] (mm), a ChArUco board in the "
-      "images");
+      "--extend RESULT", extend,
+      "Continue a finished run's map, with its options. The new video may start outside the mapped "
+      "area and join it later. The new result holds both; objects keep their ids");
+  command.Option("--scale-from THING", scale_from,
+                 "Scale to metres, as `sqslam scale` does: LABEL=METRES, the height of an object, such as "
+                 "cup=0.096; board, or board=COLUMNSxROWS,SQUARE,MARKER[,DICTIONARY] (mm), a ChArUco board");
   command.Group("Output");
   command.Option("--output,-o DIR", output, "Result folder; default: out/NAME, out/NAME-2, ...");
-  command.Option("--video FILE.mp4", video,
-                 "Afterwards, write a video of the growing map, as `sqslam render --growth` does");
+  command.Option("--video FILE.mp4", video, "Also write a video, as `sqslam render --growth` does");
   command
       .Option(
           "--dense [final|live]", dense,
           "Compute depth maps, a dense cloud and a mesh, as `sqslam densify` does. final (default): after "
-          "the "
-          "run; live: in the background from the first keyframes on, each stored in the recording at once")
+          "the run; live: in the background, each stored in the recording at once")
       .Alone("final");
   command.Flag("--no-render", no_render, "Do not write pictures and the report");
   command.Group("Mapping");
   command.Option("--config FILE", config, "Pipeline options (YAML, see configs/default.yaml)");
   command.Option("--set KEY=VALUE", set, "Override one option; may be repeated");
-  command.Flag("--dump-config", dump_config, "Print all options with their effective values, then exit");
-  command.Option(
-      "--representation NAME", representation,
-      "Shape of objects in pictures and files: superquadric (default); ellipsoid, cuboid: the one with the "
-      "largest overlap with it; quadric: the dual quadric of the boxes alone, as in QuadricSLAM");
-  command.Option(
-      "--quadric-init NAME", quadric_init,
-      "Initialisation of quadrics: multi-view (default): from boxes of several views; single-view: "
-      "from one view, support, class proportions and texture symmetry, as in SO-SLAM");
+  command.Flag("--dump-config", dump_config, "Print all options with their values, then exit");
+  command.Option("--representation NAME", representation,
+                 "Shape of objects in pictures and files: superquadric (default); ellipsoid, cuboid: the one "
+                 "that overlaps it most; quadric: the dual quadric of the boxes alone, as in QuadricSLAM");
+  command.Option("--quadric-init NAME", quadric_init,
+                 "Initialisation of quadrics: multi-view (default); single-view: from one view, support, "
+                 "class proportions and texture symmetry, as in SO-SLAM");
   command.Option("--association NAME", association, "Tests that associate boxes with objects");
   command.Flag("--deterministic", deterministic,
-               "Run tracking and mapping in turn, and record no times: all files are the same byte for byte");
+               "Track and map in turn and record no times: all files are the same byte for byte");
   command.Option("--seed N", seed, "Seed of all random numbers").AtLeast(0);
-  command.Flag("--realtime", realtime,
-               "Play at the recorded speed and drop frames that come too fast, like a live camera");
+  command.Flag("--realtime", realtime, "Play at the recorded speed; drop frames that come too fast");
   command.QuietFlag(quiet, "Print only warnings and errors");
 }
 

@@ -86,10 +86,8 @@ int RunLocalize(const LocalizeArguments& a) {
       .set = a.set};
   TerminalRun host({"", false}, a.quiet);
   const LocalizedRun run = LocalizeSequence(request, host);
-  if (!a.quiet) {
-    fmt::print("{} of {} frames found in {:.1f} s\nresult: {}\n", run.stats.tracked, run.stats.frames,
-               run.stats.wall_seconds, request.output.string());
-  }
+  PrintSummary(a.quiet, "{} of {} frames found in {:.1f} s\nresult: {}\n", run.stats.tracked,
+               run.stats.frames, run.stats.wall_seconds, request.output.string());
   return run.interrupted ? 130 : 0;
 }
 
@@ -113,10 +111,8 @@ void Merge(const MergeArguments& a) {
   const fs::path output = a.output.empty() ? FreeResultFolder("out", "merged") : fs::path(a.output);
   TerminalRun host({"", !a.no_render}, a.quiet);
   const FinishedRun run = MergeResults(a.first, a.second, output, host);
-  if (!a.quiet) {
-    fmt::print("{} frames, {} keyframes, {} points, {} objects in one map\nresult: {}\n", run.stats.tracked,
-               run.stats.keyframes, run.stats.points, run.stats.objects, output.string());
-  }
+  PrintSummary(a.quiet, "{} frames, {} keyframes, {} points, {} objects in one map\nresult: {}\n",
+               run.stats.tracked, run.stats.keyframes, run.stats.points, run.stats.objects, output.string());
 }
 
 }  // namespace

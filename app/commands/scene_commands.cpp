@@ -128,9 +128,7 @@ int Demo(const DemoArguments& arguments) {
   WriteEvaluation(result / "eval.json", evaluation);
   WriteReport({result, "", run.sequence, {}, &run, &evaluation});
   steps.End(fmt::format("mean 3D IoU {:.3f}", evaluation.iou.mean));
-  if (!arguments.scene.quiet) {
-    fmt::print("\n{}", FormatEvaluation(evaluation));
-  }
+  PrintSummary(arguments.scene.quiet, "\n{}", FormatEvaluation(evaluation));
   fmt::print("\nreport:   {}\n", (result / "report.html").string());
   fmt::print("picture:  {}\n", (result / "map.png").string());
   if (fs::exists(result / "growth.mp4")) {
@@ -155,11 +153,10 @@ struct SynthArguments : SceneArguments {
 
 void Synthesize(const SynthArguments& arguments) {
   const SynthesisSummary summary = arguments.Render(arguments.scene, arguments.output);
-  if (!arguments.quiet) {
-    fmt::print("{}: {} frames, {} boxes of {} objects, {:.2f} m at {:.2f} m/s, turning {:.0f} deg/s\n",
+  PrintSummary(arguments.quiet,
+               "{}: {} frames, {} boxes of {} objects, {:.2f} m at {:.2f} m/s, turning {:.0f} deg/s\n",
                arguments.output, summary.frames, summary.boxes, summary.objects, summary.path_length,
                summary.mean_speed, summary.mean_turn_rate * kDegreesPerRadian);
-  }
 }
 
 }  // namespace

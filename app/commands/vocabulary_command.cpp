@@ -78,19 +78,17 @@ std::vector<std::vector<Descriptor>> ExtractAll(const VocabularyArguments& argum
 void LearnVocabulary(const VocabularyArguments& arguments) {
   CheckOptions(arguments.options);
   const std::vector<std::vector<Descriptor>> images = ExtractAll(arguments);
-  constexpr std::int64_t kSteps = 1000;
+  constexpr std::int64_t kProgressSteps = 1000;
   Progress progress(arguments.quiet, "step");
   const Vocabulary vocabulary = Vocabulary::Train(images, arguments.options, [&](double share) {
-    progress.Update(std::llround(share * kSteps), kSteps, "clustering");
+    progress.Update(std::llround(share * kProgressSteps), kProgressSteps, "clustering");
   });
   progress.Finish();
   vocabulary.Save(arguments.output);
-  if (!arguments.quiet) {
-    fmt::print("{}: {} words in {} levels from {} features of {} images, {:.1f} MiB\n", arguments.output,
-               vocabulary.Words(), vocabulary.Depth(), vocabulary.TrainedDescriptors(),
+  PrintSummary(arguments.quiet, "{}: {} words in {} levels from {} features of {} images, {:.1f} MiB\n",
+               arguments.output, vocabulary.Words(), vocabulary.Depth(), vocabulary.TrainedDescriptors(),
                vocabulary.TrainedImages(),
                static_cast<double>(fs::file_size(arguments.output)) / (1024.0 * 1024.0));
-  }
 }
 
 }  // namespace
@@ -102,8 +100,7 @@ void AddVocabularyCommand(Command& program) {
   command.Positional("TRAIN", a.train, "Sequence folders, folders of images, images, videos").Required();
   command.Option("--stride N", a.stride, "Use every N-th image").AtLeast(1);
   command
-      .Option("--views N", a.views,
-              "Make N random views of 640x480 from each larger image; 0: use it as it is")
+      .Option("--views N", a.views, "Random views of 640x480 from each larger image; 0: the image as it is")
       .Range(0, 1000);
   command.Option("--features N", a.features.num_features, "Features per image").Range(100, 10000);
   command.Group("Output");

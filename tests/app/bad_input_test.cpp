@@ -45,7 +45,7 @@ class BadInput : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(BadInput, BrokenLinesOfTheImageListAreNamed) {
+TEST_F(BadInput, NamesBrokenLinesOfTheImageList) {
   const WrittenSequence sequence = TinySequence();
   sequence.Write("rgb.txt", "0.0 rgb/0000.jpg\nhello\n");
   ExpectRefused(sequence, 3, "rgb.txt:2: 'hello', expected 'timestamp path'");
@@ -53,18 +53,18 @@ TEST_F(BadInput, BrokenLinesOfTheImageListAreNamed) {
   ExpectRefused(sequence, 3, "rgb.txt:2: '0.0 rgb/0001.jpg', expected a timestamp after 0.1");
 }
 
-TEST_F(BadInput, ARunLearnsNoDistortion) {
+TEST_F(BadInput, RejectsLearningOfDistortionInRuns) {
   ExpectRefused(TinySequence(), 2, "mapping.camera.what=focal+radial",
                 "--set mapping.camera.what=focal+radial");
 }
 
-TEST_F(BadInput, AnEmptySequenceIsRefused) {
+TEST_F(BadInput, RejectsEmptySequence) {
   const WrittenSequence sequence = TinySequence();
   sequence.Write("rgb.txt", "# no image\n");
   ExpectRefused(sequence, 3, "rgb.txt: lists no image");
 }
 
-TEST_F(BadInput, ABrokenCalibrationStopsTheRun) {
+TEST_F(BadInput, RejectsBrokenCalibration) {
   const WrittenSequence sequence = TinySequence();
   const std::string rest = "fy: 500\ncx: 320\ncy: 240\n";
   for (const std::string focal : {".nan", "0", "-500"}) {
@@ -77,7 +77,7 @@ TEST_F(BadInput, ABrokenCalibrationStopsTheRun) {
   ExpectRefused(sequence, 3, "camera.yaml: does not exist");
 }
 
-TEST_F(BadInput, BrokenBoxLinesAreNamed) {
+TEST_F(BadInput, NamesBrokenBoxLines) {
   const WrittenSequence sequence = TinySequence();
   sequence.Write("boxes.txt", "0.0 cup 0.9 10 10 20 20\n0.0 cup 0.9 10 10 twenty 20\n");
   ExpectRefused(sequence, 3, "boxes.txt:2: ");
@@ -86,7 +86,7 @@ TEST_F(BadInput, BrokenBoxLinesAreNamed) {
   ExpectRefused(sequence, 3, "nowhere: does not exist", "--detections nowhere");
 }
 
-TEST_F(BadInput, BoxesThatFitNothingAreWarnedOf) {
+TEST_F(BadInput, WarnsOfBoxesThatMatchNoFrame) {
   const WrittenSequence sequence = TinySequence();
   sequence.Write("boxes.txt",
                  "0.0 cup 0.9 900 10 20 20\n7.0 cup 0.9 10 10 20 20\n0.0 flurb 0.9 10 10 20 20\n");
@@ -97,7 +97,7 @@ TEST_F(BadInput, BoxesThatFitNothingAreWarnedOf) {
   EXPECT_THAT(run.err, HasSubstr("boxes.txt:3: label 'flurb' is unknown"));
 }
 
-TEST_F(BadInput, AnOutputFolderThatHoldsSomethingIsLeftAlone) {
+TEST_F(BadInput, RejectsNonEmptyOutputFolder) {
   const WrittenSequence sequence = TinySequence();
   folder_.Write("result/trajectory.txt", "precious");
   const ProgramRun run = Run(sequence);
@@ -108,7 +108,7 @@ TEST_F(BadInput, AnOutputFolderThatHoldsSomethingIsLeftAlone) {
   EXPECT_FALSE(fs::exists(Output() / "map.sqmap"));
 }
 
-TEST_F(BadInput, ImagesOfWhichNoneFitsAreRefused) {
+TEST_F(BadInput, RejectsSequenceWithoutUsableImage) {
   const WrittenSequence sequence = TinySequence();
   for (int i = 0; i < 2; ++i) {
     cv::imwrite(sequence.Image(i).string(), cv::Mat(24, 32, CV_8UC3, cv::Scalar()));
@@ -118,7 +118,7 @@ TEST_F(BadInput, ImagesOfWhichNoneFitsAreRefused) {
   EXPECT_THAT(run.ErrorLines(), ElementsAre(HasSubstr("none of the 2 images could be used")));
 }
 
-TEST_F(BadInput, SingleBadFramesAreSkippedAndTheRestIsMapped) {
+TEST_F(BadInput, SkipsBadFramesAndMapsTheRest) {
   const WrittenSequence sequence(HandHeldPath(kPathFrames));
   fs::remove(sequence.Image(40));
   sequence.Write("rgb/0045.jpg", "this is no image");
@@ -138,7 +138,7 @@ TEST_F(BadInput, SingleBadFramesAreSkippedAndTheRestIsMapped) {
   EXPECT_NEAR(trajectory.back().timestamp, (kPathFrames - 1) / 30.0, 1e-6);  // goes on after the bad ones
 }
 
-TEST_F(BadInput, AFullDiskIsReportedAndWhatFitsIsKept) {
+TEST_F(BadInput, ReportsFullDiskAndKeepsWrittenPart) {
   const WrittenSequence sequence(HandHeldPath(kPathFrames));
   // The recording does not fit, the smaller files do.
   const ProgramRun run = Run(sequence, "", "ulimit -f 160");
@@ -149,7 +149,7 @@ TEST_F(BadInput, AFullDiskIsReportedAndWhatFitsIsKept) {
   EXPECT_NO_THROW(ReadObjects(Output() / "objects.json"));
 }
 
-TEST_F(BadInput, CtrlCSavesWhatHasBeenMapped) {
+TEST_F(BadInput, SavesMapOnCtrlC) {
   const WrittenSequence sequence(HandHeldPath(kPathFrames));
   std::vector<int> there_and_back;  // long enough that it cannot end before the signal
   for (int turn = 0; turn < 40; ++turn) {

@@ -135,7 +135,7 @@ TEST(CommandLine, WrongUsageIsOneLineAndCodeTwo) {
                                       "run x y",
                                       "run x --quiet=maybe",
                                       "info x --config --history",
-                                      "fit x --clusters 2 --multiple",
+                                      "fit x --clusters none",
                                       "eval x",
                                       "run x --frames 5:3",
                                       "run x --frames 0",

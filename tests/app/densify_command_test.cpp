@@ -23,7 +23,7 @@ using ::testing::HasSubstr;
 constexpr const char* kFast =
     " --set dense.stereo.planes=32 --set dense.views.min_overlap=0.3 --set dense.surface.min_island=50";
 
-TEST(DensifyCommand, WritesACloudAndAMeshThatExportTakesOver) {
+TEST(DensifyCommand, WritesCloudAndMeshForExport) {
   const TrueResult result(Pan(13, 0.06));
   const ProgramRun run = RunProgram("densify " + result.Path().string() + kFast);
   ASSERT_EQ(run.exit_code, 0) << run.err;
@@ -46,14 +46,14 @@ TEST(DensifyCommand, WritesACloudAndAMeshThatExportTakesOver) {
   EXPECT_LT(fs::file_size(whole), fine / 2);
 }
 
-TEST(DensifyCommand, TheMeshMayBeLeftOut) {
+TEST(DensifyCommand, WritesNoMeshWhenAsked) {
   const TrueResult result(Pan(13, 0.06));
   ASSERT_EQ(RunProgram("densify --no-mesh -q " + result.Path().string() + kFast).exit_code, 0);
   EXPECT_TRUE(fs::exists(result.Path() / "dense.ply"));
   EXPECT_FALSE(fs::exists(result.Path() / "dense.glb"));
 }
 
-TEST(DensifyCommand, BadInputsAreOneLineAndKeepTheMap) {
+TEST(DensifyCommand, ReportsBadInputInOneLineAndKeepsTheMap) {
   const TrueResult still(Pan(13, 0.0001));
   const ProgramRun no_motion = RunProgram("densify " + still.Path().string() + kFast);
   EXPECT_EQ(no_motion.exit_code, 4);
@@ -74,7 +74,7 @@ TEST(DensifyCommand, BadInputsAreOneLineAndKeepTheMap) {
   EXPECT_EQ(RunProgram("densify -q " + result.Path().string() + kFast).exit_code, 0);  // and it goes on
 }
 
-TEST(DensifyCommand, ExportOfASurfaceWantsADensifiedResult) {
+TEST(DensifyCommand, RejectsSurfaceExportOfSparseResult) {
   const TrueResult result(Pan(13, 0.06));
   const ProgramRun run =
       RunProgram("export " + result.Path().string() + " --surface -o " + (result.Path() / "x.glb").string());
@@ -91,7 +91,7 @@ std::size_t Estimated(const fs::path& result) {
   }
 }
 
-TEST(DensifyCommand, CtrlCKeepsWhatIsDoneAndTheNextCallGoesOnToTheSameCloud) {
+TEST(DensifyCommand, ResumesToTheSameCloudAfterCtrlC) {
   const TrueResult stopped(Pan(61, 0.015)), whole(Pan(61, 0.015));
   const std::string slow = " --set dense.stereo.planes=256 --set dense.views.min_overlap=0.3 --no-mesh";
   ASSERT_EQ(RunProgram("densify -q --threads 3 " + whole.Path().string() + slow).exit_code, 0);
@@ -127,7 +127,7 @@ TEST(DensifyCommand, CtrlCKeepsWhatIsDoneAndTheNextCallGoesOnToTheSameCloud) {
   EXPECT_EQ(Slurp(stopped.Path() / "dense.ply"), Slurp(whole.Path() / "dense.ply"));
 }
 
-TEST(RunCommand, DenseStandsAloneOrTakesItsWord) {
+TEST(RunCommand, AcceptsDenseWithAndWithoutValue) {
   const TrueResult result(Pan(13, 0.06));
   const std::string images = result.Images().Path().string();
   const ProgramRun live = RunProgram("run --dense live --deterministic " + images);

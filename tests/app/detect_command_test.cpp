@@ -61,7 +61,7 @@ class DetectCommand : public ::testing::Test {
   std::string network_;
 };
 
-TEST_F(DetectCommand, WritesABoxALine) {
+TEST_F(DetectCommand, WritesOneBoxPerLine) {
   const ProgramRun run = Detect("");
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.out, HasSubstr("3 boxes in 3 frames"));
@@ -70,20 +70,20 @@ TEST_F(DetectCommand, WritesABoxALine) {
                     HasSubstr(" 24.0 8.0 32.0 32.0\n"), Not(HasSubstr("# end"))));
 }
 
-TEST_F(DetectCommand, WithoutAnyWeightsSaysWhatFetchesThem) {
+TEST_F(DetectCommand, NamesFetchScriptWithoutWeights) {
   const ProgramRun run =
       RunProgram("detect " + sequence_.Path().string() + " --set file=/no/such.onnx -o " + Boxes());
   EXPECT_EQ(run.exit_code, 3);
   EXPECT_THAT(run.ErrorLines(), ElementsAre(HasSubstr("scripts/fetch-detector.sh")));
 }
 
-TEST_F(DetectCommand, FramesAreANumberOrARange) {
+TEST_F(DetectCommand, AcceptsFramesAsNumberOrRange) {
   EXPECT_THAT(Detect("--frames 2").out, HasSubstr("2 boxes in 2 frames"));
   std::filesystem::remove(Boxes());
   EXPECT_THAT(Detect("--frames 1:2").out, HasSubstr("1 boxes in 1 frames"));
 }
 
-TEST_F(DetectCommand, GoesOnWhereItWasStopped) {
+TEST_F(DetectCommand, ResumesWhereItWasStopped) {
   ASSERT_EQ(Detect("").exit_code, 0);
   const std::string whole = Slurp(Boxes());
   const std::size_t first_box = whole.find("0.000000");
@@ -100,7 +100,7 @@ TEST_F(DetectCommand, GoesOnWhereItWasStopped) {
 }
 
 // By SIGTERM, which ends it in the same way: a shell has its background jobs ignore Ctrl-C.
-TEST_F(DetectCommand, CtrlCKeepsWhatIsDone) {
+TEST_F(DetectCommand, KeepsFinishedFramesOnCtrlC) {
   std::vector<int> images(50'000, 0);  // much more than a second's work
   sequence_.List(images);
   const std::string command = fmt::format(
@@ -114,7 +114,7 @@ TEST_F(DetectCommand, CtrlCKeepsWhatIsDone) {
   EXPECT_THAT(Slurp(Boxes() + ".part"), HasSubstr("# end 0.033333\n"));
 }
 
-TEST_F(DetectCommand, SettingsOfTheNetworkAreRefusedByName) {
+TEST_F(DetectCommand, NamesInvalidNetworkSettings) {
   EXPECT_EQ(Detect("--set width=33").exit_code, 2);
   EXPECT_EQ(Detect("--set treshold=0.4").exit_code, 2);
   for (const auto& [setting, expected] :
@@ -127,7 +127,7 @@ TEST_F(DetectCommand, SettingsOfTheNetworkAreRefusedByName) {
   }
 }
 
-TEST_F(DetectCommand, CheckLooksAtThePartThatIsAskedFor) {
+TEST_F(DetectCommand, ChecksOnlyRequestedFrames) {
   ASSERT_EQ(Detect("").exit_code, 0);
   const auto check = [&](const std::string& arguments) {
     return RunProgram("detect " + sequence_.Path().string() + " --check " + Boxes() + " " + arguments);
@@ -142,7 +142,7 @@ TEST_F(DetectCommand, CheckLooksAtThePartThatIsAskedFor) {
 }
 
 // A run that finds its boxes itself, in a world whose colours the network takes for things.
-TEST_F(DetectCommand, ARunCanFindItsBoxesItself) {
+TEST_F(DetectCommand, SuppliesBoxesDuringRun) {
   const WrittenSequence world(HandHeldPath(60));
   const auto run = [&](const std::string& output, const std::string& arguments) {
     return RunProgram(fmt::format("run {} --detector {} --no-render --output {} {}", world.Path().string(),
@@ -166,7 +166,7 @@ TEST_F(DetectCommand, ARunCanFindItsBoxesItself) {
   EXPECT_THAT(Slurp(folder_.Path() / "third/stats.json"), HasSubstr("\"detector_frames\": 21"));
 }
 
-TEST_F(DetectCommand, ARunWhoseNetworkCannotBeUsedLeavesNothingBehind) {
+TEST_F(DetectCommand, LeavesNoResultWhenNetworkOfRunIsUnusable) {
   folder_.Write("network.onnx", "not a network");
   const std::filesystem::path output = folder_.Path() / "result";
   const ProgramRun run = RunProgram(

@@ -22,14 +22,14 @@ WrittenSequence WalkUntil(int stop) {
   return WrittenSequence(path);
 }
 
-TEST(DoctorCommand, TakesAWalkForGood) {
+TEST(DoctorCommand, AcceptsWalk) {
   const WrittenSequence sequence = WalkUntil(60);
   const ProgramRun run = RunProgram("doctor " + sequence.Path().string() + " --detector none");
   EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
   EXPECT_THAT(run.out, HasSubstr(": suitable for mapping"));
 }
 
-TEST(DoctorCommand, SaysWhenTheCameraStands) {
+TEST(DoctorCommand, ReportsWhenTheCameraStands) {
   const WrittenSequence sequence = WalkUntil(12);
   const std::string file = (sequence.Path() / "doctor.json").string();
   const ProgramRun run =
@@ -48,7 +48,7 @@ TEST(DoctorCommand, SaysWhenTheCameraStands) {
             0);
 }
 
-TEST(DoctorCommand, RefusesLimitsThatAreNone) {
+TEST(DoctorCommand, RejectsInvalidLimits) {
   const ProgramRun run = RunProgram("doctor " + TinySequence().Path().string() + " --set max_blurr=1");
   EXPECT_EQ(run.exit_code, 2);
   EXPECT_THAT(run.err, HasSubstr("max_blur"));

@@ -112,7 +112,7 @@ class FigureCommandTest : public ::testing::Test {
   std::filesystem::path sequence_;
 };
 
-TEST_F(FigureCommandTest, EveryFigureIsDrawnFromAResultFolder) {
+TEST_F(FigureCommandTest, DrawsEveryFigureFromResultFolder) {
   const std::string result = result_.string();
   EXPECT_THAT(Svg("shapes --e1 0.25 --e2 0.75,1"), AllOf(HasSubstr(">0.25<"), HasSubstr(">0.75<")));
   EXPECT_THAT(Svg("compare " + result), AllOf(HasSubstr(">book<"), HasSubstr(">Cuboid<")));
@@ -137,7 +137,7 @@ double MeanAngle(const std::string& svg, int n) {
   return at < svg.size() ? std::stod(svg.substr(at)) : -1.0;
 }
 
-TEST_F(FigureCommandTest, YawBringsTheAxesToTheLines) {
+TEST_F(FigureCommandTest, AlignsAxesWithLinesInYawFigure) {
   for (const char* choice : {"", " --object 0", " --object 0 --frame 70"}) {
     const std::string svg = Svg("yaw " + result_.string() + choice);
     EXPECT_THAT(svg, AllOf(HasSubstr(">book<"), HasSubstr(" lines<"), HasSubstr("yaw 28.6°<")));
@@ -147,7 +147,7 @@ TEST_F(FigureCommandTest, YawBringsTheAxesToTheLines) {
   }
 }
 
-TEST_F(FigureCommandTest, TrajectorySaysTheErrorInTheLegend) {
+TEST_F(FigureCommandTest, ShowsTrajectoryErrorInLegend) {
   const std::string svg =
       Svg("trajectory " + result_.string() + " --heights --ground-truth " + sequence_.string());
   EXPECT_THAT(svg, AllOf(HasSubstr(">ground truth<"), HasSubstr(">run (ATE 2.0 cm)<"), HasSubstr("z [m]")))
@@ -158,7 +158,7 @@ TEST_F(FigureCommandTest, TrajectorySaysTheErrorInTheLegend) {
   EXPECT_THAT(Svg("trajectory " + (result_ / "trajectory.txt").string()), HasSubstr("x [m]"));
 }
 
-TEST_F(FigureCommandTest, ResultsStandSideBySide) {
+TEST_F(FigureCommandTest, DrawsResultsSideBySide) {
   WriteEval(folder_.Path() / "other", false);
   EXPECT_THAT(
       Svg("iou " + result_.string() + " " + (folder_.Path() / "other").string() + " --name A --name B"),
@@ -166,7 +166,7 @@ TEST_F(FigureCommandTest, ResultsStandSideBySide) {
             HasSubstr(">not found<"), HasSubstr(">0.00<")));
 }
 
-TEST_F(FigureCommandTest, APlaceFarFromTheOriginIsDrawn) {
+TEST_F(FigureCommandTest, DrawsPlaceFarFromOrigin) {
   const auto path = folder_.Write("far/trajectory.txt", "0 1e9 0 0 0 0 0 1\n");
   const auto file = folder_.Path() / "far.svg";
   const ProgramRun run = RunProgram("figure trajectory " + path.string() + " --output " + file.string(),
@@ -175,7 +175,7 @@ TEST_F(FigureCommandTest, APlaceFarFromTheOriginIsDrawn) {
   EXPECT_THAT(Slurp(file), HasSubstr(">x [map units]<"));
 }
 
-TEST_F(FigureCommandTest, AFolderNamedInLatin1IsDrawn) {
+TEST_F(FigureCommandTest, DrawsFolderNamedInLatin1) {
   const std::filesystem::path other = folder_.Path() / "caf\xe9";
   std::filesystem::copy(result_, other, std::filesystem::copy_options::recursive);
   const std::string timing = "timing " + result_.string() + " " + other.string() + " --title 'No\xebl'";
@@ -184,19 +184,19 @@ TEST_F(FigureCommandTest, AFolderNamedInLatin1IsDrawn) {
   EXPECT_EQ(run.exit_code, 0) << run.err;
 }
 
-TEST_F(FigureCommandTest, OutliersAreShownOfObjectsThatHaveAnImage) {
+TEST_F(FigureCommandTest, DrawsOutliersOfObjectsWithImages) {
   EXPECT_THAT(Svg("outliers " + result_.string()),
               AllOf(HasSubstr(">book<"), Not(HasSubstr(">cup<")), Not(HasSubstr(">no image<"))));
   EXPECT_THAT(Svg("outliers " + result_.string() + " --no-images"), HasSubstr(">cup<"));
 }
 
-TEST_F(FigureCommandTest, UnknownObjectsAreAnsweredWithThoseThereAre) {
+TEST_F(FigureCommandTest, ListsObjectsWhenIdIsUnknown) {
   const ProgramRun run = RunProgram("figure compare " + result_.string() + " --object 9 --output /tmp/x.png");
   EXPECT_EQ(run.exit_code, 3);
   EXPECT_THAT(run.err, AllOf(HasSubstr("no object 9"), HasSubstr("0 book, 1 cup, 2 sports_ball")));
 }
 
-TEST_F(FigureCommandTest, WrongInputIsSaidInOneLine) {
+TEST_F(FigureCommandTest, ReportsWrongInputInOneLine) {
   struct Case {
     std::string arguments;
     int exit_code;
@@ -236,7 +236,7 @@ TEST_F(FigureCommandTest, WrongInputIsSaidInOneLine) {
   }
 }
 
-TEST_F(FigureCommandTest, HelpShowsExamples) {
+TEST_F(FigureCommandTest, ShowsExamplesInHelp) {
   for (const char* name :
        {"", "shapes", "compare", "maps", "trajectory", "timing", "iou", "outliers", "yaw"}) {
     const ProgramRun run = RunProgram(std::string("figure ") + name + " --help");

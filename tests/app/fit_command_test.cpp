@@ -61,34 +61,33 @@ TEST_F(FitCommand, WritesObjectsAndMeshes) {
   }
 }
 
-TEST_F(FitCommand, SplitsACloudIntoObjects) {
+TEST_F(FitCommand, SplitsCloudIntoObjects) {
   EXPECT_EQ(RunProgram("fit " + two_ + " --clusters auto --output " + Path("b.json")).exit_code, 0);
   const auto objects = ReadObjects(Path("b.json"));
   ASSERT_THAT(objects, SizeIs(2));
   EXPECT_GT(IoU(Solid::FromSuperquadric(objects[1].superquadric), Solid::FromSuperquadric(second_)), 0.9);
-  EXPECT_EQ(RunProgram("fit " + two_ + " --multiple --upright --output " + Path("c.json")).exit_code, 0);
+  EXPECT_EQ(RunProgram("fit " + two_ + " --clusters auto --upright --output " + Path("c.json")).exit_code, 0);
   EXPECT_THAT(ReadObjects(Path("c.json")), SizeIs(2));
 }
 
-TEST_F(FitCommand, GivesTheSameResultFromRunToRun) {
+TEST_F(FitCommand, RepeatsTheSameResult) {
   EXPECT_EQ(RunProgram("fit " + one_).out, RunProgram("fit " + one_).out);
 }
 
-TEST_F(FitCommand, HelpShowsExamples) {
+TEST_F(FitCommand, ShowsExamplesInHelp) {
   EXPECT_THAT(RunProgram("fit --help").out, AllOf(HasSubstr("Examples:"), HasSubstr("area_weight")));
 }
 
-TEST_F(FitCommand, WrongUsageIsOneLineAndCodeTwo) {
-  for (const std::string arguments :
-       {"--output a.glb", "--clusters none", "--clusters 0", "--clusters 2 --multiple", "--set fit.seeds=1",
-        "--set fit.outlier_share=2"}) {
+TEST_F(FitCommand, ReportsWrongUsageInOneLineWithCodeTwo) {
+  for (const std::string arguments : {"--output a.glb", "--clusters none", "--clusters 0",
+                                      "--set fit.seeds=1", "--set fit.outlier_share=2"}) {
     const ProgramRun run = RunProgram("fit " + one_ + " " + arguments);
     EXPECT_EQ(run.exit_code, 2) << arguments << run.err;
     EXPECT_THAT(run.ErrorLines(), SizeIs(1));
   }
 }
 
-TEST_F(FitCommand, CloudsThatCannotBeUsedAreCodeThreeAndNamed) {
+TEST_F(FitCommand, NamesUnusableCloudsWithCodeThree) {
   const auto error_of = [&](const std::string& text) {
     const ProgramRun run = RunProgram("fit " + folder_.Write("bad.ply", text).string());
     EXPECT_EQ(run.exit_code, 3) << run.err;

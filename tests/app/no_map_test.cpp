@@ -100,13 +100,15 @@ const auto kHardlyMoves = HasSubstr("the camera hardly moves");
 const auto kOnlyTurns = HasSubstr("the camera only turns");
 const auto kNoTexture = HasSubstr("too little texture");
 
-TEST_F(NoMap, OfAStaticCamera) { ExpectNoMap({camera_, std::vector<cv::Mat>(kFrames, view_)}, kHardlyMoves); }
+TEST_F(NoMap, StaticCameraGivesNoMap) {
+  ExpectNoMap({camera_, std::vector<cv::Mat>(kFrames, view_)}, kHardlyMoves);
+}
 
-TEST_F(NoMap, OfAStaticCameraWithANoisySensor) {
+TEST_F(NoMap, StaticCameraWithNoisySensorGivesNoMap) {
   ExpectNoMap({camera_, WithNoise(std::vector<cv::Mat>(kFrames, view_), kNoise, 1)}, kHardlyMoves);
 }
 
-TEST_F(NoMap, OfACameraThatOnlyTurns) {
+TEST_F(NoMap, TurningCameraGivesNoMap) {
   std::vector<Rigid3d> path;
   for (const Eigen::Matrix3d& R_map_camera : LookingAround(kFrames)) {
     path.push_back({Eigen::Quaterniond(R_map_camera), Eigen::Vector3d::Zero()});
@@ -114,11 +116,11 @@ TEST_F(NoMap, OfACameraThatOnlyTurns) {
   ExpectNoMap(WrittenSequence(path), kOnlyTurns);
 }
 
-TEST_F(NoMap, OfAWhiteWall) {
+TEST_F(NoMap, BlankWallGivesNoMap) {
   ExpectNoMap({camera_, std::vector<cv::Mat>(kFrames, WhiteWall(camera_))}, kNoTexture);
 }
 
-TEST_F(NoMap, OfAWhiteWallWithANoisySensor) {
+TEST_F(NoMap, BlankWallWithSensorNoiseGivesNoMap) {
   ExpectNoMap({camera_, WithNoise(std::vector<cv::Mat>(kFrames, WhiteWall(camera_)), kNoise, 2)}, kNoTexture);
 }
 
@@ -172,17 +174,17 @@ class NoMapOfARoom : public NoMap {
   cv::Mat room_;
 };
 
-TEST_F(NoMapOfARoom, FromAStaticCamera) {
+TEST_F(NoMapOfARoom, StaticCameraGivesNoMap) {
   ExpectNoMap({room_camera_, std::vector<cv::Mat>(kFrames, room_)}, kHardlyMoves);
 }
 
-TEST_F(NoMapOfARoom, FromAStaticCameraWithANoisySensor) {
+TEST_F(NoMapOfARoom, StaticCameraWithNoisySensorGivesNoMap) {
   ExpectNoMap({room_camera_, WithNoise(std::vector<cv::Mat>(kFrames, room_), kNoise, 3)}, kHardlyMoves);
 }
 
-TEST_F(NoMapOfARoom, FromACameraThatOnlyTurns) { ExpectNoMap({TurnedCamera(), TurnedRoom()}, kOnlyTurns); }
+TEST_F(NoMapOfARoom, TurningCameraGivesNoMap) { ExpectNoMap({TurnedCamera(), TurnedRoom()}, kOnlyTurns); }
 
-TEST_F(NoMapOfARoom, FromACameraThatOnlyTurnsWithANoisySensor) {
+TEST_F(NoMapOfARoom, TurningCameraWithNoisySensorGivesNoMap) {
   ExpectNoMap({TurnedCamera(), WithNoise(TurnedRoom(), kNoise, 4)}, kOnlyTurns);
 }
 

@@ -34,7 +34,7 @@ fs::path BoardFilm(const fs::path& folder) {
   return folder / "board.mp4";
 }
 
-TEST(Calibrate, AFilmOfABoardMakesACalibrationAndAPicture) {
+TEST(Calibrate, WritesCalibrationAndPictureFromFilmOfBoard) {
   const TemporaryFolder folder;
   const fs::path camera = folder.Path() / "phone.yaml";
   const ProgramRun run =
@@ -48,7 +48,7 @@ TEST(Calibrate, AFilmOfABoardMakesACalibrationAndAPicture) {
   EXPECT_GT(cv::imread((folder.Path() / "phone-residuals.png").string()).cols, 1000);
 }
 
-TEST(Calibrate, WhereThereIsNoBoardItSaysInHowManyFramesItLooked) {
+TEST(Calibrate, CountsSearchedFramesWhenNoBoardIsFound) {
   const TemporaryFolder folder;
   for (int i = 0; i < 4; ++i) {
     cv::imwrite((folder.Path() / (std::to_string(i) + ".png")).string(),
@@ -61,7 +61,7 @@ TEST(Calibrate, WhereThereIsNoBoardItSaysInHowManyFramesItLooked) {
   EXPECT_FALSE(fs::exists(camera));
 }
 
-TEST(Calibrate, InnerCornersInsteadOfSquaresAreNoticed) {
+TEST(Calibrate, HintsWhenInnerCornersWereCounted) {
   const TemporaryFolder folder;
   const ProgramRun run = RunProgram("calibrate " + BoardFilm(folder.Path()).string() +
                                     " --columns 9 --rows 6 --output " + (folder.Path() / "c.yaml").string());
@@ -69,7 +69,7 @@ TEST(Calibrate, InnerCornersInsteadOfSquaresAreNoticed) {
   EXPECT_THAT(run.err, HasSubstr("did you count inner corners? --columns 10 --rows 7 counts squares"));
 }
 
-TEST(Calibrate, ThePrintedBoardIsTheOneThatIsLookedFor) {
+TEST(Calibrate, FindsItsPrintedBoard) {
   const TemporaryFolder folder;
   const fs::path sheet = folder.Path() / "board.png";
   for (const CalibrationBoard::Kind kind :

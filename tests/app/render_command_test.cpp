@@ -89,7 +89,7 @@ int FramesIn(const std::string& path) {
   return frames;
 }
 
-TEST_F(RenderCommandTest, CtrlCLeavesAVideoThatPlays) {
+TEST_F(RenderCommandTest, FinishesPlayableVideoOnCtrlC) {
   const std::string output = Out("orbit.mp4");
   const auto begun = [&] {  // the file has no name yet
     for (const auto& entry : fs::directory_iterator(folder_.Path())) {
@@ -106,7 +106,7 @@ TEST_F(RenderCommandTest, CtrlCLeavesAVideoThatPlays) {
               HasSubstr("interrupted; " + std::to_string(frames) + " of 2160000 frames"));
 }
 
-TEST_F(RenderCommandTest, CtrlCLeavesTheNumberedPicturesThatAreDone) {
+TEST_F(RenderCommandTest, KeepsNumberedPicturesOnCtrlC) {
   // Growth of three seconds at most: interrupted after its second picture of 120.
   EXPECT_EQ(Interrupt(Out("{frame:03}.png"), "--growth", [&] { return fs::exists(Out("001.png")); }), 130);
   int pictures = 0;
@@ -120,7 +120,7 @@ TEST_F(RenderCommandTest, CtrlCLeavesTheNumberedPicturesThatAreDone) {
               HasSubstr("interrupted; " + std::to_string(pictures) + " of 120 frames"));
 }
 
-TEST_F(RenderCommandTest, FullDiskIsSaidAndLeavesNoVideo) {
+TEST_F(RenderCommandTest, ReportsFullDiskAndLeavesNoVideo) {
   const int before = FilesLeft();
   const ProgramRun run =
       Render("--output " + Out("a.mp4") + " --seconds 3 --fps 10", "ulimit -f 8");  // 4 or 8 KiB
@@ -129,7 +129,7 @@ TEST_F(RenderCommandTest, FullDiskIsSaidAndLeavesNoVideo) {
   EXPECT_EQ(FilesLeft(), before);
 }
 
-TEST_F(RenderCommandTest, PiecesAreMadeAndJoined) {
+TEST_F(RenderCommandTest, MakesAndJoinsPieces) {
   for (const char* shard : {"1/2", "2/2"}) {
     const ProgramRun run = Render("--output " + Out("g.mp4") + " --growth --fps 1 --shard " + shard);
     EXPECT_EQ(run.exit_code, 0) << run.err;
@@ -144,7 +144,7 @@ TEST_F(RenderCommandTest, PiecesAreMadeAndJoined) {
   EXPECT_THAT(lacking.err, HasSubstr("missing piece 1 of 2"));
 }
 
-TEST_F(RenderCommandTest, CameraFrameHasTheSizeOfTheImageAndDrawsOverIt) {
+TEST_F(RenderCommandTest, DrawsCameraFrameOverItsImage) {
   const auto run = [&](const std::string& arguments) {
     return RunProgram("render " + folder_.Path().string() + " --output " + Out("p.png") + " --quiet " +
                       arguments);
@@ -175,7 +175,7 @@ TEST_F(RenderCommandTest, CameraFrameHasTheSizeOfTheImageAndDrawsOverIt) {
   EXPECT_THAT(gone.err, HasSubstr("frame 60"));
 }
 
-TEST_F(RenderCommandTest, CombinationsThatMakeNoSenseAreWrongUsage) {
+TEST_F(RenderCommandTest, RejectsContradictoryOptions) {
   for (const std::string arguments :
        {"--output a.mp4 --camera-path spiral", "--output a.mp4 --camera-path none.yaml",
         "--output a.mp4 --shard 3/2", "--output a.mp4 --camera-frame 30", "--output a.png --overlay",
@@ -191,7 +191,7 @@ TEST_F(RenderCommandTest, CombinationsThatMakeNoSenseAreWrongUsage) {
   EXPECT_EQ(RunProgram("run x --video /nonexistent/a.mp4").exit_code, 2);
 }
 
-TEST_F(RenderCommandTest, AReferenceIsMetOrTheDifferenceIsLeftBesideThePicture) {
+TEST_F(RenderCommandTest, WritesDifferenceWhenReferenceIsNotMet) {
   ASSERT_EQ(Render("--output " + Out("a.png")).exit_code, 0);
   EXPECT_EQ(Render("--output " + Out("b.png") + " --reference " + Out("a.png")).exit_code, 0);
   EXPECT_FALSE(fs::exists(Out("b-difference.png")));
@@ -202,7 +202,7 @@ TEST_F(RenderCommandTest, AReferenceIsMetOrTheDifferenceIsLeftBesideThePicture) 
   EXPECT_EQ(difference.size(), cv::Size(3 * 320, 240));
 }
 
-TEST_F(RenderCommandTest, AReferenceWithOneMoreThingOnWhitePaperIsNotMet) {
+TEST_F(RenderCommandTest, DetectsOneMissingObjectOnWhitePaper) {
   const std::string bare =
       "--set points.show=false --set grid.show=false --set cameras.trajectory=false --set "
       "cameras.keyframes=false --set cameras.current=false --output " +

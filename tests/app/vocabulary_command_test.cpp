@@ -42,7 +42,7 @@ class VocabularyCommand : public ::testing::Test {
   std::filesystem::path file_ = folder_.Path() / "words.bin";
 };
 
-TEST_F(VocabularyCommand, LearnsFromAFolderAndInfoTells) {
+TEST_F(VocabularyCommand, LearnsFromFolder) {
   const ProgramRun run = Learn(images_.string() + " --branching 4 --depth 2 --features 200");
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.out, AllOf(HasSubstr("16 words in 2 levels"), HasSubstr("of 3 images")));
@@ -52,7 +52,7 @@ TEST_F(VocabularyCommand, LearnsFromAFolderAndInfoTells) {
               AllOf(HasSubstr("words      16"), HasSubstr("levels     2"), HasSubstr("of 3 images")));
 }
 
-TEST_F(VocabularyCommand, ASequenceIsUsedAsListedWithStrideAndTheSameEachTime) {
+TEST_F(VocabularyCommand, UsesListedFramesOfSequenceWithStride) {
   std::filesystem::create_directories(folder_.Path() / "sequence");
   folder_.Write("sequence/rgb.txt",
                 "# a comment\n0.0 ../images/sub/0.png\n0.1 ../images/sub/1.png\n0.2 ../images/sub/2.png\n");
@@ -64,7 +64,7 @@ TEST_F(VocabularyCommand, ASequenceIsUsedAsListedWithStrideAndTheSameEachTime) {
   EXPECT_EQ(Slurp(file_), first);
 }
 
-TEST_F(VocabularyCommand, LargePhotographsAreSeenInSeveralViews) {
+TEST_F(VocabularyCommand, MakesSeveralViewsOfLargePhotographs) {
   const std::string photograph = (folder_.Path() / "large.png").string();
   cv::imwrite(photograph, TexturedImage(1600, 1000, 9));
   const ProgramRun run = Learn(photograph + " " + images_.string() + " --views 2 --depth 2 --quiet");
@@ -73,7 +73,7 @@ TEST_F(VocabularyCommand, LargePhotographsAreSeenInSeveralViews) {
   EXPECT_EQ(Vocabulary::Load(file_).TrainedImages(), 2u + 3u);
 }
 
-TEST_F(VocabularyCommand, AnImageThatCannotBeReadIsSkippedWithAWarning) {
+TEST_F(VocabularyCommand, SkipsUnreadableImagesWithWarning) {
   folder_.Write("images/broken.png", "no image");
   const ProgramRun run = Learn(images_.string() + " --depth 2");
   EXPECT_EQ(run.exit_code, 0);
@@ -81,7 +81,7 @@ TEST_F(VocabularyCommand, AnImageThatCannotBeReadIsSkippedWithAWarning) {
   EXPECT_EQ(Vocabulary::Load(file_).TrainedImages(), 3u);
 }
 
-TEST_F(VocabularyCommand, InputThatCannotBeUsedIsCodeThreeAndLeavesNoFile) {
+TEST_F(VocabularyCommand, RejectsUnusableInputAndWritesNoFile) {
   std::filesystem::create_directories(folder_.Path() / "empty");
   cv::imwrite((folder_.Path() / "white.png").string(), cv::Mat(240, 320, CV_8U, cv::Scalar(255)));
   folder_.Write("bad/rgb.txt", "0.0\n");
@@ -98,13 +98,13 @@ TEST_F(VocabularyCommand, InputThatCannotBeUsedIsCodeThreeAndLeavesNoFile) {
   }
 }
 
-TEST_F(VocabularyCommand, WrongUsageIsCodeTwo) {
+TEST_F(VocabularyCommand, ReportsWrongUsageWithCodeTwo) {
   for (const std::string options : {"", "--depth 0", "--branching 1", "--stride 0", "--views -1"}) {
     EXPECT_EQ(Learn((options.empty() ? "" : images_.string() + " ") + options).exit_code, 2) << options;
   }
 }
 
-TEST_F(VocabularyCommand, ADamagedVocabularyIsToldByInfo) {
+TEST_F(VocabularyCommand, ReportsDamagedVocabularyInInfo) {
   ASSERT_EQ(Learn(images_.string() + " --depth 2 --quiet").exit_code, 0);
   std::filesystem::resize_file(file_, 100);
   const ProgramRun info = RunProgram("info " + file_.string());

@@ -12,7 +12,7 @@ inline TrackedFrame NewFrame(FrameFeaturesPtr features, std::int64_t index = 0) 
   frame.index = index;
   frame.timestamp = static_cast<double>(index) / 30.0;
   frame.features = std::move(features);
-  frame.ForgetPoints();
+  frame.ClearPoints();
   return frame;
 }
 
