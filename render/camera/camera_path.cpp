@@ -146,7 +146,7 @@ std::vector<ViewCamera> Smooth(const std::vector<ViewCamera>& path, double radiu
   return smooth;
 }
 
-std::vector<Rigid3d> AlongKeyframes(const MapSnapshot& map, int count) {
+std::vector<Rigid3d> PosesAlongKeyframes(const MapSnapshot& map, int count) {
   std::vector<Rigid3d> poses;
   const auto& keyframes = map.keyframes;
   for (int i = 0; i < count && !keyframes.empty(); ++i) {

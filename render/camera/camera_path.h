@@ -75,7 +75,7 @@ ViewCamera Behind(const Rigid3d& T_map_camera, const Eigen::Vector3d& up, double
 std::vector<ViewCamera> Smooth(const std::vector<ViewCamera>& path, double radius);
 
 // Interpolates `count` poses along the keyframes, at equal steps of the keyframe index.
-std::vector<Rigid3d> AlongKeyframes(const MapSnapshot& map, int count);
+std::vector<Rigid3d> PosesAlongKeyframes(const MapSnapshot& map, int count);
 
 // Mouse and keyboard control of a virtual camera. The origin of pixels is the window's top-left corner.
 

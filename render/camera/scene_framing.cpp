@@ -104,7 +104,7 @@ Eigen::Vector3d UpDirection(const MapSnapshot& map) {
 // Returns the height of the map's main support, of the floor if that support is a table among things that
 // stand on the floor, or without a known support of the lowest point.
 double GroundHeight(const MapSnapshot& map, const SceneFocus& focus) {
-  constexpr double kClearly = 0.15;  // of the focus' radius, below the main support
+  constexpr double kMinFloorDepth = 0.15;  // of the focus' radius, below the main support
   const auto lowest = [&](std::span<const Eigen::Vector3d> points) {
     double height = std::numeric_limits<double>::infinity();
     for (const Eigen::Vector3d& p : points) {
@@ -118,7 +118,7 @@ double GroundHeight(const MapSnapshot& map, const SceneFocus& focus) {
   std::vector<double> feet;
   for (const SnapshotObject& object : map.objects) {
     const double foot = lowest(BoxCorners(object.superquadric));
-    if (IsReliable(object) && foot < *map.support_height - kClearly * focus.radius) {
+    if (IsReliable(object) && foot < *map.support_height - kMinFloorDepth * focus.radius) {
       feet.push_back(foot);
     }
   }
@@ -188,11 +188,11 @@ SceneFocus FindFocus(const MapSnapshot& map) {
 }
 
 void IncludeCloud(const std::vector<Eigen::Vector3d>& cloud, SceneFocus& focus) {
-  constexpr double kAbout = 0.2;   // margin: share of the outline's diagonal without the cloud
-  constexpr double kStray = 0.01;  // share of outliers cut off at each side
-  constexpr int kDirections = 40;  // on a half sphere; each gives two opposite sides
+  constexpr double kMargin = 0.2;         // margin: share of the outline's diagonal without the cloud
+  constexpr double kOutlierShare = 0.01;  // share of outliers cut off at each side
+  constexpr int kDirections = 40;         // on a half sphere; each gives two opposite sides
   Eigen::AlignedBox3d about = BoxAround(focus.outline);
-  const double margin = kAbout * about.diagonal().norm();
+  const double margin = kMargin * about.diagonal().norm();
   about.min().array() -= margin;
   about.max().array() += margin;
   std::vector<Eigen::Vector3d> bulk;
@@ -207,7 +207,8 @@ void IncludeCloud(const std::vector<Eigen::Vector3d>& cloud, SceneFocus& focus) 
     if (along.empty()) {
       return;
     }
-    const double first = LowerQuantile(along, kStray), last = LowerQuantile(along, 1.0 - kStray);
+    const double first = LowerQuantile(along, kOutlierShare),
+                 last = LowerQuantile(along, 1.0 - kOutlierShare);
     for (std::size_t k = 0; k < bulk.size(); ++k) {
       stray[k] = stray[k] || along[k] < first || along[k] > last;
     }
@@ -279,8 +280,8 @@ ViewCamera FitOutline(const ViewCamera& camera, const std::vector<Eigen::Vector3
 
 ViewCamera FitBeside(const ViewCamera& camera, const std::vector<Eigen::Vector3d>& outline, double aspect,
                      std::span<const PicturePart> written) {
-  constexpr double kGap = 0.015;   // between outline and text; share of the picture
-  constexpr double kMiddle = 0.1;  // minimum extent to each side of the centre
+  constexpr double kGap = 0.015;          // between outline and text; share of the picture
+  constexpr double kMinHalfExtent = 0.1;  // minimum extent to each side of the centre
   std::vector<PicturePart> parts = {WithinMargin(0.08)};
   for (const PicturePart& text : written) {
     for (std::size_t i = 0, before = parts.size(); i < before; ++i) {
@@ -291,7 +292,7 @@ ViewCamera FitBeside(const ViewCamera& camera, const std::vector<Eigen::Vector3d
         } else {
           part.max()[axis] = std::min(part.max()[axis], text.min()[axis] - kGap);
         }
-        if (part.min()[axis] < 0.5 - kMiddle && part.max()[axis] > 0.5 + kMiddle) {
+        if (part.min()[axis] < 0.5 - kMinHalfExtent && part.max()[axis] > 0.5 + kMinHalfExtent) {
           parts.push_back(part);
         }
       }
@@ -323,14 +324,25 @@ double DistanceForAll(const std::vector<ViewCamera>& views, const std::vector<Ei
   return distance;
 }
 
-ViewCamera FrameScene(const SceneFocus& focus, double aspect, double view_angle) {
+namespace {
+
+ViewCamera ViewFrom(const Direction& direction, const SceneFocus& focus, double aspect, double view_angle) {
+  const Eigen::Vector3d up = focus.up.normalized();
+  const Eigen::Vector3d level = Eigen::AngleAxisd(direction.azimuth * kRadiansPerDegree, up) * focus.front;
+  const double elevation = direction.elevation * kRadiansPerDegree;
   ViewCamera camera;
   camera.focal_point = focus.center;
-  camera.view_up = focus.up;
+  camera.position =
+      focus.center + 3.0 * focus.radius * (std::cos(elevation) * level + std::sin(elevation) * up);
+  camera.view_up = direction.elevation >= 90.0 ? Eigen::Vector3d(-focus.front) : up;
   camera.view_angle = view_angle;
-  camera.position = focus.center + 3.0 * focus.radius * focus.front;
-  camera = Elevation(Azimuth(camera, 25.0), 32.0);
   return FitOutline(camera, focus.outline.empty() ? std::vector{focus.center} : focus.outline, aspect);
+}
+
+}  // namespace
+
+ViewCamera FrameScene(const SceneFocus& focus, double aspect, double view_angle) {
+  return ViewFrom({"automatic", 25.0, 32.0}, focus, aspect, view_angle);
 }
 
 double RoundLength(double length) {
@@ -347,16 +359,7 @@ ViewCamera PresetView(const std::string& name, const SceneFocus& focus, double a
   const auto found = std::ranges::find(kPresets, name, &Direction::name);
   ThrowIf<UsageError>(found == kPresets.end(), "view {}: unknown, expected {}", name,
                       fmt::join(ViewPresetNames(), ", "));
-  const Eigen::Vector3d up = focus.up.normalized();
-  const Eigen::Vector3d level = Eigen::AngleAxisd(found->azimuth * kRadiansPerDegree, up) * focus.front;
-  const double elevation = found->elevation * kRadiansPerDegree;
-  ViewCamera camera;
-  camera.focal_point = focus.center;
-  camera.position =
-      focus.center + 3.0 * focus.radius * (std::cos(elevation) * level + std::sin(elevation) * up);
-  camera.view_up = found->elevation >= 90.0 ? Eigen::Vector3d(-focus.front) : up;
-  camera.view_angle = view_angle;
-  return FitOutline(camera, focus.outline.empty() ? std::vector{focus.center} : focus.outline, aspect);
+  return ViewFrom(*found, focus, aspect, view_angle);
 }
 
 }  // namespace sqslam

@@ -14,14 +14,16 @@ namespace sqslam {
 namespace {
 
 // Answers VTK's question whether the context is current, which only the context's owner can know.
-void SayCurrent(vtkObject*, unsigned long, void*, void* call_data) { *static_cast<bool*>(call_data) = true; }
+void ConfirmCurrent(vtkObject*, unsigned long, void*, void* call_data) {
+  *static_cast<bool*>(call_data) = true;
+}
 
 }  // namespace
 
 OffscreenWindow::OffscreenWindow(const Options& options) : context_(options.backend), alpha_(options.alpha) {
-  vtkNew<vtkCallbackCommand> say_current;
-  say_current->SetCallback(SayCurrent);
-  window_->AddObserver(vtkCommand::WindowIsCurrentEvent, say_current);
+  vtkNew<vtkCallbackCommand> confirm_current;
+  confirm_current->SetCallback(ConfirmCurrent);
+  window_->AddObserver(vtkCommand::WindowIsCurrentEvent, confirm_current);
   window_->SetOffScreenRendering(1);
   window_->SetFrameBlitModeToNoBlit();
   window_->SetSize(options.width, options.height);

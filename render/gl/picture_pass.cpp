@@ -3,12 +3,15 @@
 #include <fmt/format.h>
 #include <vtkActor.h>
 #include <vtkLightsPass.h>
+#include <vtkMatrix4x4.h>
 #include <vtkNew.h>
 #include <vtkObjectFactory.h>
+#include <vtkOpenGLFXAAFilter.h>
 #include <vtkOpenGLFramebufferObject.h>
 #include <vtkOpenGLRenderWindow.h>
 #include <vtkOpenGLRenderer.h>
 #include <vtkOpenGLState.h>
+#include <vtkPolyDataMapper.h>
 #include <vtkRenderState.h>
 #include <vtkShaderProgram.h>
 #include <vtkTextureObject.h>
@@ -17,19 +20,33 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <string>
 
 #include "picture_shaders.h"
 #include "render/gl/point_splats.h"
 #include "render/gl/screen_program.h"
-#include "render/gl/seen_tiles.h"
+#include "render/gl/solid_areas.h"
 #include "render/gl/splat_raster.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
 
 constexpr int kOcclusionStep = 2;  // pixels of the picture per pixel of ambient occlusion
+
+// Returns where the solids are seen, with a margin: the smoothed occlusion reaches up to one of its own
+// pixels beyond a solid.
+SolidAreas AreasOf(const std::vector<vtkActor*>& solids, const Lens& lens, cv::Size picture) {
+  std::vector<ClipBox> boxes;
+  for (vtkActor* solid : solids) {
+    const double* b = solid->GetMapper()->GetBounds();
+    const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> T_map_solid(
+        solid->GetMatrix()->GetData());
+    boxes.push_back({{Eigen::Vector3d(b[0], b[2], b[4]), Eigen::Vector3d(b[1], b[3], b[5])},
+                     lens.T_device_map * T_map_solid});
+  }
+  return FindSolidAreas(boxes, picture, 2.0 * kOcclusionStep);
+}
 
 }  // namespace
 
@@ -40,23 +57,20 @@ struct PicturePass::Impl {
   }
   // The alpha of what is drawn is its share of a pixel.
   std::array<float, 4> Background() const {
-    return Floats({effects.background[0], effects.background[1], effects.background[2], 0.0});
+    return ToFloats({effects.background[0], effects.background[1], effects.background[2], 0.0});
   }
   // True if the processor draws the points.
-  bool FillsWithPoints() const { return !layers.points.empty() && DrawnByProcessor(); }
+  bool DrawsPointsOnCpu() const { return !layers.points.empty() && IsSoftwareRenderer(); }
   void DrawScene(vtkRenderer* renderer, int width, int height);
   void DrawPoints(vtkRenderer* renderer, int height);
-  void FillWithPoints(vtkRenderer* renderer, int width, int height);
-  void MarkPoints(ScreenTiles& tiles, cv::Size picture) const;
-  void DrawOcclusion(vtkOpenGLRenderWindow* window, const Lens& lens, const ScreenTiles& tiles,
-                     cv::Size picture);
-  std::string FinishSwitches(TileContent content) const;
+  void DrawPointsOnCpu(vtkRenderer* renderer, int width, int height);
+  void DrawOcclusion(vtkOpenGLRenderWindow* window, const Lens& lens,
+                     const std::vector<cv::Rect>& near_solids, cv::Size picture);
+  std::string FinishSwitches(bool near_solids) const;
   vtkTextureObject* LineColors(vtkOpenGLRenderWindow* window);
-  void DrawFinish(vtkOpenGLRenderWindow* window, const Lens& lens, const ScreenTiles& tiles,
-                  cv::Size picture);
-  void FinishAreas(vtkOpenGLRenderWindow* window, const Lens& lens, TileContent content,
+  void DrawFinish(vtkOpenGLRenderWindow* window, const Lens& lens, const SolidAreas& areas, cv::Size picture);
+  void FinishAreas(vtkOpenGLRenderWindow* window, const Lens& lens, bool near_solids,
                    const std::vector<cv::Rect>& areas, cv::Size picture);
-  void SmoothEdges(vtkOpenGLRenderWindow* window, const ScreenTiles& tiles, cv::Size picture);
 
   PictureEffects effects;
   PictureLayers layers;
@@ -68,13 +82,12 @@ struct PicturePass::Impl {
   Target depth;
   Target occlusion;
   Target smooth_occlusion;
-  Target finished;  // before edge smoothing
   vtkSmartPointer<vtkTextureObject> line_colors;
   SplatRaster raster;
   ScreenProgram occlusion_program;
   ScreenProgram smoothing_program;
-  std::map<TileContent, ScreenProgram> finish_programs;
-  ScreenProgram edges_program;
+  std::array<ScreenProgram, 2> finish_programs;  // elsewhere, near solids
+  vtkNew<vtkOpenGLFXAAFilter> fxaa;
 };
 
 vtkStandardNewMacro(PicturePass);
@@ -95,7 +108,7 @@ void PicturePass::Impl::DrawPoints(vtkRenderer* renderer, int height) {
 }
 
 // Has the processor draw the points on the background.
-void PicturePass::Impl::FillWithPoints(vtkRenderer* renderer, int width, int height) {
+void PicturePass::Impl::DrawPointsOnCpu(vtkRenderer* renderer, int width, int height) {
   std::array<std::uint8_t, 4> rgba{};
   std::ranges::transform(Background(), rgba.begin(), [](float share) {
     return static_cast<std::uint8_t>(std::lround(255.0F * std::clamp(share, 0.0F, 1.0F)));
@@ -112,10 +125,10 @@ void PicturePass::Impl::DrawScene(vtkRenderer* renderer, int width, int height) 
   auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer->GetRenderWindow());
   color.Ensure(window, width, height, GL_RGBA8, true);
   depth.Ensure(window, width, height, GL_DEPTH_COMPONENT);
-  if (FillsWithPoints()) {  // first: OpenGL would have to wait for all that is drawn before
-    FillWithPoints(renderer, width, height);
+  if (DrawsPointsOnCpu()) {  // first: OpenGL would have to wait for all that is drawn before
+    DrawPointsOnCpu(renderer, width, height);
   }
-  BindReady(scene, window);
+  EnsureBound(scene, window);
   scene->AddColorAttachment(0, color.texture);
   if (NeedsSurfaces()) {
     surfaces.Ensure(window, width, height, GL_RGBA8, true);
@@ -125,7 +138,7 @@ void PicturePass::Impl::DrawScene(vtkRenderer* renderer, int width, int height) 
   }
   scene->AddDepthAttachment(depth.texture);
   vtkOpenGLState* state = window->GetState();
-  Use(scene, NeedsSurfaces() ? 2 : 1, state, width, height);
+  StartDrawingTo(scene, NeedsSurfaces() ? 2 : 1, state, width, height);
   state->vtkglDepthMask(GL_TRUE);
   state->vtkglColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   state->vtkglEnable(GL_DEPTH_TEST);
@@ -135,7 +148,7 @@ void PicturePass::Impl::DrawScene(vtkRenderer* renderer, int width, int height) 
   }
   constexpr std::array<GLenum, 2> kColorOnly = {GL_COLOR_ATTACHMENT0, GL_NONE};
   glDrawBuffers(2, kColorOnly.data());
-  if (!FillsWithPoints()) {
+  if (!DrawsPointsOnCpu()) {
     state->vtkglDisable(GL_BLEND);
     DrawPoints(renderer, height);
   }
@@ -162,30 +175,20 @@ void PicturePass::Impl::DrawScene(vtkRenderer* renderer, int width, int height) 
   scene->ActivateDrawBuffers(1);
 }
 
-// Points that OpenGL has drawn may be anywhere.
-void PicturePass::Impl::MarkPoints(ScreenTiles& tiles, cv::Size picture) const {
-  if (FillsWithPoints()) {
-    tiles.MarkPoints(raster.Depths(), effects.samples, TileContent::kDeep);
-  } else if (!layers.points.empty()) {
-    tiles.Mark({Eigen::Vector2d::Zero(), Eigen::Vector2d(picture.width, picture.height)}, TileContent::kDeep);
-  }
-}
-
 void PicturePass::Impl::DrawOcclusion(vtkOpenGLRenderWindow* window, const Lens& lens,
-                                      const ScreenTiles& tiles, cv::Size picture) {
-  const int width = (picture.width + kOcclusionStep - 1) / kOcclusionStep;
-  const int height = (picture.height + kOcclusionStep - 1) / kOcclusionStep;
-  const std::vector<cv::Rect> areas =
-      tiles.Areas(TileContent::kNearSolid, TileContent::kNearSolid, kOcclusionStep);
-  if (areas.empty()) {
-    return;
-  }
+                                      const std::vector<cv::Rect>& near_solids, cv::Size picture) {
+  const auto steps = [](int pixels) { return (pixels + kOcclusionStep - 1) / kOcclusionStep; };
+  const int width = steps(picture.width);
+  const int height = steps(picture.height);
+  const std::vector<cv::Rect> areas = ToVector(near_solids, [&](const cv::Rect& area) {
+    return cv::Rect(steps(area.x), steps(area.y), steps(area.width), steps(area.height));
+  });
   const std::array<float, 4> nothing{};
   occlusion.Ensure(window, width, height, GL_RG16F);
   smooth_occlusion.Ensure(window, width, height, GL_RG16F);
-  BindReady(occlusion_buffer, window);
+  EnsureBound(occlusion_buffer, window);
   occlusion_buffer->AddColorAttachment(0, occlusion.texture);
-  Use(occlusion_buffer, 1, window->GetState(), width, height);
+  StartDrawingTo(occlusion_buffer, 1, window->GetState(), width, height);
   glClearBufferfv(GL_COLOR, 0, nothing.data());
   vtkShaderProgram* program = occlusion_program.Ready(
       window, std::string(shaders::kOcclusionDeclarations) + shaders::kLens, shaders::kOcclusion);
@@ -217,14 +220,12 @@ void PicturePass::Impl::DrawOcclusion(vtkOpenGLRenderWindow* window, const Lens&
   occlusion.texture->Deactivate();
 }
 
-std::string PicturePass::Impl::FinishSwitches(TileContent content) const {
-  const bool near_solids = content == TileContent::kNearSolid;
+std::string PicturePass::Impl::FinishSwitches(bool near_solids) const {
   return fmt::format(
       "#define SAMPLES {}\n#define NEAR_SOLIDS {:d}\n#define OCCLUSION {:d}\n#define OUTLINE {:d}\n"
       "#define EYE_DOME {:d}\n#define SEE_THROUGH {:d}\n",
       effects.samples, near_solids, near_solids && effects.occlusion > 0.0,
-      near_solids && effects.outline > 0.0, content >= TileContent::kDeep && effects.eye_dome > 0.0,
-      effects.see_through);
+      near_solids && effects.outline > 0.0, effects.eye_dome > 0.0, effects.see_through);
 }
 
 // Returns a texture of one row with a colour for each number that solids write.
@@ -242,7 +243,7 @@ vtkTextureObject* PicturePass::Impl::LineColors(vtkOpenGLRenderWindow* window) {
   return line_colors;
 }
 
-void PicturePass::Impl::DrawFinish(vtkOpenGLRenderWindow* window, const Lens& lens, const ScreenTiles& tiles,
+void PicturePass::Impl::DrawFinish(vtkOpenGLRenderWindow* window, const Lens& lens, const SolidAreas& areas,
                                    cv::Size picture) {
   std::vector<vtkTextureObject*> textures = {color.texture, surfaces.texture, depth.texture,
                                              smooth_occlusion.texture};
@@ -253,23 +254,21 @@ void PicturePass::Impl::DrawFinish(vtkOpenGLRenderWindow* window, const Lens& le
   for (vtkTextureObject* texture : textures) {
     texture->Activate();
   }
-  glClearBufferfv(GL_COLOR, 0, Floats(effects.background).data());
-  for (const TileContent content : {TileContent::kFlat, TileContent::kDeep, TileContent::kNearSolid}) {
-    FinishAreas(window, lens, content, tiles.Areas(content, content), picture);
-  }
+  FinishAreas(window, lens, false, areas.elsewhere, picture);
+  FinishAreas(window, lens, true, areas.near_solids, picture);
   for (vtkTextureObject* texture : textures) {
     texture->Deactivate();
   }
 }
 
-void PicturePass::Impl::FinishAreas(vtkOpenGLRenderWindow* window, const Lens& lens, TileContent content,
+void PicturePass::Impl::FinishAreas(vtkOpenGLRenderWindow* window, const Lens& lens, bool near_solids,
                                     const std::vector<cv::Rect>& areas, cv::Size picture) {
   if (areas.empty()) {
     return;
   }
-  ScreenProgram& finish = finish_programs[content];
+  ScreenProgram& finish = finish_programs[near_solids ? 1 : 0];
   vtkShaderProgram* program = finish.Ready(
-      window, FinishSwitches(content) + shaders::kLens + shaders::kFinishDeclarations, shaders::kFinish);
+      window, FinishSwitches(near_solids) + shaders::kLens + shaders::kFinishDeclarations, shaders::kFinish);
   vtkTextureObject* open = smooth_occlusion.texture ? smooth_occlusion.texture : color.texture;
   program->SetUniformi("colors", color.texture->GetTextureUnit());
   if (NeedsSurfaces()) {
@@ -287,21 +286,10 @@ void PicturePass::Impl::FinishAreas(vtkOpenGLRenderWindow* window, const Lens& l
   program->SetUniformf("outline", static_cast<float>(effects.outline));
   program->SetUniformf("outlineWidth", static_cast<float>(effects.outline_width));
   program->SetUniform3f("outlineColor", effects.outline_color.data());
-  program->SetUniform4f("background", Floats(effects.background).data());
+  program->SetUniform4f("background", ToFloats(effects.background).data());
   program->SetUniformf("eyeDome", static_cast<float>(effects.eye_dome));
   program->SetUniform2f("depthRange", lens.depth_range.data());
   finish.Fill(areas, picture);
-}
-
-void PicturePass::Impl::SmoothEdges(vtkOpenGLRenderWindow* window, const ScreenTiles& tiles,
-                                    cv::Size picture) {
-  vtkShaderProgram* program =
-      edges_program.Ready(window, shaders::kSmoothEdgesDeclarations, shaders::kSmoothEdges);
-  finished.texture->Activate();
-  program->SetUniformi("finished", finished.texture->GetTextureUnit());
-  glClearBufferfv(GL_COLOR, 0, Floats(effects.background).data());
-  edges_program.Fill(tiles.Areas(TileContent::kFlat, TileContent::kNearSolid), picture);
-  finished.texture->Deactivate();
 }
 
 void PicturePass::Render(const vtkRenderState* state) {
@@ -317,9 +305,7 @@ void PicturePass::Render(const vtkRenderState* state) {
   renderer->GetTiledSizeAndOrigin(&width, &height, &left, &bottom);
   const Lens lens(renderer, s.effects.ground_plane);
   const cv::Size picture(width, height);
-  // The smoothed occlusion tells of solids up to a pixel of its own away, edge smoothing blends with the next
-  // pixel.
-  ScreenTiles tiles = SeenTiles(s.layers, lens, picture, 2.0 * kOcclusionStep);
+  const SolidAreas areas = AreasOf(s.layers.solids, lens, picture);
   s.lights->Render(state);
 
   gl->PushFramebufferBindings();
@@ -329,18 +315,10 @@ void PicturePass::Render(const vtkRenderState* state) {
     const vtkOpenGLState::ScopedglEnableDisable scissor_test(gl, GL_SCISSOR_TEST);
     const vtkOpenGLState::ScopedglEnableDisable depth_test(gl, GL_DEPTH_TEST);
     s.DrawScene(renderer, width * s.effects.samples, height * s.effects.samples);
-    s.MarkPoints(tiles, picture);
     gl->vtkglDisable(GL_BLEND);
     gl->vtkglDisable(GL_DEPTH_TEST);
-    if (s.effects.occlusion > 0.0 || s.effects.outline > 0.0) {
-      s.DrawOcclusion(window, lens, tiles, picture);
-    }
-    if (s.effects.fxaa) {
-      s.finished.Ensure(window, width, height, GL_RGBA8, true);
-      BindReady(s.occlusion_buffer, window);
-      s.occlusion_buffer->AddColorAttachment(0, s.finished.texture);
-      Use(s.occlusion_buffer, 1, gl, width, height);
-      s.DrawFinish(window, lens, tiles, picture);
+    if ((s.effects.occlusion > 0.0 || s.effects.outline > 0.0) && !areas.near_solids.empty()) {
+      s.DrawOcclusion(window, lens, areas.near_solids, picture);
     }
   }
   gl->PopFramebufferBindings();
@@ -353,10 +331,9 @@ void PicturePass::Render(const vtkRenderState* state) {
   gl->vtkglDisable(GL_DEPTH_TEST);
   gl->vtkglViewport(left, bottom, width, height);
   gl->vtkglScissor(left, bottom, width, height);
+  s.DrawFinish(window, lens, areas, picture);
   if (s.effects.fxaa) {
-    s.SmoothEdges(window, tiles, picture);
-  } else {
-    s.DrawFinish(window, lens, tiles, picture);
+    s.fxaa->Execute(vtkOpenGLRenderer::SafeDownCast(renderer));
   }
   gl->vtkglEnable(GL_BLEND);
 }
@@ -364,13 +341,12 @@ void PicturePass::Render(const vtkRenderState* state) {
 void PicturePass::ReleaseGraphicsResources(vtkWindow* window) {
   Impl& s = *impl_;
   s.lights->ReleaseGraphicsResources(window);
-  for (ScreenProgram* program : {&s.occlusion_program, &s.smoothing_program, &s.edges_program}) {
+  s.fxaa->ReleaseGraphicsResources();
+  for (ScreenProgram* program :
+       {&s.occlusion_program, &s.smoothing_program, &s.finish_programs[0], &s.finish_programs[1]}) {
     program->ReleaseGraphicsResources();
   }
-  for (auto& [content, program] : s.finish_programs) {
-    program.ReleaseGraphicsResources();
-  }
-  for (Target* target : {&s.color, &s.surfaces, &s.depth, &s.occlusion, &s.smooth_occlusion, &s.finished}) {
+  for (Target* target : {&s.color, &s.surfaces, &s.depth, &s.occlusion, &s.smooth_occlusion}) {
     if (target->texture) {
       target->texture->ReleaseGraphicsResources(window);
       target->texture = nullptr;

@@ -1,12 +1,12 @@
-// The fragment programs of PicturePass and of solids, without their declarations of the output. A line "//// NAME"
-// begins the constant of that name in picture_shaders.h, which the build makes of this file; "//VTK::FSQ" marks
-// are VTK's full-screen template, `texCoord` is its coordinate in [0, 1].
+// The fragment programs of PicturePass and of solids, without the declarations of their outputs. The build turns this
+// file into picture_shaders.h: a line "//// NAME" begins the constant NAME. The programs for the finished picture fill
+// VTK's full-screen template, whose coordinate `texCoord` is in [0, 1].
 
 //// kLight
 // Light on solids, in place of VTK's: diffuse by the room's irradiance, reflection by Schlick's Fresnel term
 // in the approximation of Karis, "Physically based shading on mobile" (2014). Far sides, seen through near
-// ones, go without reflection. `roomUp`, `roomLamp` and `roomWindow` are directions seen from the camera;
-// VTK declares them, as it does with all uniforms of an actor's own.
+// ones, have no reflection. `roomUp`, `roomLamp` and `roomWindow` are directions in the view frame; VTK declares
+// them, like all custom uniforms of an actor.
   vec3 albedo = diffuseColor * diffuseColor;
   vec3 faced = vec3(dot(normalVCVSOutput, roomUp), dot(normalVCVSOutput, roomLamp), dot(normalVCVSOutput, roomWindow));
   vec3 lit = (1.0 - metallic) * albedo * studioIrradiance(faced);
@@ -26,14 +26,14 @@
   gl_FragData[0] = vec4(sqrt(clamp(lit, 0.0, 1.0)), opacity);
 
 //// kPhotographed
-// Light on colours that hold the light of their room: a little more, from over the viewer's left shoulder.
+// Light on colours from photographs, which already contain the light of their room: weak shading from over the
+// viewer's left shoulder.
   gl_FragData[0] = vec4(diffuseColor * (0.84 + 0.22 * dot(normalVCVSOutput, vec3(-0.36, 0.56, 0.75))), 1.0);
 
 //// kSurfaceOutput
-// The solids' fragments hand on, besides colour and depth: the normal seen from the camera and a number
-// that tells the solids apart, both from 0 to 1 in eight bits. Nothing else is there: a wider target costs a
-// software renderer more than all effects together. Where they write no depth, the last eight bits say how far
-// away they are: log2(distance / surfaceRange.x) * surfaceRange.y.
+// The second output of solids: the normal in the view frame and the solid's number, all in [0, 1] with eight bits. A
+// target with more bits would cost a software renderer more than all effects together. Solids that write no depth
+// store their distance in the last eight bits: log2(distance / surfaceRange.x) * surfaceRange.y.
 #ifdef SEE_THROUGH
   float far = clamp(log2(-vertexVC.z / surfaceRange.x) * surfaceRange.y, 0.0, 1.0);
 #else
@@ -42,23 +42,9 @@
   gl_FragData[1] = vec4(0.5 * normalVCVSOutput.xy + 0.5, (mod(floor(solidNumber - 0.5), 250.0) + 2.0) / 255.0, far);
 
 //// kNearer
-// Brings a solid a little nearer: by the same part of its distance wherever it is, which is a constant here.
+// Moves a solid towards the camera by a fixed share of its distance, which is a constant in clip space.
 //VTK::PositionVC::Impl
   gl_Position.z -= nearer;
-
-//// kNumberVertexDeclaration
-// The number as a property of the vertices.
-in float solidNumberMC;
-out float solidNumber;
-//VTK::Normal::Dec
-
-//// kNumberVertex
-solidNumber = solidNumberMC;
-//VTK::Normal::Impl
-
-//// kNumberFragmentDeclaration
-in float solidNumber;
-//VTK::Normal::Dec
 
 //// kSplatVertex
 //VTK::System::Dec
@@ -98,8 +84,8 @@ void main() {
 }
 
 //// kLens
-// Shared by the programs below: the distance along the line of sight, and from a distance and a place in the
-// picture to a point seen from the camera. `lens` is (P00, P11, P02, P12) of the projection.
+// Shared by the programs below: the distance along the line of sight, and the point in the view frame for a place in
+// the picture and a distance. `lens` is (P00, P11, P02, P12) of the projection.
 uniform vec4 lens;
 uniform vec2 depthRange;
 uniform sampler2D surfaces;
@@ -132,7 +118,7 @@ uniform int hasGround;
   float open = 1.0;
   float distance = 0.0;
   int solid = surface.z > 0.0 ? 1 : 0;
-  for (int once = 0; once < solid; ++once) {  // left at once where there is none
+  for (int once = 0; once < solid; ++once) {  // skipped where there is no solid
     distance = distanceAt(here);
     vec3 p = pointAt((vec2(here) + 0.5) / size, distance);
     vec2 across = 2.0 * surface.xy - 1.0;
@@ -164,8 +150,8 @@ uniform int hasGround;
   gl_FragData[0] = vec4(open, distance, 0.0, 1.0);
 
 //// kSmoothingDeclarations
-// The mean over the 4 x 4 pattern, of neighbours at about the same distance. The second channel is the
-// distance; where there is no solid, -1 says that one is near.
+// The mean over the 4 x 4 pattern of neighbours at a similar distance. The second channel is the distance, or -1
+// beside a solid, or 0 elsewhere.
 uniform sampler2D occlusion;
 uniform float radius;
 
@@ -195,12 +181,12 @@ uniform float radius;
 
 //// kFinishDeclarations
 // One pixel of the picture from its samples. SAMPLES, NEAR_SOLIDS, OCCLUSION, OUTLINE, EYE_DOME and SEE_THROUGH are
-// defined before; what only some pixels need stands in loops that the others leave at once, because a software renderer
-// runs through both sides of every branch.
+// defined before. Effects that few pixels need are loops of at most one round: a software renderer executes both sides
+// of every branch, but skips a loop.
 uniform sampler2D colors;
 uniform sampler2D occlusion;
 uniform sampler2D lineColors;
-uniform vec3 surfaceRange;  // as solids hand on their distances, and how much nearer still counts as behind them
+uniform vec3 surfaceRange;  // see SolidActors::Surroundings
 uniform int occlusionStep;
 uniform float occlusionStrength;
 uniform float radius;
@@ -210,7 +196,7 @@ uniform vec3 outlineColor;
 uniform float eyeDome;
 uniform vec4 background;  // red, green, blue times alpha, and alpha
 
-// Darkens what is drawn on the background; the alpha of `sum` is its share.
+// Darkens the drawn share of a pixel (alpha of `sum`), not the background.
 vec3 shaded(vec4 sum, float light) {
   vec3 paper = (1.0 - sum.a) * background.rgb;
   return paper + light * (sum.rgb - paper);
@@ -221,7 +207,7 @@ float changeBetween(vec4 a, vec4 b) {
   return (abs(a.z - b.z) > 1e-4 ? 1.0 : 0.0) + 2.0 * max(abs(a.x - b.x), abs(a.y - b.y));
 }
 
-// 1 where another solid, or none, begins at `other` and this one is the nearer; less at a crease.
+// 1 if `other` shows another solid or none, and this one is nearer; less at a crease.
 float edgeTowards(vec4 surface, float distance, ivec2 other) {
   vec4 beside = texelFetch(surfaces, other, 0);
   vec2 turn = 2.0 * abs(beside.xy - surface.xy);
@@ -328,35 +314,3 @@ float openness(vec2 at, float depth) {
 #endif
 #endif
   gl_FragData[0] = vec4(sum.rgb, max(sum.a, background.a));
-
-//// kSmoothEdgesDeclarations
-// Smooth edges after Lottes, "FXAA" (2009), in the short form that takes four corners for the direction of an
-// edge and blurs along it. Pixels without contrast leave the loop at once.
-uniform sampler2D finished;
-float luma(vec4 color) { return dot(color.rgb, vec3(0.299, 0.587, 0.114)); }
-
-//// kSmoothEdges
-  ivec2 size = textureSize(finished, 0);
-  ivec2 at = ivec2(texCoord * vec2(size));
-  ivec2 low = max(at - 1, ivec2(0));
-  ivec2 high = min(at + 1, size - 1);
-  vec4 color = texelFetch(finished, at, 0);
-  float middle = luma(color);
-  float a = luma(texelFetch(finished, low, 0));
-  float b = luma(texelFetch(finished, ivec2(high.x, low.y), 0));
-  float c = luma(texelFetch(finished, ivec2(low.x, high.y), 0));
-  float d = luma(texelFetch(finished, high, 0));
-  float darkest = min(middle, min(min(a, b), min(c, d)));
-  float brightest = max(middle, max(max(a, b), max(c, d)));
-  int edge = brightest - darkest > max(0.04, 0.125 * brightest) ? 1 : 0;
-  for (int once = 0; once < edge; ++once) {
-    vec2 along = vec2(a + b - c - d, b + d - a - c);
-    float flatness = max((a + b + c + d) * 0.03125, 0.0078125);
-    along = clamp(along / (min(abs(along.x), abs(along.y)) + flatness), -8.0, 8.0) / vec2(size);
-    vec4 near = 0.5 * (texture(finished, texCoord - along / 6.0) + texture(finished, texCoord + along / 6.0));
-    vec4 wide = 0.5 * near + 0.25 * (texture(finished, texCoord - 0.5 * along) +
-                                     texture(finished, texCoord + 0.5 * along));
-    float light = luma(wide);
-    color = light < darkest || light > brightest ? near : wide;
-  }
-  gl_FragData[0] = color;

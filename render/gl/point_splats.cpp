@@ -1,8 +1,5 @@
 #include "render/gl/point_splats.h"
 
-#include <vtkMatrix3x3.h>
-#include <vtkMatrix4x4.h>
-#include <vtkOpenGLCamera.h>
 #include <vtkOpenGLRenderWindow.h>
 #include <vtkOpenGLShaderCache.h>
 #include <vtkRenderer.h>
@@ -10,39 +7,23 @@
 #include <vtk_glew.h>
 
 #include <cstddef>
-#include <utility>
 
 #include "picture_shaders.h"
+#include "render/gl/screen_program.h"
 #include "render/gl/splat_raster.h"
 
 namespace sqslam {
-namespace {
-
-// Returns how many samples a map unit at distance 1 spans in a target of this height, and a matrix of VTK's,
-// which stores it transposed, as OpenGL reads it: from the map to clip coordinates.
-std::pair<float, vtkMatrix4x4*> ProjectionOf(vtkRenderer* renderer, int height) {
-  vtkMatrix4x4* to_view = nullptr;
-  vtkMatrix3x3* normals = nullptr;
-  vtkMatrix4x4* projection = nullptr;
-  vtkMatrix4x4* whole = nullptr;
-  vtkOpenGLCamera::SafeDownCast(renderer->GetActiveCamera())
-      ->GetKeyMatrices(renderer, to_view, normals, projection, whole);
-  return {static_cast<float>(0.5 * height * projection->GetElement(1, 1)), whole};
-}
-
-}  // namespace
-
 void PointSplats::SetVertices(std::vector<Vertex> vertices) {
   count_ = static_cast<int>(vertices.size());
-  waiting_ = std::move(vertices);
+  pending_ = std::move(vertices);
   ranges_ = {{0, count_, 0.0F}};
   uploaded_ = false;
 }
 
 void PointSplats::Upload(vtkShaderProgram* program) {
   if (!uploaded_) {
-    buffer_->Upload(waiting_, vtkOpenGLBufferObject::ArrayBuffer);
-    std::vector<Vertex>().swap(waiting_);
+    buffer_->Upload(pending_, vtkOpenGLBufferObject::ArrayBuffer);
+    std::vector<Vertex>().swap(pending_);
     uploaded_ = true;
     program_ = nullptr;
   }
@@ -71,9 +52,11 @@ void PointSplats::Draw(vtkRenderer* renderer, int height) {
   vtkShaderProgram* program =
       window->GetShaderCache()->ReadyShaderProgram(shaders::kSplatVertex, shaders::kSplatFragment, "");
   Upload(program);
-  const auto [focal, whole] = ProjectionOf(renderer, height);
-  program->SetUniformMatrix("toDevice", whole);
-  program->SetUniformf("focal", look_.scale * focal);
+  const Lens lens(renderer);
+  const Eigen::Matrix4f T_device_map = lens.T_device_map.cast<float>();
+  program->SetUniformMatrix4x4("toDevice",
+                               const_cast<float*>(T_device_map.data()));  // NOLINT: VTK only reads
+  program->SetUniformf("focal", look_.scale * lens.FocalLength(height));
   program->SetUniformf("scale", look_.scale);
   program->SetUniformi("inMapUnits", look_.in_map_units ? 1 : 0);
   program->SetUniformf("least", look_.least);
@@ -89,9 +72,9 @@ void PointSplats::Draw(vtkRenderer* renderer, int height) {
 }
 
 void PointSplats::Draw(vtkRenderer* renderer, SplatRaster& raster) const {
-  const auto [focal, whole] = ProjectionOf(renderer, raster.Colors().rows);
-  const Eigen::Matrix4f T_device_map = Eigen::Map<const Eigen::Matrix4d>(whole->GetData()).cast<float>();
-  raster.Draw(waiting_, ranges_, look_, T_device_map, focal);
+  const Lens lens(renderer);
+  raster.Draw(pending_, ranges_, look_, lens.T_device_map.cast<float>(),
+              lens.FocalLength(raster.Colors().rows));
 }
 
 void PointSplats::ReleaseGraphicsResources() {

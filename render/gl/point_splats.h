@@ -56,7 +56,7 @@ class PointSplats {
  private:
   void Upload(vtkShaderProgram* program);
 
-  std::vector<Vertex> waiting_;  // not uploaded yet
+  std::vector<Vertex> pending_;  // not uploaded yet
   int count_ = 0;
   bool uploaded_ = false;
   std::vector<Range> ranges_;

@@ -98,12 +98,12 @@ void ScreenProgram::ReleaseGraphicsResources() {
   buffer_->ReleaseGraphicsResources();
 }
 
-bool DrawnByProcessor() {
+bool IsSoftwareRenderer() {
   const std::string name = reinterpret_cast<const char*>(glGetString(GL_RENDERER));  // NOLINT: bytes
   return name.starts_with("llvmpipe") || name.starts_with("softpipe");
 }
 
-void BindReady(vtkSmartPointer<vtkOpenGLFramebufferObject>& buffer, vtkOpenGLRenderWindow* window) {
+void EnsureBound(vtkSmartPointer<vtkOpenGLFramebufferObject>& buffer, vtkOpenGLRenderWindow* window) {
   if (!buffer) {
     buffer = vtkSmartPointer<vtkOpenGLFramebufferObject>::New();
     buffer->SetContext(window);
@@ -111,15 +111,15 @@ void BindReady(vtkSmartPointer<vtkOpenGLFramebufferObject>& buffer, vtkOpenGLRen
   buffer->Bind();
 }
 
-void Use(vtkOpenGLFramebufferObject* buffer, unsigned draw_buffers, vtkOpenGLState* state, int width,
-         int height) {
+void StartDrawingTo(vtkOpenGLFramebufferObject* buffer, unsigned draw_buffers, vtkOpenGLState* state,
+                    int width, int height) {
   buffer->ActivateDrawBuffers(draw_buffers);
   buffer->StartNonOrtho(width, height);
   state->vtkglViewport(0, 0, width, height);
   state->vtkglScissor(0, 0, width, height);
 }
 
-std::array<float, 4> Floats(const Eigen::Vector4d& v) {
+std::array<float, 4> ToFloats(const Eigen::Vector4d& v) {
   const Eigen::Vector4f f = v.cast<float>();
   return {f[0], f[1], f[2], f[3]};
 }
@@ -140,7 +140,7 @@ Lens::Lens(vtkRenderer* renderer, const Eigen::Vector4d& ground_map) {
                  static_cast<float>(camera->GetClippingRange()[1])};
   const Eigen::Matrix4d T_view_map = Eigen::Map<const Eigen::Matrix4d>(to_view->GetData());
   T_device_map = Eigen::Map<const Eigen::Matrix4d>(whole->GetData());
-  ground = Floats(T_view_map.inverse().transpose() * ground_map);
+  ground = ToFloats(T_view_map.inverse().transpose() * ground_map);
 }
 
 }  // namespace sqslam

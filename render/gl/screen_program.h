@@ -16,10 +16,10 @@
 #include <string>
 #include <vector>
 
-// Textures to draw into and programs that fill them. For the sources of render/gl only.
 class vtkRenderer;
 
-// The camera as the programs for the finished picture see it. For the sources of render/gl only.
+// Textures to draw into, programs that fill them, and the camera as these programs see it. For the sources of
+// render/gl only.
 namespace sqslam {
 
 // A texture to draw into.
@@ -56,24 +56,28 @@ class ScreenProgram {
 };
 
 // True if OpenGL has no device but this processor.
-bool DrawnByProcessor();
+bool IsSoftwareRenderer();
 
 // Binds the buffer; creates it first if needed.
-void BindReady(vtkSmartPointer<vtkOpenGLFramebufferObject>& buffer, vtkOpenGLRenderWindow* window);
+void EnsureBound(vtkSmartPointer<vtkOpenGLFramebufferObject>& buffer, vtkOpenGLRenderWindow* window);
 
 // Directs drawing to the whole buffer.
-void Use(vtkOpenGLFramebufferObject* buffer, unsigned draw_buffers, vtkOpenGLState* state, int width,
-         int height);
+void StartDrawingTo(vtkOpenGLFramebufferObject* buffer, unsigned draw_buffers, vtkOpenGLState* state,
+                    int width, int height);
 
-std::array<float, 4> Floats(const Eigen::Vector4d& v);
+std::array<float, 4> ToFloats(const Eigen::Vector4d& v);
 
+// The camera of a renderer.
 struct Lens {
+  explicit Lens(vtkRenderer* renderer, const Eigen::Vector4d& ground_map = Eigen::Vector4d::Zero());
+
+  // Samples that a map unit at distance 1 spans in a target of this height (samples).
+  float FocalLength(int height) const { return 0.5F * static_cast<float>(height) * terms[1]; }
+
   std::array<float, 4> terms{};  // P00, P11, P02, P12 of the projection
   std::array<float, 2> depth_range{};
   std::array<float, 4> ground{};  // the ground plane seen from the camera
   Eigen::Matrix4d T_device_map;   // to clip coordinates
-
-  Lens(vtkRenderer* renderer, const Eigen::Vector4d& ground_map);
 };
 
 }  // namespace sqslam

@@ -120,14 +120,11 @@ std::vector<ObjectOutline> OutlinesOf(const std::vector<SnapshotObject>& objects
 
 std::vector<ObjectOutline> OutlinesOf(const std::vector<SnapshotObject>& objects, const SolidOrder& solids,
                                       const Camera& camera, const Rigid3d& T_map_camera) {
-  std::vector<int> order;  // interpenetrating solids form one entry, in any order
-  for (const std::vector<int>& entry : solids.BackToFront(T_map_camera.translation)) {
-    order.insert(order.end(), entry.begin(), entry.end());
-  }
+  std::vector<std::size_t> order = solids.BackToFront(T_map_camera.translation);
   std::ranges::reverse(order);
   std::vector<ObjectOutline> outlines;
-  for (const int index : order) {
-    const SnapshotObject& object = objects[static_cast<std::size_t>(index)];
+  for (const std::size_t index : order) {
+    const SnapshotObject& object = objects[index];
     std::vector<Eigen::Vector2d> silhouette = Silhouette(object.superquadric, camera, T_map_camera);
     if (camera.HasDistortion()) {
       silhouette = DistortedOutline(silhouette, camera);
@@ -201,9 +198,9 @@ void DrawOutlineLabels(cv::Mat& image, const std::vector<ObjectOutline>& outline
                        const TextPainter& text, double size) {
   std::vector<cv::Rect> taken;
   const cv::Rect frame(0, 0, image.cols, image.rows);
-  constexpr double kLeastShare = 0.15;  // visible share that an object needs for a name
+  constexpr double kMinVisibleShare = 0.15;  // visible share that an object needs for a name
   for (const ObjectOutline& outline : outlines) {
-    if (outline.visible < kLeastShare * outline.inside || outline.visible < 4.0 * size) {
+    if (outline.visible < kMinVisibleShare * outline.inside || outline.visible < 4.0 * size) {
       continue;
     }
     const auto above = [](const cv::Point2d& a, const cv::Point2d& b) { return a.y < b.y; };

@@ -38,7 +38,7 @@ const PictureOptions& Checked(const PictureOptions& options) {
 }
 
 // Converts premultiplied to straight alpha.
-void Unmultiply(cv::Mat& bgra) {
+void ToStraightAlpha(cv::Mat& bgra) {
   bgra.forEach<cv::Vec4b>([](cv::Vec4b& pixel, const int*) {
     if (pixel[3] > 0 && pixel[3] < 255) {
       for (int c = 0; c < 3; ++c) {
@@ -51,13 +51,13 @@ void Unmultiply(cv::Mat& bgra) {
 }  // namespace
 
 void IncludeLayers(const SceneLayers& layers, SceneFocus& focus) {
-  constexpr std::size_t kPoints = 4000;  // enough to frame a room
+  constexpr std::size_t kMaxFramingPoints = 4000;  // enough to frame a room
   std::vector<Eigen::Vector3d> sample;
   if (layers.dense_cloud) {
-    sample = EvenSample(*layers.dense_cloud, kPoints);
+    sample = EvenSample(*layers.dense_cloud, kMaxFramingPoints);
   } else if (layers.dense_mesh) {
     const std::vector<Eigen::Vector3f>& vertices = layers.dense_mesh->vertices;
-    for (std::size_t i = 0; i < vertices.size(); i += vertices.size() / kPoints + 1) {
+    for (std::size_t i = 0; i < vertices.size(); i += vertices.size() / kMaxFramingPoints + 1) {
       sample.push_back(vertices[i].cast<double>());
     }
   }
@@ -148,7 +148,7 @@ struct PictureRenderer::Impl {
     const bool blurred = options.style.lens.aperture > 0.0 && !view.pinhole;
     cv::Mat image = blurred ? RenderThroughLens(view) : RenderSharp(view);
     if (options.transparent) {
-      Unmultiply(image);
+      ToStraightAlpha(image);
     }
     const PictureCaptions captions(options.style, map, options.layers, focus, colors, view);
     DrawTexts(image, map, view, captions, options.style, text);
@@ -156,7 +156,7 @@ struct PictureRenderer::Impl {
   }
 
   // Returns the parts of the picture that legend and axes cover.
-  std::vector<PicturePart> Captioned(const ViewCamera& view) const {
+  std::vector<PicturePart> CaptionedParts(const ViewCamera& view) const {
     const cv::Size size(options.width, options.height);
     const PictureCaptions captions(options.style, map, options.layers, focus, colors, view);
     const auto share = [&](const cv::Point& pixel) {
@@ -210,7 +210,7 @@ ViewCamera PictureRenderer::ViewOf(const CameraOverrides& overrides, bool beside
   turn.zoom = 1.0;
   const ViewCamera view = turn.ApplyTo(framed);
   const std::vector<PicturePart> written =
-      beside_captions ? impl_->Captioned(view) : std::vector<PicturePart>();
+      beside_captions ? impl_->CaptionedParts(view) : std::vector<PicturePart>();
   const bool turned = overrides.azimuth != 0.0 || overrides.elevation != 0.0 || overrides.view_up;
   return Zoom(turned || !written.empty() ? FitBeside(view, focus.outline, aspect, written) : framed,
               overrides.zoom);

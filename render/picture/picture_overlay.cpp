@@ -14,15 +14,15 @@
 namespace sqslam {
 namespace {
 
-constexpr double kLeastText = 9.0;  // pixels; smaller text is not readable
+constexpr double kMinTextSize = 9.0;  // pixels; smaller text is not readable
 
 double TextSize(const SceneStyle& style, double scale) {
-  return std::max(style.text.size * scale, kLeastText);
+  return std::max(style.text.size * scale, kMinTextSize);
 }
 
 int Pixels(double value) { return static_cast<int>(std::lround(value)); }
 
-constexpr int kFartherLines = 7;  // a text may be moved away by so many lines
+constexpr int kMaxLinesAway = 7;  // a text may be moved away by so many lines
 
 constexpr double kCoverCost = 4.0;  // cost of fully covering another object, in ranks of the candidate list
 
@@ -39,7 +39,7 @@ std::vector<LabelPlace> Candidates(const LabelRequest& request) {
       {{{b.br().x + gap, middle}, s}, false},
       {{{b.x - gap - s.width, middle}, s}, false},
   };
-  for (int step = 1; step <= kFartherLines; ++step) {
+  for (int step = 1; step <= kMaxLinesAway; ++step) {
     for (const int shift : {0, s.width / 2 + gap, -s.width / 2 - gap}) {
       places.push_back({{{centered + shift, b.y - gap - s.height - step * (s.height + gap)}, s}, true});
       places.push_back({{{centered + shift, b.br().y + gap + step * (s.height + gap)}, s}, true});
@@ -206,7 +206,7 @@ struct AxesLayout {
   AxesLayout(cv::Size picture, double grid_cell, bool metric, const SceneStyle& style,
              const TextPainter& text, double scale)
       : size(TextSize(style, scale)),
-        small(std::max(0.85 * size, kLeastText)),
+        small(std::max(0.85 * size, kMinTextSize)),
         length(2.2 * size),
         origin(1.6 * size + length, picture.height - 1.6 * size - 0.9 * length),
         cell_at(Pixels(2.0 * length + 3.0 * size), Pixels(picture.height - 1.6 * size)) {
@@ -274,7 +274,7 @@ cv::Rect SeenBounds(const PosedSuperquadric& solid, const ViewCamera& camera, cv
 void DrawLabels(cv::Mat& image, const std::vector<SnapshotObject>& objects, const ViewCamera& camera,
                 const SceneStyle& style, const TextPainter& text, double scale,
                 std::span<const cv::Rect> taken) {
-  const double size = std::max(0.9 * style.text.size * scale, kLeastText);
+  const double size = std::max(0.9 * style.text.size * scale, kMinTextSize);
   const Eigen::Vector3d ink = ParseColor(style.text.color);
   std::vector<LabelRequest> requests;
   std::vector<std::string> names;

@@ -20,17 +20,19 @@ cv::Point Fixed(cv::Point2d p) {
           static_cast<int>(std::lround(p.y * (1 << kFractionalBits)))};
 }
 
-// A coverage mask for the part of the image around a shape, and the origin of that part.
-struct Patch {
-  cv::Mat coverage;
-  cv::Point origin;
-};
-
-Patch PatchAround(const cv::Mat& image, cv::Point2d low, cv::Point2d high, double margin) {
-  const cv::Rect around = PixelsAround(low, high, margin) + cv::Size(1, 1);
-  const cv::Rect area = around & cv::Rect(0, 0, image.cols, image.rows);
-  return {cv::Mat::zeros(std::max(area.height, 0), std::max(area.width, 0), CV_8UC1), area.tl()};
+// Blends a shape into the image. `draw` draws it into a mask of the area around it, relative to an origin.
+void BlendShape(cv::Mat& image, cv::Point2d low, cv::Point2d high, double margin,
+                const Eigen::Vector3d& color, double opacity, const auto& draw) {
+  const cv::Rect area =
+      (PixelsAround(low, high, margin) + cv::Size(1, 1)) & cv::Rect(0, 0, image.cols, image.rows);
+  if (!area.empty()) {
+    cv::Mat coverage = cv::Mat::zeros(area.size(), CV_8UC1);
+    draw(coverage, cv::Point2d(area.tl()));
+    Blend(image, coverage, area.tl(), color, opacity);
+  }
 }
+
+int WholePixels(double width) { return std::max(1, static_cast<int>(std::lround(width))); }
 
 // Returns the coverage of one line of text. All lines of one size have the same height, so that baselines
 // agree.
@@ -106,13 +108,10 @@ void DrawLine(cv::Mat& image, cv::Point2d from, cv::Point2d to, double width, co
               double opacity) {
   const cv::Point2d low(std::min(from.x, to.x), std::min(from.y, to.y));
   const cv::Point2d high(std::max(from.x, to.x), std::max(from.y, to.y));
-  Patch patch = PatchAround(image, low, high, width + 2.0);
-  if (!patch.coverage.empty()) {
-    const cv::Point2d origin(patch.origin);
-    cv::line(patch.coverage, Fixed(from - origin), Fixed(to - origin), cv::Scalar(255),
-             std::max(1, static_cast<int>(std::lround(width))), cv::LINE_AA, kFractionalBits);
-    Blend(image, patch.coverage, patch.origin, color, opacity);
-  }
+  BlendShape(image, low, high, width + 2.0, color, opacity, [&](cv::Mat& mask, const cv::Point2d& origin) {
+    cv::line(mask, Fixed(from - origin), Fixed(to - origin), cv::Scalar(255), WholePixels(width), cv::LINE_AA,
+             kFractionalBits);
+  });
 }
 
 void DrawPanel(cv::Mat& image, const cv::Rect& area, double radius, const Eigen::Vector3d& color,
@@ -139,12 +138,11 @@ void DrawPanel(cv::Mat& image, const cv::Rect& area, double radius, const Eigen:
 
 void DrawFrame(cv::Mat& image, const cv::Rect& area, double width, const Eigen::Vector3d& color,
                double opacity) {
-  Patch patch = PatchAround(image, area.tl(), area.br(), width + 2.0);
-  if (!patch.coverage.empty()) {
-    cv::rectangle(patch.coverage, cv::Rect(area.tl() - patch.origin, area.size()), cv::Scalar(255),
-                  std::max(1, static_cast<int>(std::lround(width))), cv::LINE_AA);
-    Blend(image, patch.coverage, patch.origin, color, opacity);
-  }
+  BlendShape(image, area.tl(), area.br(), width + 2.0, color, opacity,
+             [&](cv::Mat& mask, const cv::Point& origin) {
+               cv::rectangle(mask, cv::Rect(area.tl() - origin, area.size()), cv::Scalar(255),
+                             WholePixels(width), cv::LINE_AA);
+             });
 }
 
 const cv::Mat& TextPainter::Coverage(const std::string& text, double size) const {

@@ -11,9 +11,9 @@ namespace sqslam {
 namespace {
 
 KeyIndex<3>::Key CubeOf(const Eigen::Vector3f& p, double edge) {
-  constexpr double kLargest = (1 << 20) - 1;  // far points share the outermost cubes
+  constexpr double kMaxCube = (1 << 20) - 1;  // far points share the outermost cubes
   const Eigen::Array3i cube =
-      (p.cast<double>().array() / edge).floor().max(-kLargest).min(kLargest).cast<int>();
+      (p.cast<double>().array() / edge).floor().max(-kMaxCube).min(kMaxCube).cast<int>();
   return {cube[0], cube[1], cube[2]};
 }
 
@@ -133,7 +133,7 @@ std::vector<Eigen::Vector3d> EvenSample(const CloudLayer& cloud, std::size_t mos
 
 double SpacingOf(const std::vector<Eigen::Vector3f>& points) {
   // Cubes with two points on average are sqrt(2) times as wide as the spacing of points on a surface.
-  constexpr double kPerCube = 2.0;
+  constexpr double kPointsPerCube = 2.0;
   constexpr int kRounds = 8;
   Eigen::AlignedBox3f box;
   for (const Eigen::Vector3f& p : points) {
@@ -147,19 +147,19 @@ double SpacingOf(const std::vector<Eigen::Vector3f>& points) {
       cubes.Insert(CubeOf(p, edge));
     }
     const double per_cube = static_cast<double>(points.size()) / std::max<double>(cubes.Size(), 1.0);
-    edge = std::clamp(edge * std::sqrt(kPerCube / std::max(per_cube, 1e-9)), 1e-5 * extent, extent);
+    edge = std::clamp(edge * std::sqrt(kPointsPerCube / std::max(per_cube, 1e-9)), 1e-5 * extent, extent);
   }
-  return edge / std::sqrt(kPerCube);
+  return edge / std::sqrt(kPointsPerCube);
 }
 
 CloudLayerPtr ReadCloudLayer(const std::filesystem::path& recording) {
   const DepthRecording depths(recording);
   const std::vector<std::int64_t> keyframes = depths.Keyframes();
   // The cube's edge is a pixel at the median depth of a few depth maps from the whole run.
-  constexpr std::size_t kLookedAt = 5;
+  constexpr std::size_t kSampledMaps = 5;
   std::vector<double> pixels;
-  for (std::size_t i = 0; i < std::min(kLookedAt, keyframes.size()); ++i) {
-    const DepthMap map = depths.Kept(keyframes[i * keyframes.size() / kLookedAt]);
+  for (std::size_t i = 0; i < std::min(kSampledMaps, keyframes.size()); ++i) {
+    const DepthMap map = depths.Kept(keyframes[i * keyframes.size() / kSampledMaps]);
     for (auto z = map.depth.begin<float>(); z != map.depth.end<float>(); ++z) {
       if (*z > 0.0F) {
         pixels.push_back(*z / map.camera.fx);

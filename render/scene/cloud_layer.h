@@ -36,14 +36,14 @@ using CloudLayerPtr = std::shared_ptr<const CloudLayer>;
 // Merges all points in a cube into one at their mean, with the frame of the first.
 class CloudLayerBuilder {
  public:
-  static constexpr std::int32_t kAlways = std::numeric_limits<std::int32_t>::min();
+  static constexpr std::int32_t kEveryFrame = std::numeric_limits<std::int32_t>::min();
 
   // `spacing`: edge of the cubes, map units; doubled whenever there are more than `most` points.
   explicit CloudLayerBuilder(double spacing, std::size_t most = 3'000'000);
 
   // `distance`: to its neighbours in its source, map units. Frames must not decrease.
   void Add(const Eigen::Vector3f& p_map, const std::array<std::uint8_t, 3>& rgb, float distance,
-           float weight = 1.0F, std::int32_t frame = kAlways);
+           float weight = 1.0F, std::int32_t frame = kEveryFrame);
   void Add(const DepthMap& map);
 
   CloudLayerPtr Finish() const;

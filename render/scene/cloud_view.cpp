@@ -9,7 +9,7 @@
 namespace sqslam {
 
 void CloudView::Show(const CloudLayerPtr& cloud) {
-  constexpr std::size_t kPart = 6000;  // consecutive points, which are near each other
+  constexpr std::size_t kPartPoints = 6000;  // consecutive points, which are near each other
   parts_.clear();
   spacing_ = cloud ? cloud->spacing : 0.0;
   std::vector<PointSplats::Vertex> vertices;
@@ -17,7 +17,7 @@ void CloudView::Show(const CloudLayerPtr& cloud) {
     vertices.reserve(cloud->points.size());
     std::span<const CloudPoint> left(cloud->points);
     while (!left.empty()) {
-      const std::span<const CloudPoint> members = left.first(std::min(kPart, left.size()));
+      const std::span<const CloudPoint> members = left.first(std::min(kPartPoints, left.size()));
       left = left.subspan(members.size());
       Part& part = parts_.emplace_back();
       part.first = static_cast<int>(vertices.size());

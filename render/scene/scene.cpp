@@ -77,7 +77,7 @@ vtkSmartPointer<vtkActor> MakeMeshActor(const SurfaceMesh& mesh, vtkPlaneCollect
 }
 
 // Shows only the triangles of that mesh whose corners have all been seen by this frame.
-void ShowUntil(std::int64_t frame, const SurfaceMesh& mesh, vtkActor& actor) {
+void ShowTrianglesUntil(std::int64_t frame, const SurfaceMesh& mesh, vtkActor& actor) {
   vtkPolyData* data = vtkPolyDataMapper::SafeDownCast(actor.GetMapper())->GetInput();
   const vtkNew<vtkCellArray> triangles;
   for (const auto& [a, b, c] : mesh.triangles) {
@@ -87,6 +87,24 @@ void ShowUntil(std::int64_t frame, const SurfaceMesh& mesh, vtkActor& actor) {
   }
   actor.SetVisibility(triangles->GetNumberOfCells() > 0);
   data->SetPolys(triangles);
+}
+
+void AddIfVisible(vtkActor* actor, std::vector<vtkActor*>& layer) {
+  if (actor->GetVisibility() != 0) {
+    layer.push_back(actor);
+  }
+}
+
+void PlaceCamera(const ViewCamera& view, double near_plane, double far_plane, vtkCamera* camera) {
+  camera->SetPosition(view.position.data());
+  camera->SetFocalPoint(view.focal_point.data());
+  camera->SetViewUp(view.view_up.data());
+  camera->SetViewAngle(view.view_angle);
+  camera->SetClippingRange(near_plane, far_plane);
+  camera->UseExplicitProjectionTransformMatrixOff();
+  if (view.pinhole) {
+    SetPinholeCamera(*view.pinhole, PoseOf(view), near_plane, far_plane, camera);
+  }
 }
 
 }  // namespace
@@ -118,7 +136,7 @@ Scene::Scene(const SceneStyle& style, const Quality& quality)
 
 Scene::~Scene() { pass_->SetLayers({}); }  // the window's renderer keeps the pass
 
-void Scene::Cut(const std::optional<ClipPlane>& plane) {
+void Scene::SetClipPlane(const std::optional<ClipPlane>& plane) {
   if (!plane) {
     clip_planes_->RemoveAllItems();
     return;
@@ -137,8 +155,9 @@ void Scene::CastShadow(const std::optional<ClipPlane>& plane) {
   std::vector<PosedSuperquadric> casters;
   ShadowLight light;
   light.towards = studio_.Lamp();
-  std::vector<double> cast = {focus_.up.x(),     focus_.up.y(),     focus_.up.z(),       light.towards.x(),
-                              light.towards.y(), light.towards.z(), focus_.ground_height};
+  std::vector<double> shadow_inputs = {focus_.up.x(),       focus_.up.y(),     focus_.up.z(),
+                                       light.towards.x(),   light.towards.y(), light.towards.z(),
+                                       focus_.ground_height};
   for (const SnapshotObject& object : solid_objects_) {
     const PosedSuperquadric& solid = object.superquadric;
     const Eigen::Vector3d offset = solid.T_map_object.translation - focus_.center;
@@ -146,10 +165,10 @@ void Scene::CastShadow(const std::optional<ClipPlane>& plane) {
     if (offset.norm() < 3.0 * focus_.radius && (!plane || plane->KeepsSomeOf(solid))) {
       casters.push_back(solid);
       const SuperquadricParameters parameters = ToParameters(solid);
-      cast.insert(cast.end(), parameters.begin(), parameters.end());
+      shadow_inputs.insert(shadow_inputs.end(), parameters.begin(), parameters.end());
     }
   }
-  if (std::exchange(cast_, cast) != cast) {
+  if (std::exchange(shadow_inputs_, shadow_inputs) != shadow_inputs) {
     if (quality_.draft) {
       light.lamp_samples = light.sky_samples = 8;
     }
@@ -173,7 +192,7 @@ PictureEffects Scene::Effects() const {
   effects.outline_width = style_.light.outline_width * quality_.pixel_scale;
   effects.outline_color = ParseColor(style_.light.outline_color);
   effects.eye_dome = style_.light.eye_dome;
-  if (Look() != ObjectLook::kSolid) {
+  if (EffectiveLook() != ObjectLook::kSolid) {
     effects.see_through = true;
     effects.occlusion = 0.0;
     effects.outline = style_.objects.line;
@@ -213,12 +232,12 @@ void Scene::Show(const MapSnapshot& map, const SceneFocus& focus, const LabelCol
   ShowSolids();
 }
 
-ObjectLook Scene::Look() const {
+ObjectLook Scene::EffectiveLook() const {
   const ObjectLook wanted = style_.objects.look;
   return wanted != ObjectLook::kAuto ? wanted : IsDense() ? ObjectLook::kGlass : ObjectLook::kSolid;
 }
 
-void Scene::ShowSolids() { solids_.Show(solid_objects_, colors_, Look()); }
+void Scene::ShowSolids() { solids_.Show(solid_objects_, colors_, EffectiveLook()); }
 
 void Scene::SetLayers(const SceneLayers& layers) {
   SetGeometry(true_path_, PathLines(layers.true_path, ParseColor(style_.ground_truth.color)),
@@ -241,7 +260,7 @@ void Scene::ShowMesh() {
     mesh_ = MakeMeshActor(*shown_mesh_, clip_planes_);
     renderer_->AddActor(mesh_);
     mesh_frames_ = {shown_mesh_->frames.begin(), shown_mesh_->frames.end()};
-    grown_until_.reset();
+    mesh_shown_until_.reset();
     GrowMesh();
   }
 }
@@ -253,9 +272,9 @@ void Scene::GrowMesh() {
   // Nothing appears between two depth maps.
   const auto last = mesh_frames_.upper_bound(frame_);
   const std::int64_t until = last == mesh_frames_.begin() ? -1 : *std::prev(last);
-  if (grown_until_ != until) {
-    ShowUntil(until, *shown_mesh_, *mesh_);
-    grown_until_ = until;
+  if (mesh_shown_until_ != until) {
+    ShowTrianglesUntil(until, *shown_mesh_, *mesh_);
+    mesh_shown_until_ = until;
   }
 }
 
@@ -281,36 +300,34 @@ void Scene::ArrangePoints(const ViewCamera& view, cv::Size size, const std::opti
   }
 }
 
+// Lines over dense surfaces are blended without writing depth: eye-dome lighting would give them black rims.
+void Scene::ArrangeLines(PictureLayers& layers) {
+  const bool over_dense = IsDense();
+  frusta_->GetProperty()->SetOpacity(over_dense ? 0.5 : 1.0);
+  for (const auto& actor : {uncertain_, frusta_, true_path_, trajectory_, current_}) {
+    actor->SetForceTranslucent(over_dense);
+    actor->SetForceOpaque(!over_dense);
+    AddIfVisible(actor, over_dense ? layers.ground : layers.opaque);
+  }
+}
+
 void Scene::LookFrom(const ViewCamera& view, cv::Size size) {
   const std::optional<ClipPlane> clip = MakeClipPlane(style_.clip, focus_, view);
-  Cut(clip);
-  if (style_.light.shadow > 0.0 && style_.objects.show && Look() == ObjectLook::kSolid) {
+  SetClipPlane(clip);
+  if (style_.light.shadow > 0.0 && style_.objects.show && EffectiveLook() == ObjectLook::kSolid) {
     CastShadow(clip);
   } else {
     shadow_->SetVisibility(false);
   }
   PictureLayers layers;
-  const auto add = [](const vtkSmartPointer<vtkActor>& actor, std::vector<vtkActor*>& layer) {
-    if (actor->GetVisibility() != 0) {
-      layer.push_back(actor);
-    }
-  };
   ArrangePoints(view, size, clip, layers);
   for (const auto& actor : {shadow_, grid_, covisibility_}) {
-    add(actor, layers.ground);
+    AddIfVisible(actor, layers.ground);
   }
   if (HasMesh()) {
-    add(mesh_, layers.opaque);
+    AddIfVisible(mesh_, layers.opaque);
   }
-  // Over dense surfaces lines are blended without writing depth: eye-dome lighting would give them black
-  // rims.
-  const bool upon = IsDense();
-  frusta_->GetProperty()->SetOpacity(upon ? 0.5 : 1.0);
-  for (const auto& actor : {uncertain_, frusta_, true_path_, trajectory_, current_}) {
-    actor->SetForceTranslucent(upon);
-    actor->SetForceOpaque(!upon);
-    add(actor, upon ? layers.ground : layers.opaque);
-  }
+  ArrangeLines(layers);
   // Based on the focus, not on the bounds of all points: one outlier would cost the depth buffer its
   // precision.
   const double distance = (view.position - focus_.center).norm();
@@ -334,16 +351,7 @@ void Scene::LookFrom(const ViewCamera& view, cv::Size size) {
         ReadableOn(ParseColor(style_.background), color, style_.points.min_contrast));
   }
   pass_->SetLayers(std::move(layers));
-  vtkCamera* camera = renderer_->GetActiveCamera();
-  camera->SetPosition(view.position.data());
-  camera->SetFocalPoint(view.focal_point.data());
-  camera->SetViewUp(view.view_up.data());
-  camera->SetViewAngle(view.view_angle);
-  camera->SetClippingRange(nearest, farthest);
-  camera->UseExplicitProjectionTransformMatrixOff();
-  if (view.pinhole) {
-    SetPinholeCamera(*view.pinhole, PoseOf(view), nearest, farthest, camera);
-  }
+  PlaceCamera(view, nearest, farthest, renderer_->GetActiveCamera());
 }
 
 }  // namespace sqslam

@@ -63,14 +63,15 @@ class Scene {
   bool HasMesh() const { return style_.dense_cloud.show && mesh_ != nullptr; }
   bool HasCloud() const { return style_.dense_cloud.show && shown_cloud_ != nullptr && !HasMesh(); }
   bool IsDense() const { return HasCloud() || HasMesh(); }
-  ObjectLook Look() const;
+  ObjectLook EffectiveLook() const;
   void ShowSolids();
   void ShowMesh();
   void GrowMesh();
   void ArrangePoints(const ViewCamera& view, cv::Size size, const std::optional<ClipPlane>& clip,
                      PictureLayers& layers);
+  void ArrangeLines(PictureLayers& layers);
   double Scale() const { return quality_.pixel_scale * quality_.samples; }
-  void Cut(const std::optional<ClipPlane>& plane);
+  void SetClipPlane(const std::optional<ClipPlane>& plane);
   void CastShadow(const std::optional<ClipPlane>& plane);
   PictureEffects Effects() const;
 
@@ -89,10 +90,10 @@ class Scene {
   CloudView cloud_;
   CloudLayerPtr shown_cloud_;
   SurfaceMeshPtr shown_mesh_;
-  vtkSmartPointer<vtkActor> mesh_;           // null: none
-  std::set<std::int64_t> mesh_frames_;       // frames at which parts of it appear
-  std::optional<std::int64_t> grown_until_;  // the last of these frames shown
-  std::int64_t frame_ = 0;                   // of the map
+  vtkSmartPointer<vtkActor> mesh_;                // null: none
+  std::set<std::int64_t> mesh_frames_;            // frames at which parts of it appear
+  std::optional<std::int64_t> mesh_shown_until_;  // the last of these frames shown
+  std::int64_t frame_ = 0;                        // of the map
   vtkSmartPointer<vtkActor> true_path_;
   vtkSmartPointer<vtkActor> trajectory_;
   vtkSmartPointer<vtkActor> frusta_;
@@ -101,7 +102,7 @@ class Scene {
   SolidActors solids_;
   std::vector<SnapshotObject> solid_objects_;  // that `solids_` shows
   LabelColors colors_;
-  std::vector<double> cast_;  // inputs of the current shadow: ground, lamp, solids
+  std::vector<double> shadow_inputs_;  // inputs of the current shadow: ground, lamp, solids
 };
 
 }  // namespace sqslam

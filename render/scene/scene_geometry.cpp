@@ -42,6 +42,14 @@ class MeshBuilder {
     return points_->InsertNextPoint(p.data());
   }
   void Line(vtkIdType a, vtkIdType b) { lines_->InsertNextCell({a, b}); }
+  void Path(const std::vector<Eigen::Vector3d>& points, const Rgba& color) {
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const vtkIdType next = Add(points[i], color);
+      if (i > 0) {
+        Line(next - 1, next);
+      }
+    }
+  }
   vtkSmartPointer<vtkPolyData> Finish() const {
     const auto mesh = vtkSmartPointer<vtkPolyData>::New();
     mesh->SetPoints(points_);
@@ -100,7 +108,7 @@ vtkSmartPointer<vtkPolyData> TrajectoryLine(const MapSnapshot& map, const SceneS
 vtkSmartPointer<vtkPolyData> UncertainOutlines(const MapSnapshot& map, const LabelColors& colors,
                                                const SceneStyle& style) {
   constexpr int kSteps = 96;
-  constexpr double kFaint = 0.5;
+  constexpr double kUncertainStrength = 0.5;
   MeshBuilder builder;
   for (const SnapshotObject& object : map.objects) {
     if (IsReliable(object)) {
@@ -108,18 +116,15 @@ vtkSmartPointer<vtkPolyData> UncertainOutlines(const MapSnapshot& map, const Lab
     }
     const Eigen::Vector3d background = ParseColor(style.background);
     const Eigen::Vector3d own = ReadableOn(background, colors(object.label), style.points.min_contrast);
-    const Rgba color = ToRgba(kFaint * own + (1.0 - kFaint) * background);
+    const Rgba color = ToRgba(kUncertainStrength * own + (1.0 - kUncertainStrength) * background);
     const PosedSuperquadric& solid = object.superquadric;
     const auto curve = [&](const auto& point_at) {
-      vtkIdType last = -1;
+      std::vector<Eigen::Vector3d> points;
       for (int i = 0; i <= kSteps; ++i) {
-        const double angle = -std::numbers::pi + 2.0 * std::numbers::pi * i / kSteps;
-        const vtkIdType next = builder.Add(solid.T_map_object * point_at(angle), color);
-        if (last >= 0) {
-          builder.Line(last, next);
-        }
-        last = next;
+        points.push_back(solid.T_map_object *
+                         point_at(-std::numbers::pi + 2.0 * std::numbers::pi * i / kSteps));
       }
+      builder.Path(points, color);
     };
     // Cross-sections through the centre, and latitudes that lie on the rims if it has any.
     const double rim = 0.25 * std::numbers::pi;
@@ -183,14 +188,7 @@ vtkSmartPointer<vtkPolyData> PathLines(const std::vector<std::vector<Eigen::Vect
                                        const Eigen::Vector3d& color) {
   MeshBuilder builder;
   for (const std::vector<Eigen::Vector3d>& piece : pieces) {
-    vtkIdType last = -1;
-    for (const Eigen::Vector3d& p : piece) {
-      const vtkIdType next = builder.Add(p, ToRgba(color));
-      if (last >= 0) {
-        builder.Line(last, next);
-      }
-      last = next;
-    }
+    builder.Path(piece, ToRgba(color));
   }
   return builder.Finish();
 }
@@ -246,7 +244,7 @@ vtkSmartPointer<vtkPolyData> ShadowQuad(const GroundShadow& shadow) {
 
 vtkSmartPointer<vtkTexture> ShadowTexture(const GroundShadow& shadow, double strength,
                                           const Eigen::Vector3d& background) {
-  constexpr double kFloor = 0.5;  // opacity of the lit floor, relative to `strength`
+  constexpr double kFloorOpacity = 0.5;  // opacity of the lit floor, relative to `strength`
   const bool lit = Lightness(background) < 0.25;
   const vtkNew<vtkImageData> image;
   image->SetDimensions(shadow.darkness.cols, shadow.darkness.rows, 1);
@@ -260,7 +258,7 @@ vtkSmartPointer<vtkTexture> ShadowTexture(const GroundShadow& shadow, double str
       if (lit) {
         const double rim = std::hypot(2.0 * (x + 0.5) / shadow.darkness.cols - 1.0,
                                       2.0 * (y + 0.5) / shadow.darkness.rows - 1.0);
-        alpha = kFloor * strength * std::clamp(2.0 - 2.0 * rim, 0.0, 1.0) * (255.0 - dark);
+        alpha = kFloorOpacity * strength * std::clamp(2.0 - 2.0 * rim, 0.0, 1.0) * (255.0 - dark);
       }
       *pixel++ = {lit ? floor[0] : std::uint8_t{0}, lit ? floor[1] : std::uint8_t{0},
                   lit ? floor[2] : std::uint8_t{0}, static_cast<unsigned char>(std::lround(alpha))};

@@ -1,9 +1,9 @@
 #include "render/scene/solid_actors.h"
 
 #include <vtkActor.h>
-#include <vtkDataObject.h>
 #include <vtkMatrix4x4.h>
 #include <vtkNew.h>
+#include <vtkPointData.h>
 #include <vtkPolyDataMapper.h>
 #include <vtkProperty.h>
 #include <vtkShaderProperty.h>
@@ -14,14 +14,13 @@
 #include <utility>
 
 #include "picture_shaders.h"
-#include "render/scene/solid_meshes.h"
 #include "render/scene/studio_light.h"
+#include "render/solids/poly_data.h"
+#include "render/solids/tessellation.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
-
-constexpr int kGroupSegments = 48;  // of solids sorted by triangle; a coarse grid would show at the seams
 
 vtkSmartPointer<vtkActor> MakeActor(double opacity, bool see_through, vtkPlaneCollection* clip) {
   const vtkNew<vtkPolyDataMapper> mapper;
@@ -40,11 +39,18 @@ vtkSmartPointer<vtkActor> MakeActor(double opacity, bool see_through, vtkPlaneCo
 
 vtkPolyDataMapper* MapperOf(vtkActor* actor) { return vtkPolyDataMapper::SafeDownCast(actor->GetMapper()); }
 
+// Returns the superquadric's surface (Eq. 1) in the object frame.
+vtkSmartPointer<vtkPolyData> SuperquadricMesh(const Superquadric& shape, int segments) {
+  const TriangleMesh surface = Tessellate(shape, segments / 4 * 4);
+  auto mesh = PolyDataOf(surface.vertices, surface.triangles);
+  mesh->GetPointData()->SetNormals(TuplesOf<vtkFloatArray>(surface.normals));
+  return mesh;
+}
+
 struct SolidShading {
   const SceneStyle::Objects& style;
-  int number = 0;                      // 1, 2, ...; separates solids for outlines
-  const char* number_array = nullptr;  // replaces `number`: data array of the vertices
-  bool far_side = false;               // only seen through the near side
+  int number = 0;         // 1, 2, ...; separates solids for outlines
+  bool far_side = false;  // only seen through the near side
   bool see_through = false;
 };
 
@@ -65,25 +71,16 @@ void SetSolidShader(vtkActor* actor, const SolidShading& shading) {
   auto* uniforms = shader->GetFragmentCustomUniforms();
   uniforms->SetUniformf("roughness", static_cast<float>(shading.style.roughness));
   uniforms->SetUniformf("metallic", static_cast<float>(shading.style.metallic));
-  if (shading.number_array == nullptr) {
-    uniforms->SetUniformf("solidNumber", static_cast<float>(shading.number));
-    return;
-  }
-  shader->AddVertexShaderReplacement("//VTK::Normal::Dec", true, shaders::kNumberVertexDeclaration, false);
-  shader->AddVertexShaderReplacement("//VTK::Normal::Impl", true, shaders::kNumberVertex, false);
-  shader->AddFragmentShaderReplacement("//VTK::Normal::Dec", true, shaders::kNumberFragmentDeclaration,
-                                       false);
-  MapperOf(actor)->MapDataArrayToVertexAttribute("solidNumberMC", shading.number_array,
-                                                 vtkDataObject::FIELD_ASSOCIATION_POINTS);
+  uniforms->SetUniformf("solidNumber", static_cast<float>(shading.number));
 }
 
 }  // namespace
 
 SolidActors::Solid SolidActors::MakeSolid(int number) const {
-  constexpr double kUnseen = 1e-3;  // invisible, but still drawn: outlines are made from it
+  constexpr double kInvisibleOpacity = 1e-3;  // invisible, but still drawn: outlines are made from it
   const double opacity = look_ == ObjectLook::kSolid   ? style_.opacity
-                         : look_ == ObjectLook::kGlass ? std::max(style_.glass, kUnseen)
-                                                       : kUnseen;
+                         : look_ == ObjectLook::kGlass ? std::max(style_.glass, kInvisibleOpacity)
+                                                       : kInvisibleOpacity;
   Solid solid;
   solid.back = MakeActor(opacity, SeeThrough(), clip_);
   solid.front = MakeActor(opacity, SeeThrough(), clip_);
@@ -106,7 +103,6 @@ void SolidActors::Show(const std::vector<SnapshotObject>& objects, const LabelCo
     solids_.clear();
   }
   solids_.resize(objects.size());
-  groups_.clear();
   std::vector<PosedSuperquadric> posed;
   for (std::size_t i = 0; i < objects.size(); ++i) {
     Solid& solid = solids_[i];
@@ -133,13 +129,13 @@ void SolidActors::Show(const std::vector<SnapshotObject>& objects, const LabelCo
 int SolidActors::SegmentsFor(const PosedSuperquadric& solid, const ViewCamera& camera, double pixels) const {
   // With n segments, a chord deviates from the curve by at most 5 / n^2 half axes at the exponents in use. A
   // fifth of a sample is not visible.
-  constexpr double kLeastError = 0.2;
+  constexpr double kMaxChordError = 0.2;
   const double distance =
       std::max((solid.T_map_object.translation - camera.position).norm() - solid.shape.half_size.maxCoeff(),
                0.1 * solid.shape.half_size.maxCoeff());
   const double focal = camera.FocalLength(pixels);
   const double radius = focal * solid.shape.half_size.maxCoeff() / distance;
-  const double wanted = std::sqrt(5.0 * radius / kLeastError);
+  const double wanted = std::sqrt(5.0 * radius / kMaxChordError);
   for (const int segments : {16, 24, 32, 48, 64, 96}) {
     if (wanted <= segments) {
       return std::min(segments, style_.segments);
@@ -156,25 +152,6 @@ void SolidActors::SetDetail(Solid& solid, int segments) {
   const auto mesh = SuperquadricMesh(solid.posed.shape, segments);
   MapperOf(solid.back)->SetInputData(mesh);
   MapperOf(solid.front)->SetInputData(mesh);
-}
-
-SolidActors::Group& SolidActors::GroupOf(const std::vector<int>& members) {
-  std::vector<int> sorted = members;
-  std::ranges::sort(sorted);
-  Group& group = groups_[sorted];
-  if (group.actor) {
-    return group;
-  }
-  std::vector<ColoredSolid> parts;
-  for (const int index : sorted) {
-    const Solid& solid = solids_[static_cast<std::size_t>(index)];
-    parts.push_back({solid.posed, solid.color, index + 1});
-  }
-  group.surface = MakeGroupedSurface(parts, std::min(kGroupSegments, std::max(style_.segments, 16)));
-  group.actor = MakeActor(style_.opacity, false, clip_);
-  MapperOf(group.actor)->SetInputData(group.surface.mesh);
-  SetSolidShader(group.actor, {.style = style_, .number_array = kSolidNumberArray});
-  return group;
 }
 
 std::vector<vtkActor*> SolidActors::Arrange(const ViewCamera& camera, double pixels,
@@ -221,16 +198,8 @@ std::vector<vtkActor*> SolidActors::InOrder(const ViewCamera& camera, double pix
     std::ranges::for_each(solids_, add);
     return actors;
   }
-  for (const std::vector<int>& members : order_.BackToFront(camera.position)) {
-    if (members.size() == 1 || SeeThrough()) {
-      for (const int member : members) {
-        add(solids_[static_cast<std::size_t>(member)]);
-      }
-    } else {
-      Group& group = GroupOf(members);
-      SortTriangles(group.surface, camera.position);
-      actors.push_back(group.actor);
-    }
+  for (const std::size_t index : order_.BackToFront(camera.position)) {
+    add(solids_[index]);
   }
   return actors;
 }

@@ -5,11 +5,9 @@
 #include <vtkSmartPointer.h>
 
 #include <Eigen/Core>
-#include <map>
 #include <vector>
 
 #include "render/camera/camera_path.h"
-#include "render/scene/solid_meshes.h"
 #include "render/scene/studio_light.h"
 #include "render/scene/style.h"
 #include "render/solids/scene_order.h"
@@ -51,24 +49,16 @@ class SolidActors {
     vtkSmartPointer<vtkActor> back;
     vtkSmartPointer<vtkActor> front;
   };
-  // Interpenetrating solids, as one surface whose triangles are sorted for each view.
-  struct Group {
-    vtkSmartPointer<vtkActor> actor;
-    GroupedSurface surface;
-  };
-
   bool SeeThrough() const { return look_ != ObjectLook::kSolid; }
   Solid MakeSolid(int number) const;
   std::vector<vtkActor*> InOrder(const ViewCamera& camera, double pixels);
   int SegmentsFor(const PosedSuperquadric& solid, const ViewCamera& camera, double pixels) const;
   void SetDetail(Solid& solid, int segments);
-  Group& GroupOf(const std::vector<int>& members);
 
   SceneStyle::Objects style_;
   ObjectLook look_ = ObjectLook::kSolid;
   vtkSmartPointer<vtkPlaneCollection> clip_;
   std::vector<Solid> solids_;
-  std::map<std::vector<int>, Group> groups_;
   SolidOrder order_;
 };
 

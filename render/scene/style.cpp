@@ -55,20 +55,14 @@ Eigen::Vector3d ParseColor(std::string_view text) {
 
 void CheckStyle(const SceneStyle& style) {
   CheckOptions(style);
-  for (const auto& [key, color] : std::initializer_list<std::pair<const char*, const std::string&>>{
-           {"background", style.background},
-           {"cameras.color", style.cameras.color},
-           {"cameras.current_color", style.cameras.current_color},
-           {"covisibility.color", style.covisibility.color},
-           {"ground_truth.color", style.ground_truth.color},
-           {"dense_cloud.color", style.dense_cloud.color},
-           {"grid.color", style.grid.color},
-           {"light.outline_color", style.light.outline_color},
-           {"text.color", style.text.color}}) {
-    try {
-      ParseColor(color);
-    } catch (const UsageError& error) {
-      throw UsageError("{}: {}", key, error.what());
+  SceneStyle copy = style;
+  for (const OptionField& field : OptionFields(copy)) {
+    if (std::string* const* color = std::get_if<std::string*>(&field.value)) {  // a style's only strings
+      try {
+        ParseColor(**color);
+      } catch (const UsageError& error) {
+        throw UsageError("{}: {}", field.key, error.what());
+      }
     }
   }
 }

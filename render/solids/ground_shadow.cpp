@@ -141,8 +141,9 @@ GroundShadow CastGroundShadow(std::span<const PosedSuperquadric> solids, const E
                   SumOfShadows(casting, SkyDirections(light, up), picture),
                   (1.0 - light.lamp) / std::max(1, light.sky_samples), 0.0, sum);
   // Cuts off the faintest part, which reaches far and would only make the background look grey.
-  constexpr double kUnseen = 16.0;
-  sum.convertTo(shadow.darkness, CV_8U, 255.0 / (255.0 - kUnseen), -255.0 * kUnseen / (255.0 - kUnseen));
+  constexpr double kMinDarkness = 16.0;
+  sum.convertTo(shadow.darkness, CV_8U, 255.0 / (255.0 - kMinDarkness),
+                -255.0 * kMinDarkness / (255.0 - kMinDarkness));
   shadow.corner = picture.corner.x() * plane.x + picture.corner.y() * plane.y + height * up;
   shadow.across = kSide * picture.pixel * plane.x;
   shadow.down = kSide * picture.pixel * plane.y;

@@ -7,13 +7,10 @@
 #include <tuple>
 #include <utility>
 
-#include "slam/util/disjoint_sets.h"
-#include "slam/util/to_vector.h"
-
 namespace sqslam {
 namespace {
 
-constexpr std::size_t kMostWithPlanes = 2000;  // solids: two million planes, a second or two
+constexpr std::size_t kMaxSolidsWithPlanes = 2000;  // two million planes, a second or two
 
 // Order among solids that can be drawn in any order: farther first, then by position and shape.
 auto Rank(const PosedSuperquadric& solid, const Eigen::Vector3d& eye) {
@@ -36,75 +33,50 @@ Separation Along(const PosedSuperquadric& a, const PosedSuperquadric& b, Eigen::
 }  // namespace
 
 SolidOrder::SolidOrder(std::vector<PosedSuperquadric> solids) : solids_(std::move(solids)) {
-  const bool few = solids_.size() <= kMostWithPlanes;
-  if (few) {
-    entries_ = InterpenetratingGroups(solids_);
-  }
-  std::vector<int> entry_of(solids_.size(), -1);
-  for (std::size_t e = 0; e < entries_.size(); ++e) {
-    for (const int index : entries_[e]) {
-      entry_of[static_cast<std::size_t>(index)] = static_cast<int>(e);
-    }
+  if (solids_.size() > kMaxSolidsWithPlanes) {
+    return;
   }
   for (std::size_t i = 0; i < solids_.size(); ++i) {
-    if (entry_of[i] < 0) {
-      entry_of[i] = static_cast<int>(entries_.size());
-      entries_.push_back({static_cast<int>(i)});
-    }
-  }
-  for (std::size_t i = 0; few && i < solids_.size(); ++i) {
     for (std::size_t j = i + 1; j < solids_.size(); ++j) {
-      if (entry_of[i] != entry_of[j]) {
-        const Separation apart = Separate(solids_[i], solids_[j]);
-        planes_.push_back({entry_of[i], entry_of[j], apart.direction, apart.middle});
-      }
+      const Separation apart = Separate(solids_[i], solids_[j]);
+      planes_.push_back({i, j, apart.direction, apart.middle});
     }
   }
 }
 
-std::vector<std::vector<int>> SolidOrder::BackToFront(const Eigen::Vector3d& eye) const {
-  const std::size_t count = entries_.size();
-  std::vector<int> ranked(count);
-  std::iota(ranked.begin(), ranked.end(), 0);
-  const auto solid = [this](int entry) -> const PosedSuperquadric& {
-    return solids_[static_cast<std::size_t>(entries_[static_cast<std::size_t>(entry)].front())];
-  };
-  std::ranges::sort(ranked, [&](int a, int b) { return Rank(solid(a), eye) < Rank(solid(b), eye); });
+std::vector<std::size_t> SolidOrder::BackToFront(const Eigen::Vector3d& eye) const {
+  const std::size_t count = solids_.size();
+  std::vector<std::size_t> ranked(count);
+  std::iota(ranked.begin(), ranked.end(), std::size_t{0});
+  std::ranges::sort(ranked, {}, [&](std::size_t i) { return Rank(solids_[i], eye); });
   if (planes_.empty()) {
-    return ToVector(ranked, [this](int entry) { return entries_[static_cast<std::size_t>(entry)]; });
+    return ranked;
   }
-
-  // votes[a * count + b] > 0: draw a before b. Members of a group may disagree: the majority decides.
-  std::vector<int> votes(count * count, 0);
+  std::vector<std::vector<std::size_t>> nearer(count);  // solids to draw after each
+  std::vector<int> waits_for(count, 0);
   for (const Plane& plane : planes_) {
     const double side = plane.normal.dot(eye) - plane.offset;
-    const int vote = side > 0.0 ? 1 : side < 0.0 ? -1 : 0;
-    votes[static_cast<std::size_t>(plane.a) * count + static_cast<std::size_t>(plane.b)] += vote;
-    votes[static_cast<std::size_t>(plane.b) * count + static_cast<std::size_t>(plane.a)] -= vote;
-  }
-  std::vector<int> waits_for(count, 0);
-  for (std::size_t a = 0; a < count; ++a) {
-    for (std::size_t b = 0; b < count; ++b) {
-      waits_for[b] += votes[a * count + b] > 0 ? 1 : 0;
+    if (side != 0.0) {
+      const auto [far, near] = side > 0.0 ? std::pair(plane.a, plane.b) : std::pair(plane.b, plane.a);
+      nearer[far].push_back(near);
+      ++waits_for[near];
     }
   }
-  std::vector<std::vector<int>> order;
+  std::vector<std::size_t> order;
   while (!ranked.empty()) {
-    const auto free = std::ranges::find_if(
-        ranked, [&](int entry) { return waits_for[static_cast<std::size_t>(entry)] == 0; });
+    const auto free = std::ranges::find_if(ranked, [&](std::size_t i) { return waits_for[i] == 0; });
     const auto next = free == ranked.end() ? ranked.begin() : free;  // a cycle: start with the farthest
-    const auto drawn = static_cast<std::size_t>(*next);
-    order.push_back(entries_[drawn]);
+    order.push_back(*next);
     ranked.erase(next);
-    for (std::size_t b = 0; b < count; ++b) {
-      waits_for[b] -= votes[drawn * count + b] > 0 ? 1 : 0;
+    for (const std::size_t other : nearer[order.back()]) {
+      --waits_for[other];
     }
   }
   return order;
 }
 
 Separation Separate(const PosedSuperquadric& a, const PosedSuperquadric& b) {
-  constexpr int kRounds = 40;
+  constexpr int kMaxRounds = 40;
   const Eigen::Matrix3d axes_a = a.T_map_object.RotationMatrix();
   const Eigen::Matrix3d axes_b = b.T_map_object.RotationMatrix();
   const Eigen::Vector3d centers = b.T_map_object.translation - a.T_map_object.translation;
@@ -124,7 +96,7 @@ Separation Separate(const PosedSuperquadric& a, const PosedSuperquadric& b) {
   // Finds the point of b - a (Minkowski difference) nearest to the origin, starting at the centres'
   // difference.
   Eigen::Vector3d v = centers;
-  for (int round = 0; round < kRounds && best.gap < 0.0 && v.squaredNorm() > 1e-18; ++round) {
+  for (int round = 0; round < kMaxRounds && best.gap < 0.0 && v.squaredNorm() > 1e-18; ++round) {
     const Eigen::Vector3d w = SupportPoint(b, -v) - SupportPoint(a, v);
     const Eigen::Vector3d step = w - v;
     if (step.squaredNorm() < 1e-18) {
@@ -137,33 +109,6 @@ Separation Separate(const PosedSuperquadric& a, const PosedSuperquadric& b) {
     }
   }
   return best;
-}
-
-std::vector<std::vector<int>> InterpenetratingGroups(std::span<const PosedSuperquadric> solids) {
-  constexpr double kSlack = 0.03;  // share by which solids are shrunk: mere contact does not count
-  const std::size_t count = solids.size();
-  std::vector<PosedSuperquadric> shrunk(solids.begin(), solids.end());
-  for (PosedSuperquadric& solid : shrunk) {
-    solid.shape.half_size *= 1.0 - kSlack;
-  }
-  DisjointSets sets(count);
-  const auto root = [&sets](std::size_t i) { return sets.Root(static_cast<std::int32_t>(i)); };
-  for (std::size_t i = 0; i < count; ++i) {
-    for (std::size_t j = i + 1; j < count; ++j) {
-      const double apart = (shrunk[i].T_map_object.translation - shrunk[j].T_map_object.translation).norm();
-      const double reach = shrunk[i].shape.half_size.norm() + shrunk[j].shape.half_size.norm();
-      if (apart < reach && Separate(shrunk[i], shrunk[j]).gap < 0.0) {
-        const auto [a, b] = std::pair(root(i), root(j));
-        sets.Join(std::max(a, b), std::min(a, b));
-      }
-    }
-  }
-  std::vector<std::vector<int>> of_root(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    of_root[static_cast<std::size_t>(root(i))].push_back(static_cast<int>(i));
-  }
-  std::erase_if(of_root, [](const std::vector<int>& group) { return group.size() < 2; });
-  return of_root;
 }
 
 }  // namespace sqslam

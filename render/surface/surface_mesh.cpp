@@ -28,13 +28,13 @@ namespace {
 using Place = SurfaceVolume::Place;
 
 constexpr int kVoxels = SurfaceVolume::kEdge;
-constexpr int kChunk = 8;                      // blocks along the part marched at a time
-constexpr int kAcross = kChunk * kVoxels + 1;  // voxels along a part, with the first of the next part
+constexpr int kChunk = 8;                    // blocks along the part marched at a time
+constexpr int kSide = kChunk * kVoxels + 1;  // voxels along a part, with the first of the next part
 
 // A cubic part of the volume.
 class Chunk {
  public:
-  Chunk() : voxels_(static_cast<std::size_t>(kAcross) * kAcross * kAcross) {}
+  Chunk() : voxels_(static_cast<std::size_t>(kSide) * kSide * kSide) {}
 
   void Fill(const SurfaceVolume& volume, const std::map<Place, std::size_t>& blocks, const Place& chunk) {
     std::ranges::fill(voxels_, nullptr);
@@ -56,7 +56,7 @@ class Chunk {
 
   vtkNew<vtkImageData> Image() const {
     vtkNew<vtkImageData> image;
-    image->SetDimensions(kAcross, kAcross, kAcross);
+    image->SetDimensions(kSide, kSide, kSide);
     image->AllocateScalars(VTK_FLOAT, 1);
     auto* values = static_cast<float*>(image->GetScalarPointer());
     for (const SurfaceVolume::Voxel* voxel : voxels_) {
@@ -67,12 +67,12 @@ class Chunk {
 
  private:
   static std::size_t Index(int x, int y, int z) {
-    return static_cast<std::size_t>((z * kAcross + y) * kAcross + x);
+    return static_cast<std::size_t>((z * kSide + y) * kSide + x);
   }
   void Copy(const SurfaceVolume::Block& block, int x0, int y0, int z0) {
-    for (int z = 0; z < std::min(kVoxels, kAcross - z0); ++z) {
-      for (int y = 0; y < std::min(kVoxels, kAcross - y0); ++y) {
-        for (int x = 0; x < std::min(kVoxels, kAcross - x0); ++x) {
+    for (int z = 0; z < std::min(kVoxels, kSide - z0); ++z) {
+      for (int y = 0; y < std::min(kVoxels, kSide - y0); ++y) {
+        for (int x = 0; x < std::min(kVoxels, kSide - x0); ++x) {
           const SurfaceVolume::Voxel& voxel = block[SurfaceVolume::IndexOf(x, y, z)];
           voxels_[Index(x0 + x, y0 + y, z0 + z)] = voxel.weight > 0.0F ? &voxel : nullptr;
         }
@@ -90,12 +90,12 @@ struct GridEdge {
   double share = 0.0;  // position between lower (0) and upper voxel (1)
 
   static GridEdge Of(const double* p) {
-    constexpr double kAtVoxel = 1e-4;
+    constexpr double kVoxelTolerance = 1e-4;
     GridEdge edge;
     for (int i = 0; i < 3; ++i) {
-      const double whole = std::floor(p[i] + kAtVoxel);
+      const double whole = std::floor(p[i] + kVoxelTolerance);
       edge.voxel[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(whole);
-      if (p[i] - whole > kAtVoxel) {
+      if (p[i] - whole > kVoxelTolerance) {
         edge.axis = i;
         edge.share = p[i] - whole;
       }
@@ -169,7 +169,7 @@ class SurfaceBuilder {
 };
 
 // Removes the triangles marked in `drop`, and unused vertices.
-SurfaceMesh Without(const SurfaceMesh& mesh, const std::vector<bool>& drop) {
+SurfaceMesh RemoveTriangles(const SurfaceMesh& mesh, const std::vector<bool>& drop) {
   constexpr std::uint32_t kNone = 0xFFFFFFFF;
   SurfaceMesh kept;
   std::vector<std::uint32_t> places(mesh.vertices.size(), kNone);
@@ -190,7 +190,7 @@ SurfaceMesh Without(const SurfaceMesh& mesh, const std::vector<bool>& drop) {
   return kept;
 }
 
-SurfaceMesh WithoutIslands(const SurfaceMesh& mesh, int min_triangles) {
+SurfaceMesh RemoveIslands(const SurfaceMesh& mesh, int min_triangles) {
   DisjointSets connected(mesh.vertices.size());
   for (const auto& [a, b, c] : mesh.triangles) {
     connected.Join(static_cast<std::int32_t>(a), static_cast<std::int32_t>(b));
@@ -203,7 +203,8 @@ SurfaceMesh WithoutIslands(const SurfaceMesh& mesh, int min_triangles) {
   for (const std::size_t root : roots) {
     ++sizes[root];
   }
-  return Without(mesh, ToVector(roots, [&](std::size_t root) { return sizes[root] < min_triangles; }));
+  return RemoveTriangles(mesh,
+                         ToVector(roots, [&](std::size_t root) { return sizes[root] < min_triangles; }));
 }
 
 SurfaceMesh FromPolyData(vtkPolyData& data) {
@@ -230,7 +231,7 @@ SurfaceMesh FromPolyData(vtkPolyData& data) {
   return mesh;
 }
 
-SurfaceMesh ThinnedOut(const SurfaceMesh& mesh, int max_triangles) {
+SurfaceMesh Simplified(const SurfaceMesh& mesh, int max_triangles) {
   const auto wanted = static_cast<std::size_t>(max_triangles);
   if (mesh.triangles.size() <= wanted) {
     return mesh;
@@ -247,7 +248,7 @@ SurfaceMesh ThinnedOut(const SurfaceMesh& mesh, int max_triangles) {
   decimation->Update();
   vtkObject::SetGlobalWarningDisplay(warnings);
   const SurfaceMesh thin = FromPolyData(*decimation->GetOutput());
-  return Without(thin, std::vector<bool>(thin.triangles.size()));
+  return RemoveTriangles(thin, std::vector<bool>(thin.triangles.size()));
 }
 
 }  // namespace
@@ -275,30 +276,31 @@ SurfaceMesh MarchSurface(const SurfaceVolume& volume, const SurfaceOptions& opti
     march->Update();
     builder.Add(chunk, part, *march->GetOutput());
   }
-  return ThinnedOut(WithoutIslands(builder.Take(), options.min_island), options.max_triangles);
+  return Simplified(RemoveIslands(builder.Take(), options.min_island), options.max_triangles);
 }
 
 void MarkFirstSeen(const DepthRecording& depths, SurfaceMesh& mesh) {
-  constexpr double kNear = 0.04;  // relative to the depth; the fused surface averages the depth maps
-  constexpr std::size_t kAtOnce = 1 << 14;
-  constexpr std::int32_t kNever = std::numeric_limits<std::int32_t>::max();
-  mesh.frames.assign(mesh.vertices.size(), kNever);
+  constexpr double kDepthTolerance =
+      0.04;  // relative to the depth; the fused surface averages the depth maps
+  constexpr std::size_t kBatch = 1 << 14;
+  constexpr std::int32_t kUnseen = std::numeric_limits<std::int32_t>::max();
+  mesh.frames.assign(mesh.vertices.size(), kUnseen);
   std::int32_t last = 0;
   for (const std::int64_t keyframe : depths.Keyframes()) {
     const DepthMap map = depths.Kept(keyframe);
     const Rigid3d T_camera_map = map.T_map_camera.Inverse();
     last = static_cast<std::int32_t>(map.frame_index);
-    ParallelFor(mesh.vertices.size() / kAtOnce + 1, 0, [&](std::size_t part) {
-      const std::size_t end = std::min(mesh.vertices.size(), (part + 1) * kAtOnce);
-      for (std::size_t i = part * kAtOnce; i < end; ++i) {
-        if (mesh.frames[i] != kNever) {
+    ParallelFor(mesh.vertices.size() / kBatch + 1, 0, [&](std::size_t part) {
+      const std::size_t end = std::min(mesh.vertices.size(), (part + 1) * kBatch);
+      for (std::size_t i = part * kBatch; i < end; ++i) {
+        if (mesh.frames[i] != kUnseen) {
           continue;
         }
         const Eigen::Vector3d p = T_camera_map * mesh.vertices[i].cast<double>();
         const Eigen::Vector2d pixel = p.z() > 0.0 ? map.camera.Project(p) : Eigen::Vector2d(-1.0, -1.0);
         const cv::Point at(cvRound(pixel.x()), cvRound(pixel.y()));
         if (cv::Rect({}, map.depth.size()).contains(at) &&
-            std::abs(map.depth.at<float>(at) - p.z()) < kNear * p.z()) {
+            std::abs(map.depth.at<float>(at) - p.z()) < kDepthTolerance * p.z()) {
           mesh.frames[i] = last;
         }
       }
@@ -313,14 +315,14 @@ void MarkFirstSeen(const DepthRecording& depths, SurfaceMesh& mesh) {
         std::int32_t& frame = mesh.frames[triangle[k]];
         const std::int32_t other =
             std::min(mesh.frames[triangle[(k + 1) % 3]], mesh.frames[triangle[(k + 2) % 3]]);
-        if (frame == kNever && other != kNever) {
+        if (frame == kUnseen && other != kUnseen) {
           frame = other;
           found = true;
         }
       }
     }
   }
-  std::ranges::replace(mesh.frames, kNever, last);
+  std::ranges::replace(mesh.frames, kUnseen, last);
 }
 
 }  // namespace sqslam

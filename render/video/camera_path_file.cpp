@@ -48,16 +48,16 @@ struct KeyFields {
   double zoom = 1.0;
 
   void VisitFields(auto&& visit) {
-    constexpr std::int64_t kLast = std::numeric_limits<std::int64_t>::max();
-    constexpr double kReach = 1e9;
+    constexpr std::int64_t kMaxId = std::numeric_limits<std::int64_t>::max();
+    constexpr double kMaxCoordinate = 1e9;
     visit("time", time, 0.0, 1e5);
     visit("frame", frame, 0.0, 1e7);
     visit("view", view);
-    visit("keyframe", keyframe, 0, kLast);
-    visit("camera_frame", camera_frame, 0, kLast);
-    visit("position", position, -kReach, kReach);
-    visit("focal_point", focal_point, -kReach, kReach);
-    visit("view_up", view_up, -kReach, kReach);
+    visit("keyframe", keyframe, 0, kMaxId);
+    visit("camera_frame", camera_frame, 0, kMaxId);
+    visit("position", position, -kMaxCoordinate, kMaxCoordinate);
+    visit("focal_point", focal_point, -kMaxCoordinate, kMaxCoordinate);
+    visit("view_up", view_up, -kMaxCoordinate, kMaxCoordinate);
     visit("view_angle", view_angle, 1.0, 170.0);
     visit("azimuth", azimuth, -3600.0, 3600.0);
     visit("elevation", elevation, -180.0, 180.0);

@@ -340,7 +340,7 @@ int WriteOrbit(const MapSnapshot& map, const VideoOptions& options, const std::f
   const auto poses = [&] {
     ThrowIf<UsageError>(map.keyframes.empty(),
                         "this map has no keyframes to move along, expected --camera-path still or orbit");
-    return AlongKeyframes(map, total);
+    return PosesAlongKeyframes(map, total);
   };
   const std::vector<ViewCamera> views =
       ViewsOf(map, options, options.picture, total, renderer, OrbitPath, poses);

@@ -219,11 +219,11 @@ bool SameCoding(const AVCodecParameters& a, const AVCodecParameters& b) {
 
 }  // namespace
 
-int CopyVideos(const std::vector<fs::path>& videos, const std::vector<int>& frames, const fs::path& output,
-               const std::function<bool(int done, int total)>& progress) {
+int ConcatenateVideos(const std::vector<fs::path>& videos, const std::vector<int>& frames,
+                      const fs::path& output, const std::function<bool(int done, int total)>& progress) {
   Mp4File file(output, output);
-  constexpr const char* kComplaint = "{}: cannot be read as a video ({})";
-  const VideoStream first = OpenVideoStream(videos.front(), kComplaint);
+  constexpr const char* kReadError = "{}: cannot be read as a video ({})";
+  const VideoStream first = OpenVideoStream(videos.front(), kReadError);
   const AVRational frame_time = av_inv_q(first.stream->avg_frame_rate);
   AVStream* const stream = file.AddStream(first.stream->codecpar, frame_time);
   const Owned<AVPacket> packet(av_packet_alloc());
@@ -233,7 +233,7 @@ int CopyVideos(const std::vector<fs::path>& videos, const std::vector<int>& fram
   bool go_on = true;
   std::int64_t last_dts = std::numeric_limits<std::int64_t>::min();
   for (std::size_t i = 0; i < videos.size() && go_on; ++i) {
-    const VideoStream source = OpenVideoStream(videos[i], kComplaint);
+    const VideoStream source = OpenVideoStream(videos[i], kReadError);
     ThrowIf<InputError>(!SameCoding(*source.stream->codecpar, *first.stream->codecpar),
                         "{}: encoded in another way than {}, expected pieces made by one program",
                         videos[i].string(), videos.front().string());

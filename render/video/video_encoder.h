@@ -47,8 +47,7 @@ class FrameWriter {
   // Blocks while the encoder is several frames behind. `number`: for the file name of a picture.
   void Add(const cv::Mat& frame, int number);
 
-  // Finishes the file, verifies it by reading it back, and renames it. Throws InputError if frames are
-  // missing.
+  // Finishes the file and renames it. Throws InputError if it cannot be written.
   void Close();
 
  private:
@@ -56,9 +55,7 @@ class FrameWriter {
     cv::Mat frame;
     int number;
   };
-  void OpenVideo(cv::Size size, double fps);
   void Write(const Job& job);
-  void CheckVideo() const;
 
   std::filesystem::path output_;
   int added_ = 0;
@@ -71,8 +68,8 @@ class FrameWriter {
 // `progress` is called after each frame and may stop; the file then ends there. Returns the number of frames
 // written. Throws InputError that names a video that does not match or cannot be read, or says why the output
 // cannot be written.
-int CopyVideos(const std::vector<std::filesystem::path>& videos, const std::vector<int>& frames,
-               const std::filesystem::path& output,
-               const std::function<bool(int done, int total)>& progress = {});
+int ConcatenateVideos(const std::vector<std::filesystem::path>& videos, const std::vector<int>& frames,
+                      const std::filesystem::path& output,
+                      const std::function<bool(int done, int total)>& progress = {});
 
 }  // namespace sqslam

@@ -21,7 +21,7 @@ namespace sqslam {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::size_t kQueue = 4;  // frames that may wait for the encoder
+constexpr std::size_t kMaxQueuedFrames = 4;  // frames that may wait for the encoder
 
 const std::regex kFrameField(R"(\{frame(?::(\d+))?\})");  // {frame} or {frame:04}
 
@@ -48,18 +48,14 @@ FrameWriter::FrameWriter(const fs::path& output, cv::Size size, double fps) : ou
       fs::create_directories(output.parent_path(), error);
     }
   } else if (output.extension() == ".mp4") {
-    OpenVideo(size, fps);
+    ThrowIf<UsageError>(size.width % 2 != 0 || size.height % 2 != 0,
+                        "resolution {},{}: the sides of a video must be even", size.width, size.height);
+    file_.emplace(output_);
+    video_.emplace(file_->Path(), size, fps, output_);
   } else {
     throw UsageError("{}: expected FILE.mp4, or a name with {{frame:04}} that ends in .png", output.string());
   }
-  encoding_.emplace(kQueue, [this](const Job& job) { Write(job); });
-}
-
-void FrameWriter::OpenVideo(cv::Size size, double fps) {
-  ThrowIf<UsageError>(size.width % 2 != 0 || size.height % 2 != 0,
-                      "resolution {},{}: the sides of a video must be even", size.width, size.height);
-  file_.emplace(output_);
-  video_.emplace(file_->Path(), size, fps, output_);
+  encoding_.emplace(kMaxQueuedFrames, [this](const Job& job) { Write(job); });
 }
 
 void FrameWriter::Write(const Job& job) {
@@ -71,20 +67,6 @@ void FrameWriter::Write(const Job& job) {
                       EncodedImage(".png", job.frame, {cv::IMWRITE_PNG_COMPRESSION, 3}));
 }
 
-// Disks and network folders may lose data that they accepted, so the file itself is checked.
-void FrameWriter::CheckVideo() const {
-  std::error_code error;
-  const auto bytes = fs::exists(file_->Path(), error) ? fs::file_size(file_->Path(), error) : 0;
-  int frames = 0;
-  if (cv::VideoCapture back; bytes > 0 && back.open(FfmpegName(file_->Path()), cv::CAP_FFMPEG)) {
-    cv::Mat first;
-    frames = back.read(first) ? static_cast<int>(back.get(cv::CAP_PROP_FRAME_COUNT)) : 0;
-  }
-  ThrowIf<InputError>(frames != added_,
-                      "{}: only {} of {} frames could be written ({} bytes), expected free space",
-                      output_.string(), frames, added_, bytes);
-}
-
 void FrameWriter::Add(const cv::Mat& frame, int number) {
   encoding_->Add({frame.clone(), number});
   ++added_;
@@ -94,7 +76,6 @@ void FrameWriter::Close() {
   encoding_->Finish();
   if (file_ && added_ > 0) {
     video_->Finish();
-    CheckVideo();
     file_->Commit();
   }
 }
@@ -124,7 +105,7 @@ std::vector<Part> SortedParts(const std::vector<std::string>& pieces) {
     const std::optional<Part> part = ParsePart(piece);
     if (!part) {
       throw InputError(
-          "{}: no piece of a video by its name, expected FILE.part-I-of-N.mp4 or numbered pictures", piece);
+          "{}: not named like a piece of a video, expected FILE.part-I-of-N.mp4 or numbered pictures", piece);
     }
     const Part& first = by_index.empty() ? *part : by_index.begin()->second;
     ThrowIf<InputError>(part->video != first.video || part->shard.count != first.shard.count,
@@ -199,8 +180,8 @@ int JoinParts(const std::vector<std::string>& pieces, const fs::path& output, co
   const std::vector<Part> parts = SortedParts(pieces);
   const std::vector<Opened> opened = Checked(parts);
   AtomicPath file(output);
-  const int done =
-      CopyVideos(ToVector(parts, &Part::path), ToVector(opened, &Opened::frames), file.Path(), progress);
+  const int done = ConcatenateVideos(ToVector(parts, &Part::path), ToVector(opened, &Opened::frames),
+                                     file.Path(), progress);
   file.Commit();
   return done;
 }
@@ -217,7 +198,7 @@ std::vector<std::string> FilesOf(const std::string& name) {
       files.push_back(entry.path().string());
     }
   }
-  ThrowIf<InputError>(files.empty(), "{}: there is no such picture, expected numbered ones", name);
+  ThrowIf<InputError>(files.empty(), "{}: no picture has such a name, expected numbered pictures", name);
   return files;
 }
 

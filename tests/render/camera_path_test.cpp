@@ -46,7 +46,7 @@ keys:
   - {frame: 30, position: [4, 0, 1], focal_point: [0, 0, 0]}
 )";
 
-TEST_F(CameraPathFileTest, IsAtItsKeysAtTheirTimes) {
+TEST_F(CameraPathFileTest, ReachesKeysAtTheirTimes) {
   const auto views = Views(kThree, 31);
   ASSERT_EQ(views.size(), 31u);
   EXPECT_LT((views[0].position - Eigen::Vector3d(0, -4, 1)).norm(), 1e-9);
@@ -57,7 +57,7 @@ TEST_F(CameraPathFileTest, IsAtItsKeysAtTheirTimes) {
   EXPECT_NEAR(*Read(kThree).Length(), 3.0, 1e-12);
 }
 
-TEST_F(CameraPathFileTest, MovesWithoutAJoltAndRestsAtTheEnds) {
+TEST_F(CameraPathFileTest, MovesSmoothlyAndRestsAtEnds) {
   const auto views = Views(kThree, 31);
   const auto step = [&](std::size_t i) { return (views[i + 1].position - views[i].position).eval(); };
   for (std::size_t i = 0; i + 2 < views.size(); ++i) {
@@ -69,7 +69,7 @@ TEST_F(CameraPathFileTest, MovesWithoutAJoltAndRestsAtTheEnds) {
   EXPECT_GT((even[1].position - even[0].position).norm(), 0.25);  // in full motion from the start
 }
 
-TEST_F(CameraPathFileTest, LoopGoesOnFromTheLastKeyToTheFirst) {
+TEST_F(CameraPathFileTest, LoopContinuesFromLastKeyToFirst) {
   const std::string yaml = R"(
 loop: true
 duration: 4
@@ -88,7 +88,7 @@ keys:
               (views[40].position - views[39].position).norm(), 1e-3);
 }
 
-TEST_F(CameraPathFileTest, ALoopThatStartsLateClosesAsFastAsItGoes) {
+TEST_F(CameraPathFileTest, ClosesLateStartingLoopAtItsUsualSpeed) {
   const CameraPathFile file = Read(R"(
 loop: true
 keys:
@@ -100,7 +100,7 @@ keys:
   EXPECT_NEAR(*file.Length(), 4.0, 1e-12);
 }
 
-TEST_F(CameraPathFileTest, GoesAroundWhatItLooksAt) {
+TEST_F(CameraPathFileTest, MovesAroundFocalPoint) {
   for (const std::string far : {"[0, 4, 0]", "[-4, 0.1, 0]", "[3, 2.7, 0]"}) {  // across, and beside that
     const auto views = Views(
         "keys:\n  - {time: 0, position: [0, -4, 0], focal_point: [0, 0, 0]}\n  - {time: 2, position: " + far +
@@ -113,7 +113,7 @@ TEST_F(CameraPathFileTest, GoesAroundWhatItLooksAt) {
   }
 }
 
-TEST_F(CameraPathFileTest, KeysWithoutTimesAreSpreadOverTheVideo) {
+TEST_F(CameraPathFileTest, SpreadsKeysWithoutTimesOverVideo) {
   const auto views = Views("keys:\n  - {view: front}\n  - {keyframe: 2}\n  - {view: top, zoom: 2}\n", 21);
   const Rigid3d pose = HandMadeMap().keyframes[2].T_map_camera;
   EXPECT_LT((views[10].position - pose.translation).norm(), 1e-9);
@@ -123,7 +123,7 @@ TEST_F(CameraPathFileTest, KeysWithoutTimesAreSpreadOverTheVideo) {
   EXPECT_GT(views[20].position.z(), 1.0);
 }
 
-TEST_F(CameraPathFileTest, ErrorsNameFileLineAndKey) {
+TEST_F(CameraPathFileTest, NamesFileLineAndKeyInErrors) {
   EXPECT_THAT(ErrorOf("keys:\n  - {time: 0, view: frnt}\n"),
               AllOf(HasSubstr("path.yaml:2"), HasSubstr("view is 'frnt'")));
   EXPECT_THAT(ErrorOf("easing: bouncy\nkeys:\n  - {view: front}\n"),
@@ -145,14 +145,14 @@ TEST_F(CameraPathFileTest, ErrorsNameFileLineAndKey) {
   EXPECT_THROW(ReadCameraPath(folder_.Path() / "none.yaml", 30.0), UsageError);
 }
 
-TEST_F(CameraPathFileTest, TheBundledTourIsValid) {
+TEST_F(CameraPathFileTest, ReadsBundledTour) {
   const auto file = ReadCameraPath(std::string(SQSLAM_SOURCE_DIR) + "/configs/camera_paths/tour.yaml", 30.0);
   EXPECT_NEAR(*file.Length(), 12.0, 1e-12);
   EXPECT_EQ(ViewsAlong(file, HandMadeMap(), {}, NoFrames, 360, 30.0).size(), 360u);
 }
 
 // The cameras of the map stand around -y, at an angle of -2.2 + 0.63 on average.
-TEST(ViewPresetTest, LookFromWhereTheirNamesSay) {
+TEST(ViewPresetTest, LooksFromNamedSide) {
   const MapSnapshot map = HandMadeMap();
   const SceneFocus focus = FindFocus(map);
   const auto from = [&](const std::string& name) {

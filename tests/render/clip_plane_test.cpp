@@ -16,7 +16,7 @@ const SceneFocus kFocus = [] {
   return focus;
 }();
 
-TEST(ClipPlaneTest, LiesWhereTheStyleSays) {
+TEST(ClipPlaneTest, FollowsStyle) {
   EXPECT_FALSE(MakeClipPlane({}, kFocus, {}).has_value());
   const auto z = MakeClipPlane({.axis = ClipAxis::kZ, .offset = 0.25}, kFocus, {});
   ASSERT_TRUE(z);
@@ -27,7 +27,7 @@ TEST(ClipPlaneTest, LiesWhereTheStyleSays) {
   EXPECT_TRUE(flipped->Keeps({1.0, 2.0, 3.6}));
 }
 
-TEST(ClipPlaneTest, ThatOfTheViewCutsTowardsTheCamera) {
+TEST(ClipPlaneTest, CutsTowardsCameraWhenAxisIsView) {
   ViewCamera camera;
   camera.position = {1.0, -8.0, 3.0};
   camera.focal_point = {1.0, 0.0, 3.0};
@@ -38,7 +38,7 @@ TEST(ClipPlaneTest, ThatOfTheViewCutsTowardsTheCamera) {
 }
 
 // The farthest point of the surface, found among many, is what decides.
-TEST(ClipPlaneTest, KnowsWhetherASolidReachesOverIt) {
+TEST(ClipPlaneTest, FindsSolidsThatReachAcross) {
   for (const double e1 : {0.1, 0.7, 1.0, 1.9}) {
     for (const double e2 : {0.1, 1.0, 1.6}) {
       PosedSuperquadric solid{{{0.3, 0.2, 0.5}, e1, e2}, {}};

@@ -25,7 +25,7 @@ CloudLayerPtr Plane(double step, double spacing, std::size_t most = 1'000'000) {
   return builder.Finish();
 }
 
-TEST(CloudLayerTest, ACubeGivesOnePointAtTheMeanOfItsPoints) {
+TEST(CloudLayerTest, MergesPointsOfOneCubeAtTheirMean) {
   CloudLayerBuilder builder(1.0);
   builder.Add({0.2F, 0.5F, 0.5F}, {10, 20, 30}, 0.1F, 1.0F, 3);
   builder.Add({0.6F, 0.5F, 0.5F}, {30, 20, 10}, 0.1F, 3.0F, 8);
@@ -39,7 +39,7 @@ TEST(CloudLayerTest, ACubeGivesOnePointAtTheMeanOfItsPoints) {
   EXPECT_EQ(cloud->points[1].spacing, 2.0F) << "as far apart as in their depth map";
 }
 
-TEST(CloudLayerTest, ALevelHasHalfThePointsOfTheOneBelow) {
+TEST(CloudLayerTest, HalvesPointsWithEachLevel) {
   const CloudLayerPtr cloud = Plane(0.005, 0.005);
   std::vector<double> counts;
   for (int rank = 0; rank < CloudLayer::kRanks; ++rank) {
@@ -52,7 +52,7 @@ TEST(CloudLayerTest, ALevelHasHalfThePointsOfTheOneBelow) {
   }
 }
 
-TEST(CloudLayerTest, TooManyPointsAreMadeFewerInTheSameOrder) {
+TEST(CloudLayerTest, KeepsOrderWhenCoarsened) {
   const CloudLayerPtr cloud = Plane(0.005, 0.005, 5000);
   EXPECT_LE(cloud->points.size(), 5000U);
   EXPECT_GT(cloud->points.size(), 1000U);
@@ -60,7 +60,7 @@ TEST(CloudLayerTest, TooManyPointsAreMadeFewerInTheSameOrder) {
   EXPECT_TRUE(std::ranges::is_sorted(cloud->points, {}, &CloudPoint::frame));
 }
 
-TEST(CloudLayerTest, ForACameraThatIsNowhereALevelIsStillChosen) {
+TEST(CloudLayerTest, ChoosesLevelWhenCameraIsNotFinite) {
   CloudView view;
   view.Show(Plane(0.05, 0.05));
   for (const double x :
@@ -71,7 +71,7 @@ TEST(CloudLayerTest, ForACameraThatIsNowhereALevelIsStillChosen) {
   }
 }
 
-TEST(CloudLayerTest, TheSpacingOfASurfaceIsFound) {
+TEST(CloudLayerTest, EstimatesSpacingOfSurface) {
   std::vector<Eigen::Vector3f> points;
   for (int i = 0; i < 40000; ++i) {  // a sunflower's pattern: each has 0.01 x 0.01
     const double radius = 0.01 * std::sqrt(i / 3.14159);

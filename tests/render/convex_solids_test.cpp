@@ -33,7 +33,7 @@ double FarthestOfMany(const PosedSuperquadric& solid, const Eigen::Vector3d& n) 
   return farthest;
 }
 
-TEST(SeparateTest, FindsAPlaneBetweenSolidsThatStandApart) {
+TEST(SeparateTest, FindsPlaneBetweenSeparateSolids) {
   // Two plates at right angles, corner to face: no direction of axes or centres separates them.
   PosedSuperquadric a;
   a.shape = {{1.0, 1.0, 0.1}, 0.2, 0.2};
@@ -49,7 +49,7 @@ TEST(SeparateTest, FindsAPlaneBetweenSolidsThatStandApart) {
   EXPECT_LT(FarthestOfMany(b, -apart.direction), -apart.middle);
 }
 
-TEST(SeparateTest, AgreesWithPointsInsideBoth) {
+TEST(SeparateTest, ReportsOverlapWhenSolidsShareAPoint) {
   std::mt19937 random(8);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
   int overlapping = 0;
@@ -66,15 +66,6 @@ TEST(SeparateTest, AgreesWithPointsInsideBoth) {
     EXPECT_TRUE(!shared || Separate(a, b).gap < 0.0) << i;
   }
   EXPECT_GT(overlapping, 10);
-}
-
-TEST(GroupsTest, ContactIsNoOverlapAndChainsMakeOneGroup) {
-  std::vector<PosedSuperquadric> solids(5);
-  const double places[] = {0.0, 1.5, 3.0, 5.0, 9.0};  // spheres of radius 1: the fourth touches the third
-  for (std::size_t i = 0; i < solids.size(); ++i) {
-    solids[i].T_map_object.translation.x() = places[i];
-  }
-  EXPECT_EQ(InterpenetratingGroups(solids), (std::vector<std::vector<int>>{{0, 1, 2}}));
 }
 
 }  // namespace

@@ -26,7 +26,7 @@ PosedSuperquadric Box(double height) {
 
 const ShadowLight kStraightDown = {.towards = Eigen::Vector3d::UnitZ(), .size = 0.1, .lamp = 1.0};
 
-TEST(GroundShadowTest, LiesUnderTheSolidAndNowhereElse) {
+TEST(GroundShadowTest, DarkensOnlyGroundUnderSolid) {
   const PosedSuperquadric box = Box(0.1);
   const GroundShadow shadow = CastGroundShadow({&box, 1}, Eigen::Vector3d::UnitZ(), 0.0, kStraightDown);
   EXPECT_GT(DarknessAt(shadow, 0.0, 0.0), 0.97);
@@ -34,7 +34,7 @@ TEST(GroundShadowTest, LiesUnderTheSolidAndNowhereElse) {
   EXPECT_LT(DarknessAt(shadow, 0.6, 0.0), 0.03);
 }
 
-TEST(GroundShadowTest, IsSofterTheHigherTheSolidIs) {
+TEST(GroundShadowTest, SoftensWhenSolidIsHigher) {
   const PosedSuperquadric low = Box(0.1);
   const PosedSuperquadric high = Box(3.0);
   const auto at_rim = [&](const PosedSuperquadric& box, double x) {
@@ -44,7 +44,7 @@ TEST(GroundShadowTest, IsSofterTheHigherTheSolidIs) {
   EXPECT_LT(at_rim(low, 0.6), at_rim(high, 0.6) - 0.05);
 }
 
-TEST(GroundShadowTest, FallsAwayFromTheLamp) {
+TEST(GroundShadowTest, FallsAwayFromLamp) {
   ShadowLight slanted = kStraightDown;
   slanted.towards = Eigen::Vector3d(1.0, 0.0, 1.0).normalized();
   const PosedSuperquadric box = Box(1.0);
@@ -53,7 +53,7 @@ TEST(GroundShadowTest, FallsAwayFromTheLamp) {
   EXPECT_LT(DarknessAt(shadow, 1.0, 0.0), 0.03);
 }
 
-TEST(GroundShadowTest, WhatLiesBelowTheGroundThrowsNone) {
+TEST(GroundShadowTest, IgnoresSolidsBelowGround) {
   const PosedSuperquadric box = Box(-1.0);
   EXPECT_TRUE(CastGroundShadow({&box, 1}, Eigen::Vector3d::UnitZ(), 0.0, kStraightDown).darkness.empty());
 }

@@ -7,7 +7,7 @@
 namespace sqslam {
 namespace {
 
-TEST(LabelLayoutTest, ALoneNameStandsRightAboveItsThing) {
+TEST(LabelLayoutTest, PlacesSingleNameAboveItsObject) {
   const std::vector<LabelRequest> requests = {{{100, 100, 40, 30}, {60, 12}, 1.0}};
   const LabelPlace place = PlaceLabels(requests, {300, 200}, {})[0];
   EXPECT_EQ(place.area.br().y, 97);
@@ -15,7 +15,7 @@ TEST(LabelLayoutTest, ALoneNameStandsRightAboveItsThing) {
   EXPECT_FALSE(place.leader);
 }
 
-TEST(LabelLayoutTest, ACrowdOverlapsNeitherItselfNorWhatIsTaken) {
+TEST(LabelLayoutTest, KeepsCrowdedNamesApart) {
   std::vector<LabelRequest> requests;
   for (int i = 0; i < 12; ++i) {
     requests.push_back({{130 + 5 * i, 150 - 3 * i, 30, 40}, {70, 12}, 1.0 + i});
@@ -35,7 +35,7 @@ TEST(LabelLayoutTest, ACrowdOverlapsNeitherItselfNorWhatIsTaken) {
   EXPECT_GE(placed, 10);
 }
 
-TEST(LabelLayoutTest, TheNearestGetsTheBestPlace) {
+TEST(LabelLayoutTest, GivesNearestObjectTheBestPlace) {
   const std::vector<LabelRequest> requests = {{{100, 100, 40, 30}, {60, 12}, 5.0},
                                               {{102, 101, 40, 30}, {60, 12}, 2.0}};
   const std::vector<LabelPlace> places = PlaceLabels(requests, {300, 200}, {});
@@ -43,12 +43,12 @@ TEST(LabelLayoutTest, TheNearestGetsTheBestPlace) {
   EXPECT_NE(places[0].area.br().y, 97);
 }
 
-TEST(LabelLayoutTest, WithoutRoomThereIsNoName) {
+TEST(LabelLayoutTest, OmitsNameWithoutRoom) {
   const std::vector<LabelRequest> requests = {{{0, 0, 50, 20}, {60, 12}, 1.0}};
   EXPECT_TRUE(PlaceLabels(requests, {50, 20}, {})[0].area.empty());
 }
 
-TEST(LabelLayoutTest, NamesOfAThousandObjectsInOnePlaceStandBelowOneAnother) {
+TEST(LabelLayoutTest, StacksNamesOfAThousandObjectsInOnePlace) {
   const TrajectoryFigure::Footprint cup{"cup", {1, 0, 0}, {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}}, false};
   TrajectoryFigure figure;
   figure.objects.assign(1000, cup);  // once took hours

@@ -14,7 +14,7 @@ namespace {
 
 class OffscreenContextTest : public testing::TestWithParam<RenderBackend> {};
 
-TEST_P(OffscreenContextTest, DrawsTheBackgroundWithoutADisplay) {
+TEST_P(OffscreenContextTest, DrawsBackgroundWithoutDisplay) {
   unsetenv("DISPLAY");
   OffscreenWindow window({.width = 40, .height = 30, .backend = GetParam()});
   EXPECT_EQ(window.Context().Backend(), GetParam());
@@ -27,7 +27,7 @@ TEST_P(OffscreenContextTest, DrawsTheBackgroundWithoutADisplay) {
   EXPECT_EQ(image.at<cv::Vec3b>(15, 20), cv::Vec3b(0, 0, 255));
 }
 
-TEST_P(OffscreenContextTest, LetsTwoWindowsTakeTurns) {
+TEST_P(OffscreenContextTest, AlternatesBetweenTwoWindows) {
   OffscreenWindow red({.width = 8, .height = 8, .backend = GetParam()});
   OffscreenWindow green({.width = 8, .height = 8, .backend = GetParam()});
   vtkNew<vtkRenderer> red_renderer;

@@ -44,7 +44,7 @@ std::vector<cv::Point2f> Polygon(const ObjectOutline& outline) {
   return {outline.polygon.begin(), outline.polygon.end()};
 }
 
-TEST(OutlineTest, IsTheEdgeOfTheRenderedMeshToAPixel) {
+TEST(OutlineTest, MatchesEdgeOfRenderedMesh) {
   const MapSnapshot whole = HandMadeMap();
   PictureRenderer renderer(BareObjects(640, 480));
   for (const SnapshotObject& object : whole.objects) {
@@ -73,7 +73,7 @@ TEST(OutlineTest, IsTheEdgeOfTheRenderedMeshToAPixel) {
   }
 }
 
-TEST(ViewCameraTest, WithAPinholeProjectsAsTheCameraDoes) {
+TEST(ViewCameraTest, ProjectsLikeItsPinholeCamera) {
   const Rigid3d pose = HandMadeMap().keyframes[2].T_map_camera;
   const Camera lens = Lens();
   const ViewCamera view = ThroughCamera(pose, lens);
@@ -87,14 +87,14 @@ TEST(ViewCameraTest, WithAPinholeProjectsAsTheCameraDoes) {
   EXPECT_NEAR(seen.pixel.y, 2.0 * (expected.y() + 0.5), 1e-6);
 }
 
-TEST(PlaceImageTest, KeepsTheAspectAndStandsInTheMiddle) {
+TEST(PlaceImageTest, KeepsAspectAndCentresImage) {
   const ImagePlacement place = PlaceImage(Lens(), {10, 0, 700, 240});
   EXPECT_EQ(place.area, cv::Rect2d(200.0, 0.0, 320.0, 240.0));
   EXPECT_NEAR(place.camera.cx, 320.0, 1e-9);
   EXPECT_NEAR(place.camera.cy, 151.0, 1e-9);
 }
 
-TEST(PanelTest, OnlyThePartInTheImageIsDrawn) {
+TEST(PanelTest, DrawsOnlyPartInsideImage) {
   const Eigen::Vector3d color(0.2, 0.4, 0.6);
   cv::Mat whole(100, 120, CV_8UC3, cv::Scalar::all(255));
   DrawPanel(whole, {10, 10, 60, 40}, 12.0, color, 0.8);
@@ -105,7 +105,7 @@ TEST(PanelTest, OnlyThePartInTheImageIsDrawn) {
   EXPECT_LT(part.at<cv::Vec3b>(39, 44)[2], 100);
 }
 
-TEST(OutlineTest, BehindANearerObjectIsFaint) {
+TEST(OutlineTest, FadesBehindNearerObject) {
   MapSnapshot map = HandMadeMap();
   map.objects.resize(2);
   map.objects[0].superquadric = {{{0.5, 0.5, 0.5}, 0.1, 0.1},
@@ -145,7 +145,7 @@ cv::Mat Photo(const MapSnapshot& map) {
   return 0.5 * renderer.Render(ThroughCamera(map.keyframes[3].T_map_camera, map.camera));
 }
 
-TEST(PhotoOverlayTest, LooksLikeItsBaseline) {
+TEST(PhotoOverlayTest, MatchesBaseline) {
   const MapSnapshot map = HandMadeMap();
   PictureOptions options = BareObjects(480, 360);
   options.style = SceneStyle();
@@ -153,7 +153,7 @@ TEST(PhotoOverlayTest, LooksLikeItsBaseline) {
   ExpectBaseline(RenderOverPhoto(map, Photo(map), map.keyframes[3].T_map_camera, options), "overlay");
 }
 
-TEST(PhotoOverlayTest, DrawsNothingBesideThePhotograph) {
+TEST(PhotoOverlayTest, DrawsNothingBesidePhotograph) {
   MapSnapshot map = HandMadeMap();
   map.objects[0].superquadric.shape.half_size *= 8.0;  // reaches out of the image
   map.objects[0].superquadric.T_map_object.translation.z() = 0.8;
@@ -165,7 +165,7 @@ TEST(PhotoOverlayTest, DrawsNothingBesideThePhotograph) {
   EXPECT_GT(cv::countNonZero(MaskOf(picture(cv::Rect(160, 0, 320, 240)))), 70000);
 }
 
-TEST(PhotoOverlayTest, TakesTheDistortionOff) {
+TEST(PhotoOverlayTest, RemovesDistortion) {
   MapSnapshot map = HandMadeMap();
   map.camera.distortion = {-0.35, 0.1, 0.0, 0.0, 0.0};
   // A dot where the lens shows a point of the map comes to lie where the outlines' camera projects it.
@@ -179,7 +179,7 @@ TEST(PhotoOverlayTest, TakesTheDistortionOff) {
   EXPECT_GT(straight.at<cv::Vec3b>(cvRound(expected.y()), cvRound(expected.x()))[0], 200);
 }
 
-TEST(PhotoOverlayTest, RefusesAPhotographOfAnotherSize) {
+TEST(PhotoOverlayTest, RejectsPhotographOfAnotherSize) {
   const MapSnapshot map = HandMadeMap();
   EXPECT_THROW(RenderOverPhoto(map, cv::Mat(100, 100, CV_8UC3), {}, BareObjects(320, 240)), InputError);
 }

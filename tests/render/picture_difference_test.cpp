@@ -25,7 +25,7 @@ double MeanOverThePicture(const cv::Mat& a, const cv::Mat& b) {
   return 1.0 - (s[0] + s[1] + s[2]) / 3.0;
 }
 
-TEST(PictureDifference, SeesASmallObjectMissingFromAWhitePicture) {
+TEST(PictureDifference, DetectsSmallObjectMissingFromWhitePicture) {
   EXPECT_LT(MeanOverThePicture(Discs(2), Discs(3)), 0.1 * kThreshold)
       << "which the mean over the paper does not";
   EXPECT_GT(PictureDifference(Discs(2), Discs(3)), 4.0 * kThreshold);
@@ -33,12 +33,12 @@ TEST(PictureDifference, SeesASmallObjectMissingFromAWhitePicture) {
   EXPECT_GT(PictureDifference(Discs(0), Discs(1)), 0.5);
 }
 
-TEST(PictureDifference, SeesItWithoutABackground) {
+TEST(PictureDifference, DetectsMissingObjectWithoutBackground) {
   const cv::Scalar clear = cv::Scalar::all(0);
   EXPECT_GT(PictureDifference(Discs(2, clear, CV_8UC4), Discs(3, clear, CV_8UC4)), 4.0 * kThreshold);
 }
 
-TEST(PictureDifference, IsNothingForTheSamePicture) {
+TEST(PictureDifference, ReturnsZeroForEqualPictures) {
   EXPECT_EQ(PictureDifference(Discs(3), Discs(3)), 0.0);
   EXPECT_EQ(PictureDifference(Discs(0), Discs(0)), 0.0);
   cv::Mat rounded = Discs(3);  // by another machine
@@ -46,12 +46,12 @@ TEST(PictureDifference, IsNothingForTheSamePicture) {
   EXPECT_LT(PictureDifference(rounded, Discs(3)), 0.01);
 }
 
-TEST(PictureDifference, SeesAnotherBackground) {
+TEST(PictureDifference, DetectsAnotherBackground) {
   EXPECT_GT(PictureDifference(Discs(3, cv::Scalar::all(30)), Discs(3)), 0.3);
   EXPECT_GT(PictureDifference(Discs(0, cv::Scalar::all(30)), Discs(0)), 0.3);
 }
 
-TEST(PictureDifference, IsOneForAnotherSizeOrType) {
+TEST(PictureDifference, ReturnsOneForAnotherSizeOrType) {
   EXPECT_EQ(PictureDifference(cv::Mat(480, 641, CV_8UC3, kPaper), Discs(3)), 1.0);
   EXPECT_EQ(PictureDifference(cv::Mat(480, 640, CV_8UC4, kPaper), Discs(3)), 1.0);
 }

@@ -45,11 +45,11 @@ PictureOptions DensePicture(ObjectLook look) {
   return options;
 }
 
-TEST(PictureLayersTest, ADenseCloudWithSolidsOfGlassLooksLikeItsBaseline) {
+TEST(PictureLayersTest, DrawsGlassSolidsInDenseCloudLikeBaseline) {
   ExpectBaseline(RenderPicture(HandMadeMap(), DensePicture(ObjectLook::kAuto)), "map_dense");
 }
 
-TEST(PictureLayersTest, OutlinesInADenseCloudLookLikeTheirBaseline) {
+TEST(PictureLayersTest, DrawsOutlinesInDenseCloudLikeBaseline) {
   PictureOptions options = DensePicture(ObjectLook::kOutline);
   options.style = LoadStyle("dark");
   options.style.objects.look = ObjectLook::kOutline;
@@ -57,13 +57,13 @@ TEST(PictureLayersTest, OutlinesInADenseCloudLookLikeTheirBaseline) {
   ExpectBaseline(RenderPicture(HandMadeMap(), options), "map_outline");
 }
 
-TEST(PictureLayersTest, SolidsOfGlassWithoutACloudLookLikeTheirBaseline) {
+TEST(PictureLayersTest, DrawsGlassSolidsWithoutCloudLikeBaseline) {
   PictureOptions options = SmallPicture();
   options.style.objects.look = ObjectLook::kGlass;
   ExpectBaseline(RenderPicture(HandMadeMap(), options), "map_glass");
 }
 
-TEST(PictureLayersTest, ADenseCloudHidesTheMapsPointsUnlessTheyAreAskedFor) {
+TEST(PictureLayersTest, HidesMapPointsBehindDenseCloudUnlessRequested) {
   PictureOptions options = DensePicture(ObjectLook::kAuto);
   MapSnapshot bare = HandMadeMap();
   bare.points.clear();
@@ -78,7 +78,7 @@ TEST(PictureLayersTest, ADenseCloudHidesTheMapsPointsUnlessTheyAreAskedFor) {
   EXPECT_TRUE(SameBytes(RenderPicture(HandMadeMap(), options), RenderPicture(HandMadeMap(), without)));
 }
 
-TEST(PictureLayersTest, ACloudGrowsWithTheFramesOfTheMap) {
+TEST(PictureLayersTest, GrowsCloudWithFrames) {
   PictureRenderer renderer(DensePicture(ObjectLook::kAuto));
   MapSnapshot map = HandMadeMap();
   renderer.SetMap(map);
@@ -117,11 +117,11 @@ PictureOptions MeshPicture() {
   return options;
 }
 
-TEST(PictureLayersTest, ADenseMeshLooksLikeItsBaseline) {
+TEST(PictureLayersTest, DrawsDenseMeshLikeBaseline) {
   ExpectBaseline(RenderPicture(HandMadeMap(), MeshPicture()), "map_mesh");
 }
 
-TEST(PictureLayersTest, AMeshIsDrawnInPlaceOfTheCloudWhereItIsAskedFor) {
+TEST(PictureLayersTest, DrawsMeshInsteadOfCloudWhenRequested) {
   PictureOptions mesh = MeshPicture(), cloud = MeshPicture(), without_cloud = MeshPicture();
   without_cloud.layers.dense_cloud.reset();
   const cv::Mat meshed = RenderPicture(HandMadeMap(), mesh);
@@ -133,7 +133,7 @@ TEST(PictureLayersTest, AMeshIsDrawnInPlaceOfTheCloudWhereItIsAskedFor) {
   EXPECT_GT(PictureDifference(RenderPicture(HandMadeMap(), mesh), meshed), kThreshold);
 }
 
-TEST(PictureLayersTest, AMeshGrowsWithTheFramesOfTheMap) {
+TEST(PictureLayersTest, GrowsMeshWithFrames) {
   auto mesh = std::make_shared<SurfaceMesh>(*MeshOfTheDesk());
   for (const Eigen::Vector3f& p : mesh->vertices) {
     mesh->frames.push_back(p.x() < 0.0F ? 10 : 30);
@@ -158,7 +158,7 @@ TEST(PictureLayersTest, AMeshGrowsWithTheFramesOfTheMap) {
   EXPECT_LT(striped(9), all / 20);
 }
 
-TEST(PictureLayersTest, AMeshIsLitAndIsNotSeenFromBehind) {
+TEST(PictureLayersTest, LightsMeshAndCullsItsBack) {
   PictureOptions options = MeshPicture();
   options.style.objects.show = options.style.cameras.keyframes = options.style.grid.show = false;
   options.style.cameras.trajectory = options.style.cameras.current = options.style.text.legend = false;
@@ -206,11 +206,11 @@ PictureOptions SectionWithLayers() {
   return options;
 }
 
-TEST(PictureLayersTest, ASectionWithLayersLooksLikeItsBaseline) {
+TEST(PictureLayersTest, DrawsSectionWithLayersLikeBaseline) {
   ExpectBaseline(RenderPicture(HandMadeMap(), SectionWithLayers()), "map_section");
 }
 
-TEST(PictureLayersTest, LayersAndSectionsAreSeenAtOnce) {
+TEST(PictureLayersTest, CombinesLayersAndSections) {
   PictureRenderer renderer(SectionWithLayers());
   renderer.SetMap(HandMadeMap());
   const cv::Mat all = renderer.Render();
@@ -231,7 +231,7 @@ TEST(PictureLayersTest, LayersAndSectionsAreSeenAtOnce) {
   EXPECT_GT(without([](PictureOptions& o, auto&) { o.style.clip.flip = false; }), 2.0);
 }
 
-TEST(PictureLayersTest, WhatIsCutAwayLeavesNothingBehind) {
+TEST(PictureLayersTest, LeavesNothingOfClippedParts) {
   PictureOptions options = SmallPicture();
   options.style.clip = {.axis = ClipAxis::kX, .offset = 10.0, .flip = true};  // all of it
   options.style.cameras = {.trajectory = false, .keyframes = false, .current = false};
@@ -249,7 +249,7 @@ TEST(PictureLayersTest, WhatIsCutAwayLeavesNothingBehind) {
 }
 
 // A solid whose near side is cut off shows its inside, also where it is opaque.
-TEST(PictureLayersTest, OneLooksIntoACutSolid) {
+TEST(PictureLayersTest, ShowsInsideOfClippedSolid) {
   PictureOptions options = SmallPicture();
   options.style.light = {.shadow = 0.0, .ambient_occlusion = 0.0, .outline = 0.0, .eye_dome = 0.0};
   options.style.points.show = options.style.grid.show = options.style.text.legend = false;

@@ -12,6 +12,7 @@
 #include <string>
 
 #include "baseline.h"
+#include "render/picture/picture_overlay.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"
 #include "small_picture.h"
@@ -21,11 +22,11 @@ namespace {
 
 using ::testing::HasSubstr;
 
-TEST(PictureTest, LooksLikeItsBaseline) {
+TEST(PictureTest, MatchesBaseline) {
   ExpectBaseline(RenderPicture(HandMadeMap(), SmallPicture()), "map_paper");
 }
 
-TEST(PictureTest, TranslucentDarkAndLabelledLooksLikeItsBaseline) {
+TEST(PictureTest, MatchesBaselineWhenTranslucentDarkAndLabelled) {
   PictureOptions options = SmallPicture();
   options.style = LoadStyle(std::string(SQSLAM_SOURCE_DIR) + "/configs/styles/dark.yaml");
   options.style.objects.opacity = 0.4;
@@ -33,20 +34,20 @@ TEST(PictureTest, TranslucentDarkAndLabelledLooksLikeItsBaseline) {
   ExpectBaseline(RenderPicture(HandMadeMap(), options), "map_dark");
 }
 
-TEST(PictureTest, BlueprintLooksLikeItsBaseline) {
+TEST(PictureTest, MatchesBaselineInBlueprintStyle) {
   PictureOptions options = SmallPicture();
   options.style = LoadStyle(std::string(SQSLAM_SOURCE_DIR) + "/configs/styles/blueprint.yaml");
   ExpectBaseline(RenderPicture(HandMadeMap(), options), "map_blueprint");
 }
 
-TEST(PictureTest, MinimalWithoutBackgroundLooksLikeItsBaseline) {
+TEST(PictureTest, MatchesBaselineInMinimalStyleWithoutBackground) {
   PictureOptions options = SmallPicture();
   options.style = LoadStyle(std::string(SQSLAM_SOURCE_DIR) + "/configs/styles/minimal.yaml");
   options.transparent = true;
   ExpectBaseline(RenderPicture(HandMadeMap(), options), "map_minimal");
 }
 
-TEST(PictureTest, TheCurrentCameraIsFramedWithItsWholeFrustum) {
+TEST(PictureTest, FramesWholeFrustumOfCurrentCamera) {
   MapSnapshot map = HandMadeMap();
   map.T_map_camera->translation += 1.5 * Eigen::Vector3d::UnitX();  // beside the keyframes
   PictureOptions options = SmallPicture();
@@ -59,7 +60,7 @@ TEST(PictureTest, TheCurrentCameraIsFramedWithItsWholeFrustum) {
   }
 }
 
-TEST(PictureTest, UncertainObjectsAreOutlinesOrLeftOut) {
+TEST(PictureTest, OutlinesOrOmitsUncertainObjects) {
   MapSnapshot map = HandMadeMap();
   for (SnapshotObject& object : map.objects) {
     object.fit.reliability = 0.1;
@@ -79,7 +80,7 @@ TEST(PictureTest, UncertainObjectsAreOutlinesOrLeftOut) {
   EXPECT_EQ(colour(UncertainObjects::kOutline, HandMadeMap()), solid);
 }
 
-TEST(PictureTest, BaselineTellsAChangedObjectFromTheSame) {
+TEST(PictureTest, DetectsChangedObjectAgainstBaseline) {
   MapSnapshot changed = HandMadeMap();
   changed.objects[0].superquadric.shape.half_size *= 1.3;
   EXPECT_GT(
@@ -87,7 +88,7 @@ TEST(PictureTest, BaselineTellsAChangedObjectFromTheSame) {
       kThreshold);
 }
 
-TEST(PictureTest, WithoutBackgroundCornersAreTransparentAndObjectsAreNot) {
+TEST(PictureTest, LeavesOnlyBackgroundTransparent) {
   PictureOptions options = SmallPicture();
   options.transparent = true;
   options.style.objects.opacity = 1.0;
@@ -102,7 +103,7 @@ TEST(PictureTest, WithoutBackgroundCornersAreTransparentAndObjectsAreNot) {
   EXPECT_GT(cv::countNonZero(alpha == 255), 1500);
 }
 
-TEST(PictureTest, TransparentPictureOverWhiteIsTheOpaqueOne) {
+TEST(PictureTest, MatchesOpaquePictureWhenBlendedOverWhite) {
   PictureOptions options = SmallPicture();
   options.style.text.legend = false;  // its panel is drawn on opaque pictures only
   const cv::Mat opaque = RenderPicture(HandMadeMap(), options);
@@ -121,12 +122,12 @@ TEST(PictureTest, TransparentPictureOverWhiteIsTheOpaqueOne) {
   EXPECT_LE(worst, 6.0);
 }
 
-TEST(PictureTest, SameMapGivesTheSameBytes) {
+TEST(PictureTest, GivesSameBytesForSameMap) {
   EXPECT_TRUE(
       SameBytes(RenderPicture(HandMadeMap(), SmallPicture()), RenderPicture(HandMadeMap(), SmallPicture())));
 }
 
-TEST(PictureTest, BothBackEndsGiveTheSameBytes) {
+TEST(PictureTest, GivesSameBytesWithBothBackEnds) {
   PictureOptions egl = SmallPicture();
   egl.backend = RenderBackend::kEgl;
   EXPECT_TRUE(SameBytes(RenderPicture(HandMadeMap(), SmallPicture()), RenderPicture(HandMadeMap(), egl)));
@@ -138,7 +139,7 @@ double Lightness(const cv::Mat& image, const cv::Rect& part) {
   return (mean[0] + mean[1] + mean[2]) / 3.0;
 }
 
-TEST(PictureTest, EachEffectChangesWhatItIsMeantTo) {
+TEST(PictureTest, ChangesIntendedPartWithEachEffect) {
   PictureOptions plain = SmallPicture();
   plain.style.light = {.shadow = 0.0, .ambient_occlusion = 0.0, .outline = 0.0, .eye_dome = 0.0};
   plain.style.points.show = false;
@@ -165,7 +166,7 @@ TEST(PictureTest, EachEffectChangesWhatItIsMeantTo) {
   EXPECT_NEAR(Lightness(occluded, top), Lightness(open, top), 1.0);
 }
 
-TEST(PictureTest, ALensKeepsItsFocalPointSharpAndBlursWhatIsFar) {
+TEST(PictureTest, BlursBackgroundButNotFocalPointThroughLens) {
   PictureOptions sharp = SmallPicture();
   sharp.style.text.legend = false;
   sharp.style.text.scale = false;
@@ -188,7 +189,7 @@ TEST(PictureTest, ALensKeepsItsFocalPointSharpAndBlursWhatIsFar) {
   EXPECT_LT(edges(after, front), 0.5 * edges(before, front));
 }
 
-TEST(PictureTest, FramesAfterOtherFramesAreTheSameBytes) {
+TEST(PictureTest, GivesSameBytesAfterOtherFrames) {
   PictureRenderer renderer(SmallPicture());
   MapSnapshot smaller = HandMadeMap();
   smaller.objects.pop_back();
@@ -200,7 +201,7 @@ TEST(PictureTest, FramesAfterOtherFramesAreTheSameBytes) {
   EXPECT_TRUE(SameBytes(renderer.Render(), first));
 }
 
-TEST(PictureTest, TranslucentObjectsBlendWhateverTheirOrderInTheMap) {
+TEST(PictureTest, BlendsTranslucentObjectsIndependentlyOfMapOrder) {
   PictureOptions options = SmallPicture();
   options.style.objects.opacity = 0.4;
   MapSnapshot map = HandMadeMap();
@@ -215,7 +216,7 @@ TEST(PictureTest, TranslucentObjectsBlendWhateverTheirOrderInTheMap) {
   }
 }
 
-TEST(PictureTest, SizesAndStylesWithoutSenseAreRefused) {
+TEST(PictureTest, RejectsInvalidSizesAndStyles) {
   PictureOptions options = SmallPicture();
   options.width = 0;
   EXPECT_THROW(RenderPicture(HandMadeMap(), options), UsageError);
@@ -225,7 +226,7 @@ TEST(PictureTest, SizesAndStylesWithoutSenseAreRefused) {
   EXPECT_THROW(LoadStyle("no-such-style"), std::exception);
 }
 
-TEST(PictureTest, CamerasThatAreNowhereAreRefusedByName) {
+TEST(PictureTest, NamesInvalidCameraValue) {
   const auto error_of = [](const std::function<void(CameraOverrides&)>& change) -> std::string {
     PictureOptions options = SmallPicture();
     change(options.camera);
@@ -246,7 +247,7 @@ TEST(PictureTest, CamerasThatAreNowhereAreRefusedByName) {
   EXPECT_EQ(error_of([](auto& camera) { camera.zoom = 2.0; }), "(no UsageError)");
 }
 
-TEST(PictureTest, EmptyMapIsDrawn) { EXPECT_FALSE(RenderPicture(MapSnapshot(), SmallPicture()).empty()); }
+TEST(PictureTest, DrawsEmptyMap) { EXPECT_FALSE(RenderPicture(MapSnapshot(), SmallPicture()).empty()); }
 
 }  // namespace
 }  // namespace sqslam

@@ -61,7 +61,7 @@ std::vector<PointSplats::Vertex> ManyPoints() {
   return points;
 }
 
-TEST(SplatRasterTest, DrawsWhatOpenGlDraws) {
+TEST(SplatRasterTest, MatchesOpenGl) {
   for (const bool in_map_units : {false, true}) {
     const PointSplats::Look look{.in_map_units = in_map_units,
                                  .scale = in_map_units ? 1.0F : 120.0F,
@@ -102,7 +102,7 @@ TEST(SplatRasterTest, DrawsWhatOpenGlDraws) {
   }
 }
 
-TEST(SplatRasterTest, TheNearestPointIsSeen) {
+TEST(SplatRasterTest, ShowsNearestPoint) {
   SplatRaster raster;
   raster.Clear({9, 9}, {1, 2, 3, 0});
   std::vector<PointSplats::Vertex> points(3);

@@ -28,7 +28,7 @@ Eigen::Vector3d IrradianceBySum(const Studio& studio, const Eigen::Vector3d& n) 
   return sum / (kRings * kSpokes);
 }
 
-TEST(StudioLightTest, IrradianceIsTheRadianceOverTheHemisphere) {
+TEST(StudioLightTest, IntegratesRadianceOverHemisphere) {
   Studio studio;
   studio.front = Eigen::Vector3d(0.6, -0.8, 0.0);
   for (const Eigen::Vector3d& direction :
@@ -43,7 +43,7 @@ TEST(StudioLightTest, IrradianceIsTheRadianceOverTheHemisphere) {
   }
 }
 
-TEST(StudioLightTest, WhiteFacingTheLampIsAboutWhiteAndTheFarSideIsNotBlack) {
+TEST(StudioLightTest, LightsWhiteFacingLampFullyAndFarSidePartly) {
   const Studio studio;
   const auto light = [&](const Eigen::Vector3d& n) {
     return StudioIrradiance(n.dot(studio.up), n.dot(studio.Lamp()), n.dot(studio.Window())).mean();

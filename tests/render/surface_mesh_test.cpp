@@ -51,7 +51,7 @@ SurfaceOptions Whole() {
   return options;
 }
 
-TEST(SurfaceMesh, ABallIsOneClosedSurfaceInItsPlaceAndColours) {
+TEST(SurfaceMesh, ReconstructsBallAsClosedColouredSurface) {
   const SurfaceMesh mesh = MarchSurface(Sampled(Ball), Whole());
   ASSERT_GT(mesh.triangles.size(), 1000U);
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
@@ -74,7 +74,7 @@ TEST(SurfaceMesh, ABallIsOneClosedSurfaceInItsPlaceAndColours) {
   EXPECT_EQ(mesh.vertices.size() + mesh.triangles.size() - edges.size() / 2, 2U);  // Euler's formula
 }
 
-TEST(SurfaceMesh, HasAHoleWhereNothingWasSeen) {
+TEST(SurfaceMesh, LeavesHoleWhereNothingWasSeen) {
   const SurfaceMesh mesh = MarchSurface(Sampled(Ball, [](const auto& p) { return p.z() < 0.3; }), Whole());
   ASSERT_FALSE(mesh.vertices.empty());
   for (const Eigen::Vector3f& p : mesh.vertices) {
@@ -82,7 +82,7 @@ TEST(SurfaceMesh, HasAHoleWhereNothingWasSeen) {
   }
 }
 
-TEST(SurfaceMesh, SmallIslandsAreLeftOut) {
+TEST(SurfaceMesh, RemovesSmallIslands) {
   const auto two = [](const Eigen::Vector3d& p) {
     return std::min(p.norm() - 0.5, (p - Eigen::Vector3d(0.8, 0.8, 0.8)).norm() - 0.12);
   };
@@ -99,7 +99,7 @@ TEST(SurfaceMesh, SmallIslandsAreLeftOut) {
   EXPECT_LT(farthest(MarchSurface(Sampled(two), options)), 0.51F);
 }
 
-TEST(SurfaceMesh, IsThinnedOutToTheWantedTriangles) {
+TEST(SurfaceMesh, SimplifiesToMaxTriangles) {
   SurfaceOptions options = Whole();
   options.max_triangles = 600;
   const SurfaceMesh mesh = MarchSurface(Sampled(Ball), options);
@@ -111,9 +111,9 @@ TEST(SurfaceMesh, IsThinnedOutToTheWantedTriangles) {
   }
 }
 
-TEST(SurfaceMesh, AnEmptyVolumeGivesNone) { EXPECT_TRUE(MarchSurface({}, Whole()).triangles.empty()); }
+TEST(SurfaceMesh, ReturnsNothingForEmptyVolume) { EXPECT_TRUE(MarchSurface({}, Whole()).triangles.empty()); }
 
-TEST(SurfaceMesh, APartIsSeenFromTheFirstDepthMapOnThatHasItAndAHoleWithItsRim) {
+TEST(SurfaceMesh, MarksFirstDepthMapThatShowsEachPart) {
   const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / "seen.sqmap";
   RecordingWriter(file, {}).Add({});
   {

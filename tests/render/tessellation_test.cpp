@@ -39,13 +39,13 @@ class TessellationTest : public testing::TestWithParam<std::pair<double, double>
   Superquadric shape_{{0.3, 0.5, 0.8}, GetParam().first, GetParam().second};
 };
 
-TEST_P(TessellationTest, EnclosesTheVolumeAndAreaOfTheClosedForms) {
+TEST_P(TessellationTest, EnclosesVolumeAndAreaOfClosedForms) {
   const TriangleMesh mesh = Tessellate(shape_, 256);
   EXPECT_NEAR(MeshVolume(mesh) / shape_.Volume(), 1.0, 2e-3);
   EXPECT_NEAR(MeshArea(mesh) / SurfaceArea(shape_), 1.0, 5e-3);
 }
 
-TEST_P(TessellationTest, HasVerticesOnTheSurfaceAndNormalsPointingOut) {
+TEST_P(TessellationTest, PlacesVerticesOnSurfaceWithOutwardNormals) {
   const TriangleMesh mesh = Tessellate(shape_);
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
     const Eigen::Vector3d p = mesh.vertices[i].cast<double>();
@@ -56,7 +56,7 @@ TEST_P(TessellationTest, HasVerticesOnTheSurfaceAndNormalsPointingOut) {
   }
 }
 
-TEST_P(TessellationTest, AgreesWithVtksSourceVertexByVertex) {
+TEST_P(TessellationTest, MatchesVtkSourceVertexByVertex) {
   // VTK's axis of the profile is y by default; with z as its axis, phi is e1 and theta is e2.
   vtkNew<vtkSuperquadricSource> source;
   source->SetAxisOfSymmetry(2);
@@ -80,7 +80,7 @@ INSTANTIATE_TEST_SUITE_P(Shapes, TessellationTest,
                          testing::Values(std::pair(0.1, 0.1), std::pair(0.1, 1.0), std::pair(1.0, 1.0),
                                          std::pair(0.5, 0.7), std::pair(1.5, 0.3), std::pair(1.9, 1.9)));
 
-TEST(SuperellipseTest, PointsUniformInPolarAngleLieOnTheSuperellipse) {
+TEST(SuperellipseTest, SamplesPolarAnglesOnSuperellipse) {
   for (const SuperellipsePoint& p : SampleUniformInPolarAngle(0.4, 0.0, 0.5 * std::numbers::pi, 8)) {
     EXPECT_NEAR(std::pow(p.x, 2.0 / 0.4) + std::pow(p.y, 2.0 / 0.4), 1.0, 1e-12);
   }

@@ -78,7 +78,7 @@ class VideoTest : public ::testing::Test {
   VideoOptions options_;
 };
 
-TEST_F(VideoTest, GrowthLastsAsLongAsTheRun) {
+TEST_F(VideoTest, GrowthLastsAsLongAsRun) {
   const fs::path output = folder_ / "growth.mp4";
   options_.fps = 8.0;  // the run of one second
   EXPECT_EQ(WriteGrowthVideo(RecordingReader(folder_ / "map.sqmap"), options_, output), 8);
@@ -97,7 +97,7 @@ TEST_F(VideoTest, GrowthLastsAsLongAsTheRun) {
             40.0);  // the input image stands left
 }
 
-TEST_F(VideoTest, GrowthOfAFilmShowsItsFrames) {
+TEST_F(VideoTest, GrowthShowsFramesOfFilm) {
   const fs::path film = folder_ / "film.mp4";
   std::vector<double> seconds(30);
   std::generate(seconds.begin(), seconds.end(), [i = 0]() mutable { return 0.1 * i++; });
@@ -115,13 +115,13 @@ TEST_F(VideoTest, GrowthOfAFilmShowsItsFrames) {
   EXPECT_NEAR(frame.at<cv::Vec3b>(90, 60)[1], 200, 8);
 }
 
-TEST_F(VideoTest, GrowthHasAFrameForEachSnapshotOfAShortRun) {
+TEST_F(VideoTest, GrowthShowsEachSnapshotOfShortRun) {
   options_.fps = 1.0;
   const fs::path output = folder_ / "g" / "{frame:03}.png";
   EXPECT_EQ(WriteGrowthVideo(RecordingReader(folder_ / "map.sqmap"), options_, output), 3);
 }
 
-TEST_F(VideoTest, NumberedPicturesTakeARangeOfTheFrames) {
+TEST_F(VideoTest, WritesRangeOfNumberedPictures) {
   options_.first = 1;
   WriteGrowthVideo(RecordingReader(folder_ / "map.sqmap"), options_, folder_ / "f" / "{frame:03}.png");
   EXPECT_FALSE(fs::exists(folder_ / "f" / "000.png"));
@@ -138,7 +138,7 @@ int FramesIn(const fs::path& path) {
   return frames;
 }
 
-TEST_F(VideoTest, StoppedHalfwayAVideoPlaysUntilThere) {
+TEST_F(VideoTest, FinishesVideoWhenStopped) {
   const int before = FilesLeft();
   options_.seconds = 0.2;
   const auto stop_at_two = [](int done, int) { return done < 2; };
@@ -150,7 +150,7 @@ TEST_F(VideoTest, StoppedHalfwayAVideoPlaysUntilThere) {
   EXPECT_EQ(FilesLeft(), before + 2);  // nothing temporary
 }
 
-TEST_F(VideoTest, ANameWithAColonInTheWorkingFolderIsNoProtocol) {
+TEST_F(VideoTest, AcceptsColonInRelativeName) {
   fs::current_path(folder_);
   options_.seconds = 0.2;
   const std::string piece = "2024-05-01T12:30.part-1-of-1.mp4";
@@ -159,7 +159,7 @@ TEST_F(VideoTest, ANameWithAColonInTheWorkingFolderIsNoProtocol) {
   EXPECT_EQ(IndexVideo("2024-05-01T12:30.mp4").timestamps.size(), 6U);
 }
 
-TEST_F(VideoTest, GrowthShowsOutlinesOnTheImageAndKeyframesOnTheTimeLine) {
+TEST_F(VideoTest, GrowthShowsOutlinesOnImageAndKeyframesOnTimeline) {
   WriteGrowthVideo(RecordingReader(folder_ / "map.sqmap"), options_, folder_ / "{frame}.png");
   const cv::Mat page = cv::imread((folder_ / "2.png").string());
   // Left lies the image of one colour: what differs from it was drawn.
@@ -179,7 +179,7 @@ TEST_F(VideoTest, GrowthShowsOutlinesOnTheImageAndKeyframesOnTheTimeLine) {
   EXPECT_NEAR(marks[1] - marks[0], (marks[3] - marks[0]) / 3.0, 1.5);
 }
 
-TEST_F(VideoTest, BeforeTheFirstPoseAFollowingViewStandsWhereItWillBe) {
+TEST_F(VideoTest, FollowingViewUsesFirstPoseBeforeTracking) {
   options_.path = CameraPath::kFirstPerson;
   options_.show_image = false;
   options_.picture.style.cameras.current = false;
@@ -191,7 +191,7 @@ TEST_F(VideoTest, BeforeTheFirstPoseAFollowingViewStandsWhereItWillBe) {
   EXPECT_LT(cv::norm(tracked, lost, cv::NORM_L1) / static_cast<double>(lost.total()), 0.5);
 }
 
-TEST_F(VideoTest, ABoxOfAnObjectHasItsNameWhateverTheDetectorSaid) {
+TEST_F(VideoTest, NamesBoxAfterItsObjectNotItsDetection) {
   const cv::Mat book = FirstFrame(Record("book.sqmap"));
   maps_[0].detections[0].detection.label = "a notebook";
   const cv::Mat still = FirstFrame(Record("still.sqmap"));
@@ -200,7 +200,7 @@ TEST_F(VideoTest, ABoxOfAnObjectHasItsNameWhateverTheDetectorSaid) {
   EXPECT_GT(cv::norm(book, FirstFrame(Record("cat.sqmap")), cv::NORM_INF), 0.0);
 }
 
-TEST_F(VideoTest, GrowthReadsAStateOnce) {
+TEST_F(VideoTest, GrowthReadsEachStateOnce) {
   int read = 0;
   const RecordingReader reader(folder_ / "map.sqmap", [&](MapSnapshotPtr map) {
     read += map->frame_index == 0 ? 1 : 0;
@@ -244,7 +244,7 @@ class ShardTest : public VideoTest {
   std::vector<std::string> parts_;
 };
 
-TEST_F(ShardTest, JoinedInAnyOrderPiecesAreTheVideoDrawnAtOnce) {
+TEST_F(ShardTest, JoinsPiecesInAnyOrderToSameBytes) {
   EXPECT_EQ(fs::path(parts_[1]).filename(), "orbit.part-2-of-3.mp4");
   const std::vector<std::string> halves = PartsOf(2);
   options_.shard = {};
@@ -256,19 +256,19 @@ TEST_F(ShardTest, JoinedInAnyOrderPiecesAreTheVideoDrawnAtOnce) {
   EXPECT_TRUE(BytesOf("joined.mp4") == BytesOf("whole.mp4"));
 }
 
-TEST_F(ShardTest, TheVideoDoesNotDependOnTheNumberOfCores) {
+TEST_F(ShardTest, DoesNotDependOnNumberOfCores) {
   options_.shard = {};
   WriteOrbit(HandMadeMap(), options_, folder_ / "whole.mp4");
   // x264 writes its settings into the stream; by default it takes 1.5 threads per core.
   EXPECT_NE(BytesOf("whole.mp4").find(" threads=4 "), std::string::npos);
 }
 
-TEST_F(ShardTest, ThereAreNoMorePiecesThanSegments) {
+TEST_F(ShardTest, RejectsMorePiecesThanSegments) {
   options_.shard = {1, 4};
   EXPECT_THROW(WriteOrbit(HandMadeMap(), options_, folder_ / "orbit.mp4"), UsageError);
 }
 
-TEST_F(ShardTest, JoinSaysWhatIsWrongWithThePieces) {
+TEST_F(ShardTest, ReportsInvalidPieces) {
   EXPECT_THAT(ErrorOf({parts_[0], parts_[2]}), HasSubstr("missing piece 2 of 3"));
   EXPECT_THAT(ErrorOf({parts_[0], parts_[0], parts_[1]}), HasSubstr("given twice"));
   EXPECT_THAT(ErrorOf({parts_[0], (folder_ / "other.part-2-of-3.mp4").string()}), HasSubstr("another video"));
@@ -283,7 +283,7 @@ TEST_F(ShardTest, JoinSaysWhatIsWrongWithThePieces) {
   EXPECT_FALSE(fs::exists(folder_ / "joined.mp4"));
 }
 
-TEST_F(VideoTest, NumberedPicturesBecomeAVideoUnlessOneIsMissing) {
+TEST_F(VideoTest, JoinsNumberedPicturesUnlessOneIsMissing) {
   options_.seconds = 0.4;
   const std::string name = (folder_ / "f" / "{frame:03}.png").string();
   for (int i = 1; i <= 2; ++i) {  // two shards share the numbers
@@ -297,7 +297,7 @@ TEST_F(VideoTest, NumberedPicturesBecomeAVideoUnlessOneIsMissing) {
   EXPECT_FALSE(fs::exists(folder_ / "again.mp4"));
 }
 
-TEST_F(VideoTest, OutputThatCannotBeWrittenIsSaid) {
+TEST_F(VideoTest, ReportsUnwritableOutput) {
   EXPECT_THROW(WriteOrbit(HandMadeMap(), options_, folder_ / "missing" / "orbit.mp4"), InputError);
   EXPECT_THROW(WriteOrbit(HandMadeMap(), options_, folder_ / "orbit.gif"), UsageError);
   options_.picture.width = 481;
@@ -307,7 +307,7 @@ TEST_F(VideoTest, OutputThatCannotBeWrittenIsSaid) {
   EXPECT_THROW(WriteOrbit(HandMadeMap(), options_, folder_ / "orbit.mp4"), UsageError);
 }
 
-TEST(FrameNameTest, FillsTheFieldIn) {
+TEST(FrameNameTest, FillsField) {
   EXPECT_EQ(FrameName("a/{frame:04}.png", 7), "a/0007.png");
   EXPECT_EQ(FrameName("a/{frame}.png", 12), "a/12.png");
   EXPECT_FALSE(IsFrameTemplate("a/frame.png"));
