@@ -109,11 +109,11 @@ void Session::TakeRunNews() {
   timeline.moments.insert(timeline.moments.end(), news.moments.begin(), news.moments.end());
   if (news.map) {
     timeline.series = std::move(news.series);
-    state_.document.last = news.map;
+    state_.document.recorded_last = news.map;
     Frame(news.map);
   }
   if (news.frame) {
-    state_.document.shown = std::move(news.frame);
+    state_.document.recorded = std::move(news.frame);
   }
   if (news.finished) {
     FinishRun(news);
@@ -143,7 +143,7 @@ void Session::FinishRun(const LiveRun::News& news) {
 void Session::TakeOpened(const OpenedRecording& opened) {
   Document& document = state_.document;
   document.info = opened.info;
-  document.last = opened.last;
+  document.recorded_last = opened.last;
   document.frame = nullptr;
   Frame(opened.last);
   document.timeline = {};
@@ -154,7 +154,7 @@ void Session::TakeOpened(const OpenedRecording& opened) {
   shown->map = opened.last;
   shown->detections = opened.last->detections;
   shown->no_image = "It is being read.";
-  document.shown = std::move(shown);
+  document.recorded = std::move(shown);
 }
 
 bool Session::TakeNews() {
@@ -180,7 +180,7 @@ bool Session::TakeNews() {
   document.histories = news.histories ? news.histories : document.histories;
   const bool other_frame = news.frame != nullptr;
   if (other_frame) {
-    document.shown = std::move(news.frame);
+    document.recorded = std::move(news.frame);
   }
   if (!news.error.empty()) {
     state_.messages.AddError(news.error);

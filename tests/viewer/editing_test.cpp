@@ -38,11 +38,11 @@ class Editing : public testing::Test {
 
   void Open(const std::filesystem::path& file, const MapSnapshot& map) {
     state_.document.file = file;
-    state_.document.last = std::make_shared<const MapSnapshot>(map);
+    state_.document.recorded_last = std::make_shared<const MapSnapshot>(map);
     auto shown = std::make_shared<ShownFrame>();
-    shown->map = state_.document.last;
+    shown->map = state_.document.recorded_last;
     shown->detections = map.detections;
-    state_.document.shown = shown;
+    state_.document.recorded = shown;
     Update();
   }
 
@@ -99,7 +99,7 @@ TEST_F(Editing, EditsLaterFrames) {
   next->map = std::make_shared<const MapSnapshot>(HandMadeMap());
   next->frame_index = 71;
   next->detections = {{{"cup", 0.9, {}}, 1}, {{"book", 0.9, {}}, 0}};
-  state_.document.shown = next;
+  state_.document.recorded = next;
   Update();
   EXPECT_THAT(Ids(), ElementsAre(2));
   EXPECT_EQ(state_.document.shown->frame_index, 71);

@@ -201,28 +201,26 @@ void AppendLine(const std::string& text, const std::string& source, int line,
   if (word.empty() || word[0] == '#') {
     return;
   }
-  if (word == "click") {  // the text is under the mouse for a frame before the button goes down
-    for (const std::string& part :
-         {"point 0 0 " + words.Rest(), std::string("frames 1"), std::string("press left"),
-          std::string("release left"), std::string("frames 2")}) {
-      AppendLine(part, source, line, script);
-    }
+  std::vector<std::string> parts;
+  if (word == "click") {  // the label is under the mouse for a frame before the button goes down
+    parts = {"point 0 0 " + words.Rest(), "frames 1", "press left", "release left", "frames 2"};
+  } else if (word == "key") {  // down for a frame
+    const std::string name = words.Rest();
+    parts = {"keydown " + name, "frames 1", "keyup " + name};
+  }
+  for (const std::string& part : parts) {
+    AppendLine(part, source, line, script);
+  }
+  if (!parts.empty()) {
     return;
   }
-  const bool key = word == "key";  // down, seen by one frame, and up
   std::string known;
   for (const LineWord& type : LineWords()) {
-    known.append(type.word).append(", ");
-    if (type.word == (key ? "keydown" : word)) {
+    if (type.word == word) {
       script.push_back(ReadLine(type, words, line));
-      if (key) {
-        ScriptLine up = script.back();
-        up.event.kind = InputEvent::Kind::kKeyUp;
-        script.push_back(ScriptLine{.kind = ScriptLine::Kind::kFrames, .count = 1, .line = line});
-        script.push_back(std::move(up));
-      }
       return;
     }
+    known.append(type.word).append(", ");
   }
   words.Fail(known + "click or key");
 }

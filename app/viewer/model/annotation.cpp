@@ -107,8 +107,7 @@ const AnnotatedSolid* Annotation::Find(int id) const {
 void Annotation::Replace(const AnnotatedSolid& solid) {
   CheckSolid(solid.solid);
   const auto found = std::ranges::find(solids, solid.id, &AnnotatedSolid::id);
-  ThrowIf<UsageError>(found == solids.end(), "solid {}: there is none, expected one of the annotation",
-                      solid.id);
+  ThrowIf<UsageError>(found == solids.end(), "the annotation has no solid {}", solid.id);
   *found = solid;
 }
 
@@ -123,7 +122,7 @@ void CheckSolid(const Solid& solid) {
   }
   ThrowIf<UsageError>(
       !solid.T_map_object.translation.allFinite() || !solid.T_map_object.rotation.coeffs().allFinite(),
-      "centre or yaw is no number, expected finite ones");
+      "the centre or the rotation is not finite");
 }
 
 Solid UprightSolid(SolidKind kind, const Eigen::Vector3d& center, double yaw,

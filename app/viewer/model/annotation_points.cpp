@@ -127,7 +127,7 @@ Solid BoxAround(std::span<const Eigen::Vector3d> points, SolidKind kind, double 
     high[axis] = values[values.size() - 1 - skipped];
   }
   const double longest = (high - low).maxCoeff();
-  ThrowIf<InputError>(!(longest > 0.0), "the points are all in one place, expected points of a surface");
+  ThrowIf<InputError>(!(longest > 0.0), "all points coincide, expected points of a surface");
   const Eigen::Vector3d half = (0.5 * (high - low)).cwiseMax(0.5 * kMinThickness * longest);
   return UprightSolid(kind, R_box_map.transpose() * (0.5 * (low + high)), yaw, half);
 }

@@ -80,7 +80,7 @@ Annotation ReadAnnotation(const fs::path& path, const Sim3d& S_file_annotation) 
   for (std::size_t i = 0; i < objects.size(); ++i) {
     const GroundTruthObject& object = objects[i];
     ThrowIf<InputError>(!ids.insert(object.id).second,
-                        "{}: object {} of the list: id {} is there twice, expected each once", path.string(),
+                        "{}: object {} of the list: id {} is listed twice, expected each once", path.string(),
                         i + 1, object.id);
     annotation.solids.push_back({object.id, object.label, object.name,
                                  Transform(S_annotation_file, object.solid), Others(list.at(i), kOwnKeys)});
@@ -110,7 +110,7 @@ Sim3d AlignToGroundTruth(const fs::path& result, const fs::path& sequence) {
   const std::optional<TrajectoryError> aligned = ComputeTrajectoryError(
       ReadTrajectory(file), ReadGroundTruth(sequence).trajectory, options.max_time_difference);
   ThrowIf<InputError>(!aligned,
-                      "{}: cannot be laid over the true poses of {}, expected three poses or more at the "
+                      "{}: cannot be aligned to the true poses of {}, expected three poses or more at the "
                       "same times, not on one line",
                       file.string(), sequence.string());
   return aligned->S_world_map;

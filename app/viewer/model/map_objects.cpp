@@ -6,6 +6,7 @@
 #include <array>
 #include <boost/algorithm/string/case_conv.hpp>
 #include <memory>
+#include <regex>
 #include <sstream>
 #include <string_view>
 
@@ -29,22 +30,6 @@ std::string TextOf(const ObjectRow& row, ObjectColumn column) {
 }
 
 constexpr std::string_view kSigns = "<>=!";
-
-// Turns "e1 > 0.5 cup" into "e1>0.5 cup".
-std::string WithoutBlanksAroundSigns(const std::string& text) {
-  std::string tight;
-  for (const char c : text) {
-    const bool sign = kSigns.find(c) != std::string_view::npos;
-    while (sign && !tight.empty() && tight.back() == ' ') {
-      tight.pop_back();
-    }
-    const bool after_sign = !tight.empty() && kSigns.find(tight.back()) != std::string_view::npos;
-    if (c != ' ' || !after_sign) {
-      tight += c;
-    }
-  }
-  return tight;
-}
 
 struct Comparison {
   std::string_view sign;
@@ -107,7 +92,7 @@ std::string NumberedLabel(const std::string& label, int id) {
 
 std::vector<ObjectRow> ObjectRows(const MapSnapshot& map, const ObjectEdits& edits) {
   return ToVector(map.objects, [&](const SnapshotObject& object) {
-    return ObjectRow{object, edits.Of(object.id).hidden, edits.PartsOf(object.id)};
+    return ObjectRow{object, edits.Of(object.id).hidden};
   });
 }
 
@@ -139,7 +124,8 @@ void SortRows(std::vector<ObjectRow>& rows, ObjectColumn column, bool ascending)
 }
 
 RowFilter::RowFilter(const std::string& text) {
-  std::istringstream stream(WithoutBlanksAroundSigns(text));
+  static const std::regex kSpacedSign(" *([<>=!]+) *");
+  std::istringstream stream(std::regex_replace(text, kSpacedSign, "$1"));  // "e1 > 0.5" becomes "e1>0.5"
   for (std::string part; stream >> part;) {
     const std::size_t at = part.find_first_of(kSigns);
     if (at == std::string::npos) {

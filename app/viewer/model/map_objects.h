@@ -17,7 +17,6 @@ namespace sqslam::viewer {
 struct ObjectRow {
   SnapshotObject object;  // as edited
   bool hidden = false;
-  std::vector<int> parts;  // ids of the objects that were merged into it
 };
 
 // Returns the rows of an edited map (Apply with HiddenObjects::kKeep, to let hidden objects be shown again).

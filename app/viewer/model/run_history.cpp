@@ -13,32 +13,24 @@ constexpr double kQuarterTurn = 0.5 * std::numbers::pi;
 
 using Value = std::optional<double>;
 
-Value OfProgress(const MapSnapshot& map, double SnapshotProgress::*milliseconds) {
-  return map.progress && *map.progress.*milliseconds > 0.0 ? Value(*map.progress.*milliseconds)
-                                                           : std::nullopt;
-}
-
 struct SeriesKind {
   const char* name;
   const char* unit;
   Value (*value)(const MapSnapshot& map);
 };
-constexpr std::array<SeriesKind, 7> kSeriesKinds = {{
+constexpr std::array<SeriesKind, 5> kSeriesKinds = {{
     {"tracked points", "",
      [](const MapSnapshot& map) {
        return map.progress ? Value(map.progress->tracked_points) : std::nullopt;
      }},
     {"tracking", "ms",
-     [](const MapSnapshot& map) { return OfProgress(map, &SnapshotProgress::tracking_ms); }},
-    {"mapping", "ms", [](const MapSnapshot& map) { return OfProgress(map, &SnapshotProgress::mapping_ms); }},
+     [](const MapSnapshot& map) {
+       const bool timed = map.progress && map.progress->tracking_ms > 0.0;
+       return timed ? Value(map.progress->tracking_ms) : std::nullopt;
+     }},
     {"objects", "", [](const MapSnapshot& map) { return Value(map.objects.size()); }},
     {"keyframes", "", [](const MapSnapshot& map) { return Value(map.keyframes.size()); }},
     {"map points", "", [](const MapSnapshot& map) { return Value(map.points.size()); }},
-    {"boxes with an object", "",
-     [](const MapSnapshot& map) {
-       return Value(
-           std::ranges::count_if(map.detections, [](const auto& seen) { return seen.object_id >= 0; }));
-     }},
 }};
 
 }  // namespace

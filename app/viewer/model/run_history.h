@@ -47,8 +47,8 @@ class RunSeries {
 
   void Add(const MapSnapshot& map);
 
-  // "tracked points", "tracking" and "mapping" (ms), "objects", "keyframes", "map points", "boxes with an
-  // object". Throws std::out_of_range for another name.
+  // "tracked points", "tracking" (ms), "objects", "keyframes" or "map points". Throws std::out_of_range for
+  // another name.
   const Series& Named(std::string_view name) const;
 
   // Returns the marks by frame, with the keyframes of the newest map: culled ones have no mark.

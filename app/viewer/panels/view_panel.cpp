@@ -37,13 +37,10 @@ class ViewPanel : public Panel {
       if (number++ % 3 != 0) {
         ImGui::SameLine();
       }
-      const bool is = view_.preset == name && view_.mode == CameraMode::kFree;
-      ImGui::PushStyleColor(ImGuiCol_Button,
-                            ImGui::GetStyleColorVec4(is ? ImGuiCol_Header : ImGuiCol_Button));
-      if (Button(name.c_str(), "", ImVec2(width, 0.0F))) {
+      bool on = view_.preset == name && view_.mode == CameraMode::kFree;
+      if (Toggle(name.c_str(), on, "", width)) {
         view_.LookFrom(name);
       }
-      ImGui::PopStyleColor();
     }
   }
 

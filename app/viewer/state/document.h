@@ -15,21 +15,22 @@
 
 namespace sqslam::viewer {
 
-// The open recording or run, and its frame on the screen. Maintained by Session; EditingSession replaces
-// recorded maps by edited ones. All others only read it.
+// The open recording or run, and its frame on the screen. Session maintains it, except for the edited maps,
+// which EditingSession makes of the recorded ones. All others only read it.
 struct Document {
   std::filesystem::path file;  // map.sqmap, absolute
   std::string title;           // name of its folder
   RecordingInfo info;
-  MapSnapshotPtr last;   // the finished map; during a run the newest
   MapSnapshotPtr frame;  // the map that framing, scale and colours are based on
   LabelColors colors;    // of the classes of `frame`
   Timeline timeline;
   std::shared_ptr<const ObjectHistories> histories;  // null until the recording is read completely
   double progress = 0.0;                             // share of the recording read so far, [0, 1]
   bool loading = false;                              // nothing can be shown yet
-  ShownFramePtr shown;                               // null: nothing yet
-  ShownFramePtr recorded;                            // `shown` without edits
+  MapSnapshotPtr recorded_last;                      // the finished map; during a run the newest
+  ShownFramePtr recorded;                            // the frame on the screen; null: nothing yet
+  MapSnapshotPtr last;                               // both as edited
+  ShownFramePtr shown;
   RunStatus run;
   std::string failure;  // why the run left no map; empty: no failure
 

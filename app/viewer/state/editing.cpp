@@ -100,7 +100,7 @@ bool EditingSession::Update(Document& document, Editing& editing, Messages& mess
     tool.outline.clear();
   }
   bool finished = false;
-  if (!document.loading && document.last) {
+  if (!document.loading && document.recorded_last) {
     if (document.file != file_) {
       file_ = document.file;
       recorded_ = false;
@@ -125,31 +125,22 @@ void EditingSession::Open(const Document& document, Editing& editing, Messages& 
 void EditingSession::Apply(Document& document, Editing& editing) {
   const AppliedEdits wanted{editing.Edits(), editing.representation};
   const bool changed = !(wanted == std::exchange(editing.applied, wanted));
-  const bool fresh_last = document.last != edited_last_;
-  if (fresh_last) {
-    recorded_last_ = document.last;
+  if (std::exchange(last_, document.recorded_last) != document.recorded_last || changed) {
+    document.last = wanted.ApplyTo(last_);
   }
-  if (fresh_last || changed) {
-    document.last = edited_last_ = wanted.ApplyTo(recorded_last_);
-  }
-  const bool fresh = document.shown != edited_;
-  if (fresh) {
-    document.recorded = document.shown;
-  }
-  if (!fresh && !changed) {
+  if (std::exchange(frame_, document.recorded) == document.recorded && !changed) {
     return;
   }
-  edited_ = document.recorded;
-  if (edited_ && edited_->map && !wanted.Empty()) {
-    auto shown = std::make_shared<ShownFrame>(*edited_);
-    shown->map = wanted.ApplyTo(edited_->map);
+  document.shown = frame_;
+  if (frame_ && frame_->map && !wanted.Empty()) {
+    auto shown = std::make_shared<ShownFrame>(*frame_);
+    shown->map = wanted.ApplyTo(frame_->map);
     for (SnapshotDetection& seen : shown->detections) {
       const int id = seen.object_id < 0 ? -1 : wanted.edits.KeptIdOf(seen.object_id);
       seen.object_id = id < 0 || wanted.edits.Of(id).deleted || wanted.edits.Of(id).hidden ? -1 : id;
     }
-    edited_ = std::move(shown);
+    document.shown = std::move(shown);
   }
-  document.shown = edited_;
 }
 
 }  // namespace sqslam::viewer

@@ -151,10 +151,8 @@ class EditingSession {
 
   std::filesystem::path file_;  // the document that the edits belong to
   bool recorded_ = false;       // it is complete, not a run in progress
-  // The maps that Apply() put into the document, to tell new ones apart.
-  ShownFramePtr edited_;
-  MapSnapshotPtr edited_last_;
-  MapSnapshotPtr recorded_last_;
+  MapSnapshotPtr last_;         // the recorded maps that the edits were applied to
+  ShownFramePtr frame_;
 };
 
 }  // namespace sqslam::viewer

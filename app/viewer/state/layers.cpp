@@ -29,7 +29,9 @@ void LayerSession::Update(Layers& layers, const Document& document, Messages& me
   if (const auto problem = truth_.Update(has_map && wants_truth, sequence, ReadTruePoses);
       problem && has_map) {
     DropTruth(layers);
-    messages.AddError(sequence.empty() ? "The map does not say what was mapped." : *problem);
+    messages.AddError(sequence.empty()
+                          ? "The recording does not name its sequence; give one with --ground-truth."
+                          : *problem);
   }
   const auto check = [&](const std::optional<std::string>& problem) {
     if (problem) {

@@ -256,13 +256,13 @@ bool Selectable(const std::string& label, bool selected, int flags, float width)
   return clicked;
 }
 
-bool Toggle(const char* label, bool& on, const char* tip) {
+bool Toggle(const char* label, bool& on, const char* tip, float width) {
   const bool was = on;
   if (was) {
     ImGui::PushStyleColor(ImGuiCol_Button, ImGui::GetStyleColorVec4(ImGuiCol_Header));
     ImGui::PushStyleColor(ImGuiCol_ButtonHovered, ImGui::GetStyleColorVec4(ImGuiCol_HeaderActive));
   }
-  const bool clicked = Button(label, tip);
+  const bool clicked = Button(label, tip, ImVec2(width, 0.0F));
   if (was) {
     ImGui::PopStyleColor(2);
   }

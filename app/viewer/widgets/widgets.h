@@ -80,7 +80,7 @@ bool Checkbox(const char* label, bool& on, const char* tip = "");
 bool Selectable(const std::string& label, bool selected = false, int flags = 0, float width = 0.0F);
 
 // A button that stays pressed while `on`; true when clicked.
-bool Toggle(const char* label, bool& on, const char* tip);
+bool Toggle(const char* label, bool& on, const char* tip, float width = 0.0F);
 
 // A row of toggles, one for each value of an enum or a bool; the one of `value` is on. True when it changes.
 struct Option {

@@ -138,7 +138,7 @@ TEST_F(AnnotationFile, ReportsFileAndObjectOfErrors) {
       "half_size": [1, 1, 1]}, {"id": 1, "label": "a", "primitive": "cuboid", "center": [0, 0, 0],
       "half_size": [1, 1, 1]}])");
   EXPECT_THAT(InputErrorOf([&] { ReadAnnotation(path_); }),
-              HasSubstr("objects_gt.json: object 2 of the list: id 1 is there twice"));
+              HasSubstr("objects_gt.json: object 2 of the list: id 1 is listed twice"));
   folder_.Write("objects_gt.json", R"([{"id": 1}])");
   EXPECT_THAT(InputErrorOf([&] { ReadAnnotation(path_); }), HasSubstr("object 1 of the list"));
 }
