@@ -22,7 +22,7 @@ const std::vector<std::string> kDictionaries = {
     "4X4_50",  "4X4_100", "4X4_250",  "4X4_1000", "5X5_50",  "5X5_100", "5X5_250",  "5X5_1000", "6X6_50",
     "6X6_100", "6X6_250", "6X6_1000", "7X7_50",   "7X7_100", "7X7_250", "7X7_1000", "ORIGINAL"};
 
-// Returns null if there is none of that name.
+// Returns null if the name is unknown.
 cv::Ptr<cv::aruco::Dictionary> DictionaryOf(const CalibrationBoard& board) {
   const auto number = std::ranges::find(kDictionaries, board.dictionary) - kDictionaries.begin();
   return number < std::ssize(kDictionaries) ? charuco::PredefinedDictionary(static_cast<int>(number))
@@ -43,20 +43,17 @@ void AddMarker(const cv::Ptr<cv::aruco::Dictionary>& dictionary, int id, const c
   charuco::DrawMarker(*dictionary, id, cells, bits);
   areas.push_back({area, true});
   const double side = area.width / cells;
-  // Both rows and columns, so that no seam shows between adjacent cells.
-  for (const bool across : {true, false}) {
-    const cv::Mat lines = across ? bits : cv::Mat(bits.t());
-    for (int line = 0; line < cells; ++line) {
-      for (int begin = 0, end = 0; begin < cells; begin = end + 1) {
-        for (end = begin; end < cells && lines.at<std::uint8_t>(line, end) > 0; ++end) {
-        }
-        const double along = side * begin;
-        const double length = side * (end - begin);
-        if (end > begin) {
-          areas.push_back({across ? cv::Rect2d(area.x + along, area.y + side * line, length, side)
-                                  : cv::Rect2d(area.x + side * line, area.y + along, side, length),
-                           false});
-        }
+  const auto is_white = [&](int x, int y) {
+    return x < cells && y < cells && bits.at<std::uint8_t>(y, x) > 0;
+  };
+  const auto add = [&](int x, int y, int width, int height) {
+    areas.push_back({{area.x + side * x, area.y + side * y, side * width, side * height}, false});
+  };
+  for (int y = 0; y < cells; ++y) {
+    for (int x = 0; x < cells; ++x) {
+      if (is_white(x, y)) {  // pairs leave no seam between adjacent cells
+        add(x, y, is_white(x + 1, y) ? 2 : 1, 1);
+        add(x, y, 1, is_white(x, y + 1) ? 2 : 1);
       }
     }
   }
@@ -75,7 +72,7 @@ double Spacing(const std::vector<cv::Point2f>& corners) {
   return least;
 }
 
-// `room`: distance from a corner to the nearest thing other than its own edges, in squares.
+// `room`: distance from a corner to the nearest edge that is not its own, in squares.
 void Refine(const cv::Mat& gray, double room, std::vector<cv::Point2f>& corners) {
   constexpr int kMaxWindow = 11;  // px, half
   const int window = std::clamp(static_cast<int>(room * Spacing(corners)), 2, kMaxWindow);
@@ -118,15 +115,15 @@ bool FindCharuco(const cv::Mat& gray, const CalibrationBoard& board, BoardView& 
   }
   cv::aruco::interpolateCornersCharuco(markers, marker_ids, gray, printed, view.corners, view.ids);
   if (view.corners.size() > 1) {
-    constexpr double kShare = 0.8;  // of the way to the nearest marker
-    Refine(gray, kShare * 0.5 * (1.0 - board.marker_mm / board.square_mm), view.corners);
+    constexpr double kRoomShare = 0.8;  // of the distance to the nearest marker
+    Refine(gray, kRoomShare * 0.5 * (1.0 - board.marker_mm / board.square_mm), view.corners);
   }
   return true;
 }
 
-// Drops corners that are outliers of a homography: but for lens distortion, the board is flat.
-void DropStrays(const CalibrationBoard& board, BoardView& view) {
-  constexpr double kSlack = 0.15;  // squares; lenses bend a board by less
+// Drops corners that are outliers of a homography: the board is flat, except for lens distortion.
+void DropOutliers(const CalibrationBoard& board, BoardView& view) {
+  constexpr double kMaxError = 0.15;  // squares; lens distortion is less
   const std::vector<cv::Point3f> all = BoardCorners(board);
   std::vector<cv::Point2f> flat;
   for (const int id : view.ids) {
@@ -135,7 +132,7 @@ void DropStrays(const CalibrationBoard& board, BoardView& view) {
   }
   cv::Mat good;
   if (flat.size() < 4 ||
-      cv::findHomography(view.corners, flat, cv::RANSAC, kSlack * board.square_mm, good).empty()) {
+      cv::findHomography(view.corners, flat, cv::RANSAC, kMaxError * board.square_mm, good).empty()) {
     view = {};
     return;
   }
@@ -150,19 +147,19 @@ void DropStrays(const CalibrationBoard& board, BoardView& view) {
 }
 
 // Collinear corners don't determine a pose.
-bool SpansAnArea(const std::vector<cv::Point2f>& corners) {
+bool SpansArea(const std::vector<cv::Point2f>& corners) {
   constexpr double kMinSide = 10.0;  // px
   const cv::RotatedRect around = cv::minAreaRect(corners);
   return std::min(around.size.width, around.size.height) >= kMinSide;
 }
 
 double Sharpness(const cv::Mat& gray, const std::vector<cv::Point2f>& corners) {
-  constexpr int kReach = 5;  // px
+  constexpr int kHalfPatch = 5;  // px
   std::vector<double> steepness;
   for (const cv::Point2f& corner : corners) {
-    const cv::Rect patch =
-        cv::Rect(cvRound(corner.x) - kReach, cvRound(corner.y) - kReach, 2 * kReach + 1, 2 * kReach + 1) &
-        cv::Rect(0, 0, gray.cols, gray.rows);
+    const cv::Rect patch = cv::Rect(cvRound(corner.x) - kHalfPatch, cvRound(corner.y) - kHalfPatch,
+                                    2 * kHalfPatch + 1, 2 * kHalfPatch + 1) &
+                           cv::Rect(0, 0, gray.cols, gray.rows);
     cv::Mat x;
     cv::Mat y;
     cv::Sobel(gray(patch), x, CV_32F, 1, 0, 3, 1.0 / 8.0);
@@ -189,33 +186,33 @@ void CheckBoard(const CalibrationBoard& board) {
                       "a board of {} x {} squares, expected {} to {} per side", board.columns, board.rows,
                       kMinSquares, kMaxSquares);
   ThrowIf<UsageError>(!(board.square_mm > 0.0), "--square-mm {}: expected a length above 0", board.square_mm);
-  if (board.kind != CalibrationBoard::Kind::kCharuco) {
+  if (board.kind != BoardKind::kCharuco) {
     return;
   }
   ThrowIf<UsageError>(!(board.marker_mm > 0.0 && board.marker_mm < board.square_mm),
                       "--marker-mm {}: expected less than the square's {}", board.marker_mm, board.square_mm);
   const cv::Ptr<cv::aruco::Dictionary> dictionary = DictionaryOf(board);
   if (!dictionary) {
-    throw UsageError("--dictionary {}: expected one of {}; did you mean {}?", board.dictionary,
-                     fmt::join(kDictionaries, ", "), NearestWord(board.dictionary, kDictionaries));
+    throw UsageError("--dictionary {}: expected one of {}{}", board.dictionary,
+                     fmt::join(kDictionaries, ", "), DidYouMean(board.dictionary, kDictionaries));
   }
-  const int there = dictionary->bytesList.rows;
+  const int available = dictionary->bytesList.rows;
   const int needed = board.columns * board.rows / 2;
   ThrowIf<UsageError>(
-      there < needed,
+      available < needed,
       "--dictionary {}: has {} markers, expected one for each of the board's {} white squares",
-      board.dictionary, there, needed);
+      board.dictionary, available, needed);
 }
 
 std::string BoardText(const CalibrationBoard& board) {
-  return board.kind == CalibrationBoard::Kind::kChessboard
+  return board.kind == BoardKind::kChessboard
              ? fmt::format("chessboard, {} x {} squares of {} mm", board.columns, board.rows, board.square_mm)
              : fmt::format("ChArUco board, {} x {} squares of {} mm, {} markers of {} mm", board.columns,
                            board.rows, board.square_mm, board.dictionary, board.marker_mm);
 }
 
 std::vector<cv::Point3f> BoardCorners(const CalibrationBoard& board) {
-  if (board.kind == CalibrationBoard::Kind::kCharuco) {
+  if (board.kind == BoardKind::kCharuco) {
     return charuco::CornersOf(*MakeCharucoBoard(board));
   }
   std::vector<cv::Point3f> corners;
@@ -231,7 +228,7 @@ std::vector<cv::Point3f> BoardCorners(const CalibrationBoard& board) {
 std::vector<BoardArea> BoardAreas(const CalibrationBoard& board) {
   std::vector<BoardArea> areas;
   const double side = board.square_mm;
-  const bool with_markers = board.kind == CalibrationBoard::Kind::kCharuco;
+  const bool with_markers = board.kind == BoardKind::kCharuco;
   const cv::Ptr<cv::aruco::Dictionary> dictionary = DictionaryOf(board);
   const double margin = 0.5 * (side - board.marker_mm);
   // The layout of OpenCV 4: on ChArUco boards the lowest row begins black, and markers are numbered row by
@@ -253,13 +250,13 @@ std::vector<BoardArea> BoardAreas(const CalibrationBoard& board) {
 
 std::optional<BoardView> FindBoard(const cv::Mat& gray, const CalibrationBoard& board) {
   BoardView view;
-  const bool found = board.kind == CalibrationBoard::Kind::kChessboard ? FindChessboard(gray, board, view)
+  const bool found = board.kind == BoardKind::kChessboard ? FindChessboard(gray, board, view)
                                                                        : FindCharuco(gray, board, view);
   if (found) {
-    DropStrays(board, view);
+    DropOutliers(board, view);
   }
   if (!found || static_cast<int>(view.corners.size()) < std::min(kMinCorners, board.InnerCorners()) ||
-      !SpansAnArea(view.corners)) {
+      !SpansArea(view.corners)) {
     return std::nullopt;
   }
   view.sharpness = Sharpness(gray, view.corners);

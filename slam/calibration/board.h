@@ -13,9 +13,7 @@ constexpr auto EnumNames(BoardKind) { return std::array{"chessboard", "charuco"}
 
 // A flat board with corners at known positions.
 struct CalibrationBoard {
-  using Kind = BoardKind;
-
-  Kind kind = Kind::kChessboard;
+  BoardKind kind = BoardKind::kChessboard;
   int columns = 10;  // squares, not inner corners
   int rows = 7;
   double square_mm = 25.0;
@@ -25,8 +23,8 @@ struct CalibrationBoard {
   int InnerCorners() const { return (columns - 1) * (rows - 1); }
 };
 
-// Throws UsageError with what was expected: sizes, a marker smaller than its square, an OpenCV dictionary
-// with enough markers.
+// Throws UsageError unless the sizes are possible, a marker is smaller than its square, and the OpenCV
+// dictionary has enough markers.
 void CheckBoard(const CalibrationBoard& board);
 
 // Returns for example "chessboard, 10 x 7 squares of 25 mm".
@@ -47,11 +45,11 @@ struct BoardView {
   std::string name;                  // of the image or frame, for messages
   std::vector<int> ids;              // of the found corners, indices into BoardCorners()
   std::vector<cv::Point2f> corners;  // px, distorted
-  double sharpness = 0.0;  // steepness of the edges at the corners: 0.5 where black turns white within
-                           // a pixel, less the more they are blurred
+  double sharpness = 0.0;  // steepness of the edges at the corners: 0.5 for a step from black to white within
+                           // a pixel, less for blurred edges
 };
 
-// Finds the board, or enough of it for a view (a chessboard must be fully visible). `gray`: 8UC1.
+// Finds the board, or enough of a ChArUco board for a view; a chessboard must be fully visible. `gray`: 8UC1.
 std::optional<BoardView> FindBoard(const cv::Mat& gray, const CalibrationBoard& board);
 
 }  // namespace sqslam

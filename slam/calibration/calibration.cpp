@@ -17,6 +17,9 @@ namespace sqslam {
 namespace {
 
 constexpr int kMinViews = 3;
+constexpr int kMaxViews = 40;            // that are used for the calibration
+constexpr double kMaxViewError = 2.5;    // RMS error of a view, in units of the views' median
+constexpr double kMaxCornerError = 5.0;  // error of a corner, robust standard deviations
 
 // Corners of the views, and the result of the last calibration.
 class Solver {
@@ -61,13 +64,13 @@ class Solver {
   }
 
   // Returns the names of the dropped views.
-  std::vector<std::string> DropViews(double max_error) {
-    constexpr double kAlwaysFine = 0.3;  // px
+  std::vector<std::string> DropViews() {
+    constexpr double kMinLimit = 0.3;  // px
     std::vector<double> errors;
     for (std::size_t i = 0; i < views_.size(); ++i) {
       errors.push_back(ViewRms(i));
     }
-    const double limit = std::max(kAlwaysFine, max_error * UpperMedian(std::move(errors)));
+    const double limit = std::max(kMinLimit, kMaxViewError * UpperMedian(std::move(errors)));
     std::vector<std::string> dropped;
     for (std::size_t i = views_.size(); i-- > 0;) {
       if (ViewRms(i) > limit) {
@@ -80,21 +83,21 @@ class Solver {
   }
 
   // Returns the number of dropped corners. Needs the poses of all views: call before DropViews().
-  int DropCorners(double max_error) {
-    constexpr double kAlwaysFine = 0.5;  // px
+  int DropCorners() {
+    constexpr double kMinLimit = 0.5;  // px
     constexpr double kMadToSigma = 1.4826;
-    constexpr std::size_t kFewestCorners = 6;
+    constexpr std::size_t kMinViewCorners = 6;
     std::vector<double> lengths;
     for (std::size_t i = 0; i < views_.size(); ++i) {
       for (const cv::Point2f& error : Errors(i)) {
         lengths.push_back(std::max(std::abs(error.x), std::abs(error.y)));
       }
     }
-    const double limit = std::max(kAlwaysFine, max_error * kMadToSigma * UpperMedian(std::move(lengths)));
+    const double limit = std::max(kMinLimit, kMaxCornerError * kMadToSigma * UpperMedian(std::move(lengths)));
     int dropped = 0;
     for (std::size_t i = 0; i < views_.size(); ++i) {
       const std::vector<cv::Point2f> errors = Errors(i);
-      for (std::size_t k = errors.size(); k-- > 0 && views_[i].corners.size() > kFewestCorners;) {
+      for (std::size_t k = errors.size(); k-- > 0 && views_[i].corners.size() > kMinViewCorners;) {
         if (cv::norm(errors[k]) > limit) {
           const auto at = static_cast<std::ptrdiff_t>(k);
           views_[i].corners.erase(views_[i].corners.begin() + at);
@@ -212,20 +215,20 @@ Descriptor Describe(const BoardView& view, const std::vector<cv::Point3f>& board
   const auto side = [&](std::size_t a, std::size_t b) { return std::max(1e-3, cv::norm(quad[a] - quad[b])); };
   const cv::Point2f center = 0.25F * (quad[0] + quad[1] + quad[2] + quad[3]);
   const double area = std::max(1.0, cv::contourArea(quad));
-  constexpr double kTilt = 2.0;  // one side a third longer counts like half the image's width
+  constexpr double kTiltWeight = 2.0;  // one side a third longer counts like half the image's width
   Descriptor descriptor;
   descriptor << center.x / image.width, center.y / image.height, 0.5 * std::log(area / image.area()),
-      kTilt * std::log(side(0, 3) / side(1, 2)), kTilt * std::log(side(0, 1) / side(3, 2)),
+      kTiltWeight * std::log(side(0, 3) / side(1, 2)), kTiltWeight * std::log(side(0, 1) / side(3, 2)),
       0.5 * std::log(side(0, 1) / side(0, 3));
   return descriptor;
 }
 
-// Returns the indices of at most `count` views that differ most from one another, sharp ones first: in the
+// Returns the indices of at most kMaxViews views that differ most from one another, sharp ones first: in the
 // board's position in the image, its size and its tilt in both directions. Skips views similar to a chosen
 // one, and those much blurrier than the rest.
 std::vector<int> SelectViews(const std::vector<BoardView>& views, const CalibrationBoard& board,
-                             cv::Size image, int count) {
-  constexpr double kSame = 0.03;         // distance below which a view adds nothing
+                             cv::Size image) {
+  constexpr double kMinGain = 0.03;      // distance below which a view adds nothing
   constexpr double kMinSharpness = 0.6;  // relative to the sharp views
   if (views.empty()) {
     return {};
@@ -240,9 +243,9 @@ std::vector<int> SelectViews(const std::vector<BoardView>& views, const Calibrat
   const double reference = std::max(1e-6, LowerQuantile(std::move(sharpness), 0.8));
   std::vector<double> gain(views.size(), 1e3);  // the first view is chosen by sharpness only
   std::vector<int> chosen;
-  while (static_cast<int>(chosen.size()) < count) {
+  while (static_cast<int>(chosen.size()) < kMaxViews) {
     int best = -1;
-    double best_gain = kSame;
+    double best_gain = kMinGain;
     for (std::size_t i = 0; i < views.size(); ++i) {
       const double relative = std::min(1.0, views[i].sharpness / reference);
       if (relative >= kMinSharpness && gain[i] * relative > best_gain) {
@@ -264,12 +267,11 @@ std::vector<int> SelectViews(const std::vector<BoardView>& views, const Calibrat
 
 }  // namespace
 
-Calibration Calibrate(const std::vector<BoardView>& views, const CalibrationBoard& board, cv::Size image,
-                      const CalibrationOptions& options) {
+Calibration Calibrate(const std::vector<BoardView>& views, const CalibrationBoard& board, cv::Size image) {
   constexpr int kRounds = 6;
-  constexpr double kSignificant = 3.0;  // standard deviations
-  const std::vector<BoardView> chosen = ToVector(SelectViews(views, board, image, options.max_views),
-                                                 [&](const int index) { return views[index]; });
+  constexpr double kMinSignificance = 3.0;  // standard deviations
+  const std::vector<BoardView> chosen =
+      ToVector(SelectViews(views, board, image), [&](const int index) { return views[index]; });
   ThrowIf<InputError>(static_cast<int>(chosen.size()) < kMinViews,
                       "{} different views of the board, expected at least {}: move and tilt it",
                       chosen.size(), kMinViews);
@@ -279,8 +281,8 @@ Calibration Calibrate(const std::vector<BoardView>& views, const CalibrationBoar
   int flags = 0;
   solver.Solve(cv::CALIB_FIX_K3);
   for (int round = 0; round < kRounds; ++round) {
-    const int corners = solver.DropCorners(options.max_corner_error);
-    const std::vector<std::string> dropped = solver.DropViews(options.max_view_error);
+    const int corners = solver.DropCorners();
+    const std::vector<std::string> dropped = solver.DropViews();
     dropped_corners += corners;
     dropped_views.insert(dropped_views.end(), dropped.begin(), dropped.end());
     ThrowIf<InputError>(static_cast<int>(solver.Size()) < kMinViews,
@@ -292,7 +294,7 @@ Calibration Calibrate(const std::vector<BoardView>& views, const CalibrationBoar
     }
     solver.Solve(flags);
   }
-  if (std::abs(solver.Distortion(4)) < kSignificant * solver.Deviation(8) || solver.Folds()) {
+  if (std::abs(solver.Distortion(4)) < kMinSignificance * solver.Deviation(8) || solver.Folds()) {
     flags |= cv::CALIB_FIX_K3;
     solver.Solve(flags);
   }
@@ -306,31 +308,33 @@ Calibration Calibrate(const std::vector<BoardView>& views, const CalibrationBoar
 }
 
 std::vector<std::string> Weaknesses(const Calibration& c) {
-  constexpr double kCovered = 0.7;
-  constexpr double kTilt = 30.0;  // degrees
-  constexpr std::size_t kViews = 10;
-  constexpr double kDeviation = 0.005;  // of the focal length
-  constexpr double kRms = 1.0;          // px
+  constexpr double kMinCovered = 0.7;
+  constexpr double kMinTilt = 30.0;  // degrees
+  constexpr std::size_t kSafeViews = 10;
+  constexpr double kMaxDeviation = 0.005;  // of the focal length
+  constexpr double kMaxRms = 1.0;          // px
   std::vector<std::string> weaknesses;
   const auto add = [&](bool weak, const std::string& text) {
     if (weak) {
       weaknesses.push_back(text);
     }
   };
-  add(c.covered < kCovered, fmt::format("the boards cover {:.0f} % of the image, expected {:.0f} %: the "
-                                        "distortion is extrapolated towards its borders",
-                                        100.0 * c.covered, 100.0 * kCovered));
-  add(c.tilt * kDegreesPerRadian < kTilt,
+  add(c.covered < kMinCovered, fmt::format("the boards cover {:.0f} % of the image, expected {:.0f} %: the "
+                                           "distortion is extrapolated towards its borders",
+                                           100.0 * c.covered, 100.0 * kMinCovered));
+  add(c.tilt * kDegreesPerRadian < kMinTilt,
       fmt::format("the boards are nearly parallel ({:.0f} degrees at most between two of them, expected "
                   "{:.0f}): the focal length is poorly determined, tilt the board",
-                  c.tilt * kDegreesPerRadian, kTilt));
-  add(c.views.size() < kViews, fmt::format("only {} views, expected at least {}", c.views.size(), kViews));
-  add(c.intrinsic_deviation[0] > kDeviation * c.camera.fx,
+                  c.tilt * kDegreesPerRadian, kMinTilt));
+  add(c.views.size() < kSafeViews,
+      fmt::format("only {} views, expected at least {}", c.views.size(), kSafeViews));
+  add(c.intrinsic_deviation[0] > kMaxDeviation * c.camera.fx,
       fmt::format("the standard deviation of fx is {:.1f} px, {:.1f} % of it", c.intrinsic_deviation[0],
                   100.0 * c.intrinsic_deviation[0] / c.camera.fx));
-  add(c.rms > kRms, fmt::format("the RMS error is {:.2f} px, expected less than {:.0f}: a blurred video or a "
-                                "board that is not flat",
-                                c.rms, kRms));
+  add(c.rms > kMaxRms,
+      fmt::format("the RMS error is {:.2f} px, expected less than {:.0f}: a blurred video or a "
+                  "board that is not flat",
+                  c.rms, kMaxRms));
   add(c.folds,
       "the distortion folds back within the image, so its corners are wrong: show the board closer to them");
   return weaknesses;

@@ -10,18 +10,6 @@
 
 namespace sqslam {
 
-struct CalibrationOptions {
-  int max_views = 40;             // used for the calibration
-  double max_view_error = 2.5;    // RMS error of a view above which it is dropped, in units of their median
-  double max_corner_error = 5.0;  // error of a corner above which it is dropped, robust standard deviations
-
-  void VisitFields(auto&& visit) {
-    visit("max_views", max_views, 3, 1000);
-    visit("max_view_error", max_view_error, 1.0, 1000.0);
-    visit("max_corner_error", max_corner_error, 1.0, 1000.0);
-  }
-};
-
 // A view in a calibration.
 struct CalibratedView {
   std::string name;
@@ -47,10 +35,9 @@ struct Calibration {
 // Zhang's method (OpenCV) on a choice of views, made robust: drops outlier views and corners and calibrates
 // again, and leaves out the third radial coefficient if the views don't determine it or if it would fold the
 // image's corners. Throws InputError if fewer than three views are left or nothing fits.
-Calibration Calibrate(const std::vector<BoardView>& views, const CalibrationBoard& board, cv::Size image,
-                      const CalibrationOptions& options);
+Calibration Calibrate(const std::vector<BoardView>& views, const CalibrationBoard& board, cv::Size image);
 
-// Returns reasons to distrust a calibration, for people: poor coverage, boards nearly parallel, few views,
+// Returns reasons to distrust a calibration, as messages: poor coverage, nearly parallel boards, few views,
 // large errors, a lens model that folds.
 std::vector<std::string> Weaknesses(const Calibration& calibration);
 

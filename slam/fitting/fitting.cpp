@@ -5,11 +5,12 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <nanoflann.hpp>
 #include <numeric>
 #include <random>
+#include <type_traits>
 #include <utility>
 
-#include "slam/fitting/nearest_points.h"
 #include "slam/fitting/surface_measures.h"
 #include "slam/geometry/eigen_system.h"
 #include "slam/util/statistics.h"
@@ -42,8 +43,8 @@ Moments WeightedMoments(const std::vector<Vector3d>& points, const auto& weight)
   return moments;
 }
 
-// The third moment decides the sign of an axis.
-Vector3d Directed(const Vector3d& axis, const std::vector<Vector3d>& points, const Vector3d& mean) {
+// Returns the axis with the sign that makes the robust third moment positive.
+Vector3d OrientAxis(const Vector3d& axis, const std::vector<Vector3d>& points, const Vector3d& mean) {
   double third = 0.0;
   for (const Vector3d& p : points) {
     const double x = axis.dot(p - mean);
@@ -58,13 +59,13 @@ Matrix3d PrincipalAxes(const Matrix3d& covariance, const std::vector<Vector3d>& 
   if (upright) {
     const EigenSystem<2> solver = EigenSystemOf(Eigen::Matrix2d(covariance.topLeftCorner<2, 2>()));
     axes.col(0).head<2>() = solver.vectors.col(1);
-    axes.col(0) = Directed(axes.col(0), points, mean);
+    axes.col(0) = OrientAxis(axes.col(0), points, mean);
     axes.col(1) = axes.col(2).cross(axes.col(0));
     return axes;
   }
   const EigenSystem<3> solver = EigenSystemOf(covariance);
-  axes.col(0) = Directed(solver.vectors.col(2), points, mean);
-  axes.col(1) = Directed(solver.vectors.col(1), points, mean);
+  axes.col(0) = OrientAxis(solver.vectors.col(2), points, mean);
+  axes.col(1) = OrientAxis(solver.vectors.col(1), points, mean);
   axes.col(2) = axes.col(0).cross(axes.col(1));
   return axes;
 }
@@ -102,11 +103,15 @@ struct View {
 
 using Tree =
     nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, View>, View, 3, std::size_t>;
-using Matches = std::vector<NearestPoint>;
+
+// Pairs of an index and a squared distance. nanoflann 1.5 renamed the type: Debian 12 has 1.4, Debian 13
+// has 1.7.
+using Matches =
+    std::remove_reference_t<decltype(nanoflann::RadiusResultSet<double, std::size_t>::m_indices_dists)>;
 
 Matches Within(const Tree& tree, const Vector3d& point, double radius) {
   Matches matches;
-  tree.radiusSearch(point.data(), radius * radius, matches, NearestParameters());  // nearest first
+  tree.radiusSearch(point.data(), radius * radius, matches, {});  // nearest first
   return matches;
 }
 
@@ -134,9 +139,9 @@ struct CanonicalCloud {
 // mean square distance from the origin with the same weights. `upright` keeps the z axis and only rotates
 // about it. Throws InputError for fewer than 11 points, or if all points coincide.
 CanonicalCloud ToCanonicalFrame(std::span<const Vector3d> cloud, bool upright) {
-  constexpr std::size_t kLeast = 11;  // parameters of a superquadric
-  ThrowIf<InputError>(cloud.size() < kLeast, "{} points, expected at least {} to fit a superquadric",
-                      cloud.size(), kLeast);
+  constexpr std::size_t kMinPoints = 11;  // as many as parameters of a superquadric
+  ThrowIf<InputError>(cloud.size() < kMinPoints, "{} points, expected at least {} to fit a superquadric",
+                      cloud.size(), kMinPoints);
   const Vector3d mean = std::accumulate(cloud.begin(), cloud.end(), Vector3d(0.0, 0.0, 0.0)) /
                         static_cast<double>(cloud.size());
   double square = 0.0;

@@ -19,6 +19,15 @@ using Points = std::vector<Vector3d>;
 
 constexpr double kPi = std::numbers::pi;
 
+// Share of log(area) that each point adds to the cost, which constrains unobserved sides. 1 would be the
+// likelihood of points spread evenly over the whole surface, but makes half-seen objects too small.
+constexpr double kSearchAreaWeight = 0.3;
+constexpr double kFinalAreaWeight = 0.2;
+
+constexpr int kStartRotations = 24;    // spread over those that differ for a box
+constexpr int kSearchPoints = 160;     // that the search over starts uses
+constexpr std::size_t kFinalists = 6;  // candidates that are refined with all points
+
 // Returns a rotation that maps the axes (x, y, z) to (y, z, x), applied `times` times.
 Quaterniond Cycle(int times) {
   return Quaterniond(Eigen::AngleAxisd(times * 2.0 * kPi / 3.0, Vector3d::Ones().normalized()));
@@ -148,7 +157,7 @@ Candidates Starts(const Points& points, const FitOptions& options, const Mixture
   constexpr std::array<std::array<double, 2>, 7> kShapes = {
       {{0.4, 0.4}, {0.4, 1.0}, {1.0, 0.4}, {1.0, 1.0}, {1.6, 1.0}, {1.0, 1.6}, {1.6, 1.6}}};
   Candidates starts;
-  std::vector<Quaterniond> rotations = SpreadRotations(options.rotations, options.upright, options.seed);
+  std::vector<Quaterniond> rotations = SpreadRotations(kStartRotations, options.upright, options.seed);
   rotations.insert(rotations.begin(), Quaterniond::Identity());
   for (const Quaterniond& rotation : rotations) {
     for (int axis = 0; axis < (options.upright ? 1 : 3); ++axis) {
@@ -275,20 +284,19 @@ PosedSuperquadric UniqueDescription(PosedSuperquadric superquadric) {
 SearchResult SearchSuperquadric(const Points& points, const FitOptions& options) {
   MixtureFitOptions fit;
   fit.upright = options.upright;
-  const Points few = EvenSubset(points, options.search_points);
+  const Points few = EvenSubset(points, kSearchPoints);
   Candidates candidates = Starts(few, options, {0.1, 0.03});
   KeepBest(candidates, candidates.size() / 3);
-  fit.area_weight =
-      options.search_area_weight * (1.0 - options.outlier_share) * static_cast<double>(few.size());
+  fit.area_weight = kSearchAreaWeight * (1.0 - options.outlier_share) * static_cast<double>(few.size());
   fit.max_iterations = 8;
   fit.parameter_tolerance = 1e-2;
   Refine(candidates, few, {0.08, 0.03}, fit);
   KeepBest(candidates, std::max<std::size_t>(candidates.size() / 5, 10));
   fit.max_iterations = 12;
   Refine(candidates, few, {0.04, 0.02}, fit);
-  KeepBest(candidates, static_cast<std::size_t>(options.finalists));
+  KeepBest(candidates, kFinalists);
 
-  const Likelihood likelihood(points, options.noise_floor, options.search_area_weight);
+  const Likelihood likelihood(points, options.noise_floor, kSearchAreaWeight);
   fit.max_iterations = 10;
   fit.parameter_tolerance = 1e-4;
   for (SearchResult& candidate : candidates) {
@@ -306,7 +314,7 @@ SearchResult SearchSuperquadric(const Points& points, const FitOptions& options)
   }
   fit.max_iterations = 50;
   fit.parameter_tolerance = 1e-10;
-  RefineWithNoise(best, points, Likelihood(points, options.noise_floor, options.area_weight), 10, fit);
+  RefineWithNoise(best, points, Likelihood(points, options.noise_floor, kFinalAreaWeight), 10, fit);
   best.superquadric = UniqueDescription(best.superquadric);
   return best;
 }

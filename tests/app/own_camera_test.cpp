@@ -72,9 +72,9 @@ TEST(Calibrate, HintsWhenInnerCornersWereCounted) {
 TEST(Calibrate, FindsItsPrintedBoard) {
   const TemporaryFolder folder;
   const fs::path sheet = folder.Path() / "board.png";
-  for (const CalibrationBoard::Kind kind :
-       {CalibrationBoard::Kind::kChessboard, CalibrationBoard::Kind::kCharuco}) {
-    const std::string name = kind == CalibrationBoard::Kind::kCharuco ? "charuco" : "chessboard";
+  for (const BoardKind kind :
+       {BoardKind::kChessboard, BoardKind::kCharuco}) {
+    const std::string name = kind == BoardKind::kCharuco ? "charuco" : "chessboard";
     ASSERT_EQ(RunProgram("calibrate --board " + name + " --print-board " + sheet.string()).exit_code, 0);
     CalibrationBoard board;
     board.kind = kind;

@@ -49,7 +49,7 @@ TEST(FitSuperquadric, RecoversHalfSeenShapesAmongNoiseAndOutliers) {
   EXPECT_GT(overlaps[4], 0.95);
 }
 
-TEST(FitSuperquadric, IsExactForAWholeCleanSurface) {
+TEST(FitSuperquadric, FitsCleanSurfaceExactly) {
   std::mt19937_64 random(6);
   for (const auto& [e1, e2] : {std::pair(0.3, 0.3), std::pair(0.3, 1.0), std::pair(1.0, 1.0)}) {
     const PosedSuperquadric truth = RandomlyPosed(e1, e2, 2.0, random);
@@ -79,7 +79,7 @@ TEST(FitSuperquadric, CommutesWithSimilaritiesAndPermutations) {
   }
 }
 
-TEST(FitSuperquadric, UprightKeepsTheVerticalAxis) {
+TEST(FitSuperquadric, UprightKeepsVerticalAxis) {
   std::mt19937_64 random(8);
   FitOptions options;
   options.upright = true;
@@ -92,7 +92,7 @@ TEST(FitSuperquadric, UprightKeepsTheVerticalAxis) {
   }
 }
 
-TEST(FitSuperquadric, MarksOutliersInTheOrderOfTheCloud) {
+TEST(FitSuperquadric, MarksOutliersInOrderOfCloud) {
   std::mt19937_64 random(9);
   const PosedSuperquadric truth = RandomlyPosed(0.5, 0.5, 1.5, random);
   std::vector<Vector3d> cloud = SampleCloud(truth, {300, 0.0, 0.005, false}, random);
@@ -105,7 +105,7 @@ TEST(FitSuperquadric, MarksOutliersInTheOrderOfTheCloud) {
   EXPECT_GT(std::count(fit.inlier.begin(), fit.inlier.end(), true), 285);
 }
 
-TEST(FitSuperquadric, RefusesCloudsThatShowNoSurface) {
+TEST(FitSuperquadric, RefusesCloudsWithoutSurface) {
   EXPECT_THROW(FitSuperquadric(std::vector<Vector3d>(10, Vector3d::Ones()), {}), InputError);
   EXPECT_THROW(FitSuperquadric(std::vector<Vector3d>(100, Vector3d::Ones()), {}), InputError);
   std::vector<Vector3d> holes(100, Vector3d::Ones());
@@ -113,7 +113,7 @@ TEST(FitSuperquadric, RefusesCloudsThatShowNoSurface) {
   EXPECT_THROW(FitSuperquadric(holes, {}), InputError);
 }
 
-TEST(FitSuperquadric, CloudsOfAFlatSheetOrALineStillGiveFiniteShapes) {
+TEST(FitSuperquadric, FitsFiniteShapesToSheetsAndLines) {
   std::mt19937_64 random(10);
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
   std::vector<Vector3d> sheet;

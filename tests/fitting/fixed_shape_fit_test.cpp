@@ -26,7 +26,7 @@ std::vector<Eigen::Vector3d> SurfacePoints(const PosedSuperquadric& solid, doubl
   return points;
 }
 
-TEST(FixedShapeFitTest, FindsPlaceAndSizeOfItsOwnShape) {
+TEST(FixedShapeFitTest, RecoversCentreAndSize) {
   for (const double e : {0.1, 0.5, 1.0, 1.5}) {
     const PosedSuperquadric truth = Solid(e);
     PosedSuperquadric start = truth;
@@ -40,7 +40,7 @@ TEST(FixedShapeFitTest, FindsPlaceAndSizeOfItsOwnShape) {
   }
 }
 
-TEST(FixedShapeFitTest, AnEllipsoidGrowsToReachTheSidesOfABox) {
+TEST(FixedShapeFitTest, GrowsEllipsoidToSidesOfBox) {
   PosedSuperquadric start = Solid(0.1);
   const std::vector<Eigen::Vector3d> points = SurfacePoints(start, -1.5);
   start.shape.e1 = start.shape.e2 = 1.0;
@@ -48,14 +48,14 @@ TEST(FixedShapeFitTest, AnEllipsoidGrowsToReachTheSidesOfABox) {
   EXPECT_GT(fitted.shape.Volume(), 1.15 * start.shape.Volume());
 }
 
-TEST(FixedShapeFitTest, SidesThatNoPointShowsStayWhereTheyWere) {
+TEST(FixedShapeFitTest, KeepsUnobservedSides) {
   const PosedSuperquadric truth = Solid(0.2);
   const PosedSuperquadric fitted = FitPlaceAndSize(SurfacePoints(truth, 0.6), truth);  // the top only
   EXPECT_NEAR(fitted.shape.half_size.z(), 0.15, 0.015);
   EXPECT_NEAR(fitted.T_map_object.translation.z(), 0.5, 0.015);
 }
 
-TEST(FixedShapeFitTest, ABallSeenFromAboveWithNoiseKeepsItsLowerHalf) {
+TEST(FixedShapeFitTest, KeepsLowerHalfOfBallSeenFromAbove) {
   PosedSuperquadric ball;
   ball.shape = {{0.2, 0.2, 0.2}, 1.0, 1.0};
   std::vector<Eigen::Vector3d> points = SurfacePoints(ball, 0.2);
@@ -68,7 +68,7 @@ TEST(FixedShapeFitTest, ABallSeenFromAboveWithNoiseKeepsItsLowerHalf) {
   EXPECT_NEAR(lower, -0.2, 0.02);
 }
 
-TEST(FixedShapeFitTest, TheYawIsFoundWhereItIsFree) {
+TEST(FixedShapeFitTest, RecoversYawWhenFree) {
   const PosedSuperquadric truth = Solid(0.2);
   PosedSuperquadric start = truth;
   start.T_map_object.rotation =
@@ -86,7 +86,7 @@ TEST(FixedShapeFitTest, TheYawIsFoundWhereItIsFree) {
   EXPECT_LT(10.0 * MeanPointCost(points, turned, 0.2), MeanPointCost(points, held, 0.2));
 }
 
-TEST(FixedShapeFitTest, ARoundShapeStaysRound) {
+TEST(FixedShapeFitTest, KeepsRoundShapeRound) {
   PosedSuperquadric can;
   can.shape = {{0.2, 0.2, 0.3}, 0.1, 1.0};
   std::vector<Eigen::Vector3d> points;
@@ -103,7 +103,7 @@ TEST(FixedShapeFitTest, ARoundShapeStaysRound) {
   EXPECT_NEAR(fitted.shape.half_size.z(), 0.3, 0.01);
 }
 
-TEST(FixedShapeFitTest, WithoutPointsTheStartStays) {
+TEST(FixedShapeFitTest, ReturnsStartWithoutPoints) {
   const PosedSuperquadric start = Solid(0.7);
   EXPECT_EQ(FitPlaceAndSize({}, start).shape.half_size, start.shape.half_size);
 }

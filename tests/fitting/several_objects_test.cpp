@@ -17,7 +17,7 @@ namespace {
 using Eigen::Vector3d;
 using ::testing::SizeIs;
 
-// Three things on a table, the largest with the most points.
+// Three objects on a table, the largest with the most points.
 struct Table {
   std::vector<PosedSuperquadric> objects;
   std::vector<Vector3d> cloud;
@@ -43,7 +43,7 @@ Table MakeTable(std::mt19937_64& random) {
   return table;
 }
 
-TEST(FitSuperquadrics, FindsTheObjectsOnATable) {
+TEST(FitSuperquadrics, FindsObjectsOnTable) {
   std::mt19937_64 random(1);
   const Table table = MakeTable(random);
   MultiFitOptions options;
@@ -67,7 +67,7 @@ TEST(FitSuperquadrics, FindsTheObjectsOnATable) {
   EXPECT_THROW(FitSuperquadrics(table.cloud, options), InputError);
 }
 
-TEST(FindLargestPlane, FindsATiltedPlaneAmongClutter) {
+TEST(FindLargestPlane, FindsTiltedPlaneInClutter) {
   std::mt19937_64 random(2);
   std::uniform_real_distribution<double> along(-1.0, 1.0);
   const Vector3d normal = Vector3d(0.3, -0.5, 1.0).normalized();
@@ -88,7 +88,7 @@ TEST(FindLargestPlane, FindsATiltedPlaneAmongClutter) {
   EXPECT_FALSE(FindLargestPlane(std::vector<Vector3d>(100, Vector3d::Ones()), 0.01, false, 0));
 }
 
-TEST(ClusterPoints, SplitsAtGapsAndLeavesStrayPointsOut) {
+TEST(ClusterPoints, SplitsAtGapsAndDropsOutliers) {
   std::mt19937_64 random(3);
   std::normal_distribution<double> spread(0.0, 0.1);
   std::vector<Vector3d> points = {{5.0, 5.0, 5.0}};

@@ -11,7 +11,7 @@ namespace {
 
 const double kExponents[] = {0.1, 0.3, 0.7, 1.0, 1.4, 1.9};
 
-TEST(LogSurfaceArea, AgreesWithTheFineQuadrature) {
+TEST(LogSurfaceArea, AgreesWithFineQuadrature) {
   for (const double e1 : kExponents) {
     for (const double e2 : kExponents) {
       const Superquadric shape{{0.3, 0.7, 1.1}, e1, e2};

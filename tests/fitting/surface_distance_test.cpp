@@ -54,7 +54,7 @@ TEST(SurfaceDistance, DerivativesAgreeWithDifferences) {
   }
 }
 
-TEST(SurfaceDistance, IsTheEuclideanDistanceNearTheSurface) {
+TEST(SurfaceDistance, ApproximatesEuclideanDistanceNearSurface) {
   for (const double e1 : {0.1, 0.6, 1.0, 1.9}) {
     for (const double e2 : {0.1, 1.0, 1.6}) {
       const Superquadric shape{{0.3, 0.9, 1.2}, e1, e2};
@@ -73,7 +73,7 @@ TEST(SurfaceDistance, IsTheEuclideanDistanceNearTheSurface) {
   }
 }
 
-TEST(SurfaceDistance, PointsBeyondTheRimOfAFlatBoxAreFar) {
+TEST(SurfaceDistance, KeepsPointsBeyondRimFar) {
   const SurfaceDistance distance({{1.0, 1.0, 0.1}, 0.1, 0.1});
   EXPECT_GT(distance({2.0, 0.0, 0.21}), 0.5);
   EXPECT_NEAR(distance({0.2, 0.1, 0.11}), 0.01, 1e-3);

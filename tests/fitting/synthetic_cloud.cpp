@@ -18,12 +18,12 @@ struct Triangle {
   Vector3d normal;
 };
 
-// The surface over a grid of cube-mapped directions, which no exponent crowds at the edges or the faces.
+// The surface over a grid of cube-mapped directions, whose density does not depend on the exponents.
 std::vector<Triangle> Triangulate(const Superquadric& shape) {
   constexpr int kSteps = 96;  // per face of the cube
   std::vector<Triangle> triangles;
   const auto at = [&](int axis, int sign, int i, int j) {
-    // tan spreads directions evenly, a cube refines what lies near the axes, where shapes with e near 2 kink.
+    // tan spreads directions evenly; the cube refines them near the axes, where shapes with e near 2 kink.
     const auto coordinate = [](int k) {
       const double v = 2.0 * k / kSteps - 1.0;
       return std::tan(0.25 * std::numbers::pi * v * (0.4 + 0.6 * v * v));
