@@ -11,6 +11,7 @@
 
 #include "slam/util/error.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam::app {
 namespace {
@@ -19,16 +20,6 @@ namespace {
 bool LooksLikeOption(const std::string& word) {
   return word.size() > 1 && word[0] == '-' && word[1] != '.' &&
          std::isdigit(static_cast<unsigned char>(word[1])) == 0;
-}
-
-// Returns "; did you mean '--output'?", or "" if no name is near. Names that contain the word are near.
-std::string NearestName(const std::string& word, const std::vector<std::string>& names) {
-  const std::string bare = word.substr(std::min(word.find_first_not_of('-'), word.size()));
-  const auto longer = std::ranges::find_if(names, [&](const std::string& name) {
-    return bare.size() > 2 && name.find(bare) != std::string::npos;
-  });
-  const std::string nearest = longer != names.end() ? *longer : NearestWord(word, names);
-  return nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest);
 }
 
 void Read(Argument& argument, const std::string& text) {
@@ -77,8 +68,8 @@ Argument& Argument::Several() {
   return *this;
 }
 
-Argument& Argument::Alone(std::string value) {
-  alone = std::move(value);
+Argument& Argument::ImplicitValue(std::string value) {
+  implicit_value = std::move(value);
   return *this;
 }
 
@@ -135,11 +126,7 @@ std::vector<std::string> Command::OptionNames() const {
   return names;
 }
 
-std::vector<std::string> Command::CommandNames() const {
-  std::vector<std::string> names;
-  std::ranges::transform(commands_, std::back_inserter(names), &Command::name_);
-  return names;
-}
+std::vector<std::string> Command::CommandNames() const { return ToVector(commands_, &Command::name_); }
 
 void Command::CheckRequired() const {
   std::vector<std::string> missing;
@@ -174,7 +161,7 @@ class Command::Parser {
     Declare(root_, program);
   }
 
-  // Parses the words, runs what they ask for, and returns the exit code.
+  // Parses the words, runs their command, and returns the exit code.
   int Run(std::vector<std::string> words) {
     if (!words.empty() && words.front() == "help" && program_.positionals_.empty()) {
       words.erase(words.begin());  // `help figure maps` is `figure maps --help`
@@ -230,7 +217,7 @@ class Command::Parser {
     }
   }
 
-  // Inserts Argument::alone after each option that has it and is not followed by one of its values.
+  // Inserts Argument::implicit_value after each option that has one and is not followed by an allowed value.
   std::vector<std::string> Completed(const std::vector<std::string>& words) const {
     std::vector<std::string> completed;
     Command* command = &program_;
@@ -241,10 +228,10 @@ class Command::Parser {
         continue;
       }
       const Argument* option = command->FindOption(words[i]);
-      if (option != nullptr && !option->alone.empty()) {
-        const std::vector<std::string>& own = option->fields.front().allowed;
-        if (i + 1 == words.size() || std::ranges::find(own, words[i + 1]) == own.end()) {
-          completed.push_back(option->alone);
+      if (option != nullptr && !option->implicit_value.empty()) {
+        const std::vector<std::string>& allowed = option->fields.front().allowed;
+        if (i + 1 == words.size() || std::ranges::find(allowed, words[i + 1]) == allowed.end()) {
+          completed.push_back(option->implicit_value);
         }
       }
     }
@@ -287,7 +274,7 @@ class Command::Parser {
     std::erase(words, "--");
     if (!words.empty() && !command.commands_.empty() && !LooksLikeOption(words.front())) {
       const std::vector<std::string> names = command.CommandNames();
-      const std::string nearest = NearestName(words.front(), names);
+      const std::string nearest = DidYouMean(words.front(), names);
       command.Fail(fmt::format(
           "unknown {} '{}'{}", command.parent_ == nullptr ? "command" : command.name_, words.front(),
           nearest.empty() ? fmt::format(", expected one of {}", fmt::join(names, ", ")) : nearest));
@@ -295,7 +282,7 @@ class Command::Parser {
     const auto option = std::ranges::find_if(words, LooksLikeOption);
     if (option != words.end() && !for_help) {
       const std::string name = option->substr(0, option->find('='));
-      command.Fail(fmt::format("unknown option '{}'{}", name, NearestName(name, command.OptionNames())));
+      command.Fail(fmt::format("unknown option '{}'{}", name, DidYouMean(name, command.OptionNames())));
     }
     if (!words.empty() && !for_help) {
       command.Fail(fmt::format("{}: unexpected argument '{}'", command.name_, words.front()));

@@ -22,10 +22,10 @@ struct Argument {
   std::vector<OptionField> fields;  // target variables (several for "W,H") and their limits
   std::function<void()> store;      // passes on the values if `fields` are temporaries
   std::string default_text;         // shown in --help; empty: none
-  std::string alone;                // value of an option given without one; empty: an error
+  std::string implicit_value;       // of an option given without a value; empty: that is an error
   bool required = false;
   bool list = false;     // may be repeated
-  bool several = false;  // takes all values up to the next option
+  bool several = false;  // takes all words up to the next option
   bool given = false;
 
   Argument& Required();
@@ -33,7 +33,7 @@ struct Argument {
   Argument& Range(double min, double max);  // both ends allowed
   Argument& OneOf(std::vector<std::string> words);
   Argument& Several();
-  Argument& Alone(std::string value);
+  Argument& ImplicitValue(std::string value);
 
   bool IsFlag() const { return std::holds_alternative<bool*>(fields.front().value); }
 };
@@ -172,14 +172,6 @@ class Command {
   std::function<int()> action_;
   std::function<std::string()> version_;
 };
-
-// Applies the assignments of --set, KEY=VALUE each. Throws UsageError.
-template <typename Options>
-void SetOptions(const std::vector<std::string>& assignments, Options& options) {
-  for (const std::string& assignment : assignments) {
-    SetOption(assignment, options);
-  }
-}
 
 // Returns the width in columns of the terminal on stdout; 80 if stdout is no terminal.
 int TerminalWidth();

@@ -108,7 +108,7 @@ void RunArguments::AddTo(Command& command) {
           "--dense [final|live]", dense,
           "Compute depth maps, a dense cloud and a mesh, as `sqslam densify` does. final (default): after "
           "the run; live: in the background, each stored in the recording at once")
-      .Alone("final");
+      .ImplicitValue("final");
   command.Flag("--no-render", no_render, "Do not write pictures and the report");
   command.Group("Mapping");
   command.Option("--config FILE", config, "Pipeline options (YAML, see configs/default.yaml)");

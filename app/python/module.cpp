@@ -21,7 +21,6 @@
 #include <variant>
 #include <vector>
 
-#include "app/command_line/command.h"
 #include "app/export/map_view.h"
 #include "app/result/map_input.h"
 #include "render/picture/picture.h"
@@ -41,8 +40,8 @@ namespace fs = std::filesystem;
 namespace {
 using py::literals::operator""_a;
 
-// Contents of a map are copied into NumPy arrays, which may outlive the map.
-// Returns an array with a row of shape `columns` per item (empty: one number). `fill(item, row)` writes it.
+// Copies contents of a map, which the array may outlive. Returns an array with a row of shape `columns` per
+// item (empty: one number). `fill(item, row)` writes it.
 template <typename Number, typename Items>
 py::array_t<Number> Rows(const Items& items, std::vector<py::ssize_t> columns, const auto& fill) {
   columns.insert(columns.begin(), static_cast<py::ssize_t>(items.size()));
@@ -178,7 +177,7 @@ py::array_t<std::uint8_t> Render(const std::variant<const Result*, const State*>
     options.transparent = transparent;
     options.camera = {view, {}, {}, {}, {}, azimuth, elevation, zoom};
     options.style = LoadStyle(style);
-    app::SetOptions(settings, options.style);
+    SetOptions(settings, options.style);
     CheckStyle(options.style);
     if (const auto* result = std::get_if<const Result*>(&what)) {  // a single state has no dense cloud
       options.layers = app::ReadLayers({}, (*result)->Reader(), (*result)->File(), options.style);
@@ -194,7 +193,7 @@ std::vector<SuperquadricFit> Fit(const py::array_t<double, py::array::c_style | 
   const std::vector<Eigen::Vector3d> points = Points(cloud);
   const py::gil_scoped_release others_run;
   MultiFitOptions options;
-  app::SetOptions(settings, options);
+  SetOptions(settings, options);
   options.fit.upright |= upright;
   options.remove_plane |= remove_plane;
   options.clusters = clusters.value_or(0);

@@ -12,16 +12,16 @@ namespace {
 
 constexpr int kRecordingInterval = 3;  // frames
 
-// If more frames than this lie between two that the network sees, they get no boxes: corners are rarely
-// tracked that far, and tracking must not take so long that even more frames wait the next time.
-constexpr std::size_t kMostTracked = 90;
+// More frames than this between two that the network sees get no boxes: corners are rarely tracked that far,
+// and tracking must not take so long that even more frames wait the next time.
+constexpr std::size_t kMaxTracked = 90;
 
-// Frees images of the first `due` frames: the network sees the last of them only, and boxes are not followed
-// through more than kMostTracked. So few images wait, however long the network takes.
-void FreeImages(std::deque<Frame>& frames, std::size_t due, bool follow) {
+// Frees images of the first `due` frames that nothing needs: the network sees the last of them only, and
+// boxes are not tracked through more than kMaxTracked. So few images wait, however long the network takes.
+void FreeImages(std::deque<Frame>& frames, std::size_t due) {
   for (std::size_t i = 0; i + 1 < due; ++i) {
     frames[i].bgr.release();
-    if (!follow || due > kMostTracked) {
+    if (due > kMaxTracked) {
       frames[i].gray.release();
     }
   }
@@ -32,7 +32,6 @@ void FreeImages(std::deque<Frame>& frames, std::size_t due, bool follow) {
 BackgroundDetector::BackgroundDetector(std::shared_ptr<ObjectDetector> detector,
                                        const DetectionOptions& options, DetectionPace pace)
     : detector_(std::move(detector)),
-      follow_(options.follow),
       interval_(options.interval > 0               ? options.interval
                 : pace == DetectionPace::kEveryNth ? kRecordingInterval
                                                    : 1),
@@ -95,7 +94,7 @@ std::vector<FrameBoxes> BackgroundDetector::BoxesOf(const std::vector<Frame>& ba
     boxes.back().detections = detector_->Detect(batch.back().bgr);
     boxes.back().seen = true;
   }
-  if (follow_ && batch.size() > 1 && batch.size() <= kMostTracked && !last_image_.empty()) {
+  if (batch.size() > 1 && batch.size() <= kMaxTracked && !last_image_.empty()) {
     const StageTimes::Scope timer(times_, "detection.following");
     std::vector<cv::Mat> images = {last_image_};
     std::ranges::transform(batch, std::back_inserter(images), &Frame::gray);
@@ -128,7 +127,7 @@ std::vector<FrameBoxes> BackgroundDetector::Add(const Frame& frame) {
   }
   waiting_.push_back(frame);
   if (pace_ == DetectionPace::kNewest) {
-    FreeImages(waiting_, Due(), follow_);
+    FreeImages(waiting_, Due());
   }
   changed_.notify_all();
   return boxes;

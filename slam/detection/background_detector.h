@@ -25,12 +25,10 @@ struct DetectionOptions {
   // Interval of frames that the network sees. 0: every third of a recording, which waits for the network; of
   // a live camera the newest whenever the network is free.
   int interval = 0;
-  bool follow = true;  // carry boxes through the frames between by tracked corners
 
   void VisitFields(auto&& visit) {
     visit("network", network);
     visit("interval", interval, 0, 90);  // beyond, nothing is carried
-    visit("follow", follow);
   }
 };
 
@@ -49,7 +47,7 @@ enum class DetectionPace {
 };
 
 // Runs a detector on its own thread. Frames between two processed ones get their boxes by TrackBoxes, or none
-// if the detector is too slow for that.
+// if too many frames lie between.
 //
 //   BackgroundDetector detector(std::make_shared<Detector>(network), options, DetectionPace::kEveryNth);
 //   for each frame { for (const FrameBoxes& boxes : detector.Add(frame)) ... }
@@ -60,10 +58,9 @@ class BackgroundDetector {
                      DetectionPace pace);
   ~BackgroundDetector();  // drops unprocessed frames
 
-  // Copies nothing: the frame's images must not change any more. Returns the boxes of earlier frames, in
-  // order, each once. At pace kEveryNth, returns those up to the last frame given to the network when the
-  // next one is due, and none in between, so that results don't depend on timing. Throws what the network
-  // threw; so does Finish.
+  // Returns the boxes of earlier frames, in order, each once. At pace kEveryNth they are returned only when
+  // the network is due, so that results don't depend on timing. Shares the frame's images, which must not
+  // change any more. Rethrows errors of the network, as Finish does.
   std::vector<FrameBoxes> Add(const Frame& frame);
   std::vector<FrameBoxes> Finish();  // boxes of all remaining frames; the network always sees the last one
 
@@ -80,7 +77,6 @@ class BackgroundDetector {
   std::vector<FrameBoxes> TakeReady();
 
   std::shared_ptr<ObjectDetector> detector_;
-  bool follow_;
   std::int64_t interval_;
   DetectionPace pace_;
   StageTimes times_;
@@ -92,7 +88,7 @@ class BackgroundDetector {
   std::condition_variable changed_;
   std::deque<Frame> waiting_;
   std::vector<FrameBoxes> ready_;
-  std::int64_t taken_ = 0;  // frames removed from `waiting_`
+  std::int64_t taken_ = 0;  // number of frames removed from `waiting_`
   bool busy_ = false;
   bool finishing_ = false;
   bool stopped_ = false;

@@ -26,14 +26,14 @@ Pyramid MakePyramid(const cv::Mat& image) {
 }
 
 std::vector<cv::Point2f> CornersIn(const cv::Mat& image, const Box2d& box) {
-  constexpr double kQuality = 0.02;
+  constexpr double kMinQuality = 0.02;  // of a corner, relative to the best one
   const cv::Rect rect = cv::Rect(cv::Point(std::lround(box.x), std::lround(box.y)),
                                  cv::Point(std::lround(box.x + box.width), std::lround(box.y + box.height))) &
                         cv::Rect({}, image.size());
   std::vector<cv::Point2f> corners;
   if (rect.width > kWindow.width && rect.height > kWindow.height) {
     const double distance = std::max(3.0, std::sqrt(rect.area() / static_cast<double>(kMaxCorners)) / 2.0);
-    cv::goodFeaturesToTrack(image(rect), corners, kMaxCorners, kQuality, distance);
+    cv::goodFeaturesToTrack(image(rect), corners, kMaxCorners, kMinQuality, distance);
   }
   for (cv::Point2f& corner : corners) {
     corner += cv::Point2f(rect.tl());
@@ -41,9 +41,9 @@ std::vector<cv::Point2f> CornersIn(const cv::Mat& image, const Box2d& box) {
   return corners;
 }
 
-// Returns the box moved by the median growth and shift of its corners, or nothing if they are unreliable.
-std::optional<Box2d> Moved(const Box2d& box,
-                           const std::vector<std::pair<cv::Point2f, cv::Point2f>>& corners) {
+// Returns the box moved by the median growth and shift of its corners; nothing if the corners are unreliable.
+std::optional<Box2d> MoveByCorners(const Box2d& box,
+                                   const std::vector<std::pair<cv::Point2f, cv::Point2f>>& corners) {
   constexpr double kMinDistance = 4.0;  // px, between corners used for the growth
   constexpr double kMaxGrowth = 1.25;   // from one image to the next
   if (corners.size() < kMinCorners) {
@@ -85,60 +85,61 @@ std::vector<std::optional<Box2d>> TrackToNext(const cv::Mat& image, const Pyrami
       box_of.resize(corners.size(), b);
     }
   }
-  std::vector<cv::Point2f> there;
+  std::vector<cv::Point2f> tracked;
   std::vector<cv::Point2f> back = corners;
   std::vector<unsigned char> found;
   std::vector<unsigned char> found_back;
   std::vector<float> error;
   if (!corners.empty()) {
-    cv::calcOpticalFlowPyrLK(from, to, corners, there, found, error, kWindow, kLevels);
-    cv::calcOpticalFlowPyrLK(to, from, there, back, found_back, error, kWindow, kLevels,
+    cv::calcOpticalFlowPyrLK(from, to, corners, tracked, found, error, kWindow, kLevels);
+    cv::calcOpticalFlowPyrLK(to, from, tracked, back, found_back, error, kWindow, kLevels,
                              {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 30, 0.01},
                              cv::OPTFLOW_USE_INITIAL_FLOW);
   }
   std::vector<std::vector<std::pair<cv::Point2f, cv::Point2f>>> moves(boxes.size());
   for (std::size_t i = 0; i < corners.size(); ++i) {
     if (found[i] != 0 && found_back[i] != 0 && cv::norm(back[i] - corners[i]) < kMaxReturnError) {
-      moves[box_of[i]].emplace_back(corners[i], there[i]);
+      moves[box_of[i]].emplace_back(corners[i], tracked[i]);
     }
   }
   std::vector<std::optional<Box2d>> moved(boxes.size());
   for (std::size_t b = 0; b < boxes.size(); ++b) {
     if (boxes[b]) {
-      moved[b] = Moved(*boxes[b], moves[b]);
+      moved[b] = MoveByCorners(*boxes[b], moves[b]);
     }
   }
   return moved;
 }
 
-struct Arrival {
+// A tracked box of the first image and the box of the last image where it ends.
+struct Pair {
   std::size_t first;
   std::size_t last;
   double iou;
 };
 
 // Pairs tracked boxes with overlapping boxes of their class in the last image, best first, each box once.
-std::vector<Arrival> Arrivals(const std::vector<Box2d>& ends, const std::vector<Detection>& first,
-                              const std::vector<Detection>& last) {
-  constexpr double kSameThing = 0.5;  // IoU
-  std::vector<Arrival> candidates;
+std::vector<Pair> PairWithLast(const std::vector<Box2d>& ends, const std::vector<Detection>& first,
+                               const std::vector<Detection>& last) {
+  constexpr double kMinIoU = 0.5;
+  std::vector<Pair> candidates;
   for (std::size_t i = 0; i < first.size(); ++i) {
     for (std::size_t j = 0; j < last.size(); ++j) {
       const double iou = IoU(ends[i], last[j].box);
-      if (first[i].label == last[j].label && iou >= kSameThing) {
+      if (first[i].label == last[j].label && iou >= kMinIoU) {
         candidates.push_back({i, j, iou});
       }
     }
   }
-  std::ranges::stable_sort(candidates, std::greater{}, &Arrival::iou);
-  std::vector<Arrival> chosen;
-  for (const Arrival& c : candidates) {
+  std::ranges::stable_sort(candidates, std::greater{}, &Pair::iou);
+  std::vector<Pair> chosen;
+  for (const Pair& c : candidates) {
     if (std::ranges::none_of(
-            chosen, [&](const Arrival& other) { return other.first == c.first || other.last == c.last; })) {
+            chosen, [&](const Pair& other) { return other.first == c.first || other.last == c.last; })) {
       chosen.push_back(c);
     }
   }
-  std::ranges::sort(chosen, {}, &Arrival::first);
+  std::ranges::sort(chosen, {}, &Pair::first);
   return chosen;
 }
 
@@ -158,31 +159,31 @@ std::vector<std::vector<Detection>> TrackBoxes(const std::vector<cv::Mat>& image
     return {};
   }
   const std::size_t steps = images.size() - 1;
-  std::vector<std::vector<std::optional<Box2d>>> ways(1);  // by image, then by box
+  std::vector<std::vector<std::optional<Box2d>>> tracks(1);  // by image, then by box
   for (const Detection& detection : first) {
-    ways[0].push_back(detection.box);
+    tracks[0].push_back(detection.box);
   }
   Pyramid from = MakePyramid(images[0]);
   for (std::size_t i = 0; i < steps; ++i) {
     Pyramid to = MakePyramid(images[i + 1]);
-    ways.push_back(TrackToNext(images[i], from, to, ways[i]));
+    tracks.push_back(TrackToNext(images[i], from, to, tracks[i]));
     from = std::move(to);
   }
   std::vector<Box2d> ends;
   for (std::size_t b = 0; b < first.size(); ++b) {
-    ends.push_back(ways[steps][b].value_or(first[b].box));
+    ends.push_back(tracks[steps][b].value_or(first[b].box));
   }
   std::vector<std::vector<Detection>> between(steps - 1);
-  for (const Arrival& arrival : Arrivals(ends, first, last)) {
-    const Detection& start = first[arrival.first];
-    const Detection& end = last[arrival.last];
-    const bool carried = ways[steps][arrival.first].has_value();
+  for (const Pair& pair : PairWithLast(ends, first, last)) {
+    const Detection& start = first[pair.first];
+    const Detection& end = last[pair.last];
+    const bool is_tracked = tracks[steps][pair.first].has_value();
     for (std::size_t i = 1; i < steps; ++i) {
       const double t = static_cast<double>(i) / static_cast<double>(steps);
-      // The error at arrival is spread over the images.
-      const Box2d moved = carried ? *ways[i][arrival.first] : start.box;
+      // Spreads the error in the last image over the images.
+      const Box2d moved = is_tracked ? *tracks[i][pair.first] : start.box;
       const Box2d& target = end.box;
-      const Box2d& reached = ends[arrival.first];
+      const Box2d& reached = ends[pair.first];
       const Box2d box = {moved.x + t * (target.x - reached.x), moved.y + t * (target.y - reached.y),
                          moved.width + t * (target.width - reached.width),
                          moved.height + t * (target.height - reached.height)};

@@ -7,15 +7,15 @@
 
 namespace sqslam {
 
-// Tracks boxes through the images between two that a detector has processed. `images` (8UC1, all of one size)
-// begin with that of `first` and end with that of `last`.
+// Tracks boxes through the images between two that a detector has processed: `first` are the boxes of the
+// first and `last` the boxes of the last of the N `images` (8UC1, all of one size).
 //
-// Each box of the first image is carried from image to image by the corners in it (pyramidal Lucas-Kanade
-// with forward-backward check): it takes their median shift and growth. If it arrives at a box of its class
-// in the last image, the remaining error is spread over the images; otherwise one of the two boxes is wrong
-// and it is dropped. Boxes without texture are interpolated linearly if the two overlap.
+// Each box of the first image is moved from image to image by the median shift and growth of the corners in
+// it (pyramidal Lucas-Kanade with forward-backward check). If it ends at a box of its class in the last
+// image, the remaining error is spread over the images; otherwise it is dropped, since one of the two boxes
+// is wrong. Boxes without texture are interpolated linearly if the two overlap.
 //
-// Returns the boxes of images 1 to N - 2, those of an image in the order of `first`.
+// Returns the boxes of images 1 to N - 2, for each image in the order of `first`.
 std::vector<std::vector<Detection>> TrackBoxes(const std::vector<cv::Mat>& images,
                                                const std::vector<Detection>& first,
                                                const std::vector<Detection>& last);

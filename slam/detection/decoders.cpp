@@ -108,16 +108,16 @@ std::vector<ScoredBox> DecodeCenterNet(const cv::Mat& heatmap, const cv::Mat& si
 }
 
 std::vector<ScoredBox> DecodeYoloV8(const cv::Mat& output, int classes, double threshold) {
-  const int boxes_there = output.dims == 3 ? output.size[2] : 0;
-  CheckShape(output, {1, 4 + classes, boxes_there}, "yolov8");
+  const int columns = output.dims == 3 ? output.size[2] : 0;
+  CheckShape(output, {1, 4 + classes, columns}, "yolov8");
   const auto* values = output.ptr<float>();
   const auto at = [&](int row, int i) {
-    return static_cast<double>(values[static_cast<std::ptrdiff_t>(row) * boxes_there + i]);
+    return static_cast<double>(values[static_cast<std::ptrdiff_t>(row) * columns + i]);
   };
   std::vector<ScoredBox> boxes;
-  for (int i = 0; i < boxes_there; ++i) {
+  for (int i = 0; i < columns; ++i) {
     const auto [number, score] =
-        Largest(values + static_cast<std::ptrdiff_t>(4) * boxes_there + i, classes, boxes_there);
+        Largest(values + static_cast<std::ptrdiff_t>(4) * columns + i, classes, columns);
     if (score >= threshold) {
       boxes.push_back(Centered(at(0, i), at(1, i), at(2, i), at(3, i), number,
                                std::min(1.0, static_cast<double>(score))));

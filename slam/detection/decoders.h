@@ -14,8 +14,8 @@ struct ScoredBox {
   double score = 0.0;  // in [0, 1]
 };
 
-// The decoders return the boxes of a network's output with a score of at least `threshold`, without
-// non-maximum suppression. They throw InputError with the expected shape if the output has another one.
+// The decoders return the boxes of a network's output with a score of at least `threshold`, before
+// non-maximum suppression. They throw InputError with the expected shape for any other shape.
 
 // YOLOX (Ge et al., 2021): `output` 1 x N x (5 + classes) with centre, logarithm of the size, objectness and
 // class scores for each cell of the grids of stride 8, 16 and 32, row by row. A score is objectness times

@@ -23,7 +23,8 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::string_view kNoOnnxRuntime =
-    "this build has no ONNX Runtime, which knows more networks: install libonnxruntime-dev (Debian 13) and "
+    "this build has no ONNX Runtime, which supports more networks: install libonnxruntime-dev (Debian 13) "
+    "and "
     "build again";
 
 std::vector<std::string> ClassNames(const NetworkOptions& options) {
@@ -34,14 +35,14 @@ std::vector<std::string> ClassNames(const NetworkOptions& options) {
 }
 
 std::vector<std::string> OutputNames(const Network& network, const NetworkOptions& options) {
-  const std::vector<std::string> there = network.Outputs();
+  const std::vector<std::string> existing = network.Outputs();
   const std::size_t needed = options.decoder == NetworkDecoder::kCenterNet ? 2 : 1;
-  const std::vector<std::string>& wanted = options.outputs.empty() ? there : options.outputs;
+  const std::vector<std::string>& wanted = options.outputs.empty() ? existing : options.outputs;
   const bool known = std::ranges::all_of(
-      wanted, [&](const std::string& name) { return std::ranges::find(there, name) != there.end(); });
+      wanted, [&](const std::string& name) { return std::ranges::find(existing, name) != existing.end(); });
   if (!known || wanted.size() != needed) {
     throw InputError("{}: outputs [{}] for the decoder '{}', expected {} of [{}]", options.file,
-                     fmt::join(wanted, ", "), NameOf(options.decoder), needed, fmt::join(there, ", "));
+                     fmt::join(wanted, ", "), NameOf(options.decoder), needed, fmt::join(existing, ", "));
   }
   return wanted;
 }
@@ -50,7 +51,7 @@ fs::path FindWeights(const fs::path& yaml, const std::string& file) {
   std::vector<fs::path> places = {yaml.parent_path() / file};
   try {
     places.push_back(DataPath("assets") / "detectors" / file);
-  } catch (const InputError&) {  // no assets: only the place beside the YAML file is left
+  } catch (const InputError&) {  // no assets: search only beside the YAML file
   }
   std::vector<std::string> names;
   for (const fs::path& place : places) {
@@ -66,90 +67,73 @@ fs::path FindWeights(const fs::path& yaml, const std::string& file) {
 
 }  // namespace
 
-struct Detector::Impl {
-  explicit Impl(const NetworkOptions& wanted) : options(wanted), classes(ClassNames(options)) {
-    if (options.engine != NetworkEngine::kAuto) {
-      Start();
-      return;
-    }
-    options.engine = NetworkEngine::kOpenCv;
-    try {
-      Start();
-    } catch (const NetworkError& e) {
-      if (OnnxRuntimeVersion().empty()) {
-        throw InputError("{}; {}", e.what(), kNoOnnxRuntime);
-      }
-      options.engine = NetworkEngine::kOnnxRuntime;
-      Start();
-    }
+Detector::Detector(const NetworkOptions& options) : options_(options), classes_(ClassNames(options)) {
+  if (options.engine != NetworkEngine::kAuto) {
+    Start();
+    return;
   }
-
-  // Reads the network by the engine of the options, and tries it.
-  void Start() {
-    ThrowIf<UsageError>(options.engine == NetworkEngine::kOnnxRuntime && OnnxRuntimeVersion().empty(),
-                        "engine 'onnxruntime': {}", kNoOnnxRuntime);
-    network = options.engine == NetworkEngine::kOnnxRuntime ? ReadByOnnxRuntime(options.file)
-                                                            : ReadByOpenCv(options.file);
-    outputs = OutputNames(*network, options);
-    Run(cv::Mat::zeros(options.InputSize(), CV_8UC3));
-  }
-
-  std::vector<ScoredBox> Run(const cv::Mat& input) {
-    const std::vector<cv::Mat> blobs = network->Run(
-        cv::dnn::blobFromImage(input, options.scale, {}, {}, options.color == ChannelOrder::kRgb), outputs);
-    try {
-      return Decode(blobs);
-    } catch (const InputError& e) {
-      throw InputError("{}: {}", options.file, e.what());
+  options_.engine = NetworkEngine::kOpenCv;
+  try {
+    Start();
+  } catch (const NetworkError& e) {
+    if (OnnxRuntimeVersion().empty()) {
+      throw InputError("{}; {}", e.what(), kNoOnnxRuntime);
     }
+    options_.engine = NetworkEngine::kOnnxRuntime;
+    Start();
   }
+}
 
-  std::vector<ScoredBox> Decode(const std::vector<cv::Mat>& blobs) const {
-    const int count = static_cast<int>(classes.size());
-    if (options.decoder == NetworkDecoder::kCenterNet) {
-      // Non-maximum suppression follows: decode more peaks than boxes are wanted.
-      return DecodeCenterNet(blobs[0], blobs[1], options.InputSize(), count, options.threshold,
-                             4 * options.max_boxes);
-    }
-    if (options.decoder == NetworkDecoder::kYoloV8) {
-      return DecodeYoloV8(blobs[0], count, options.threshold);
-    }
-    return DecodeYolox(blobs[0], options.InputSize(), count, options.threshold);
-  }
-
-  NetworkOptions options;  // with the engine that was chosen
-  std::vector<std::string> classes;
-  std::unique_ptr<Network> network;
-  std::vector<std::string> outputs;
-};
-
-Detector::Detector(const NetworkOptions& options) : impl_(std::make_unique<Impl>(options)) {}
 Detector::~Detector() = default;
 
+void Detector::Start() {
+  const bool by_onnxruntime = options_.engine == NetworkEngine::kOnnxRuntime;
+  ThrowIf<UsageError>(by_onnxruntime && OnnxRuntimeVersion().empty(), "engine 'onnxruntime': {}",
+                      kNoOnnxRuntime);
+  network_ = by_onnxruntime ? ReadByOnnxRuntime(options_.file) : ReadByOpenCv(options_.file);
+  outputs_ = OutputNames(*network_, options_);
+  Run(cv::Mat::zeros(options_.InputSize(), CV_8UC3));
+}
+
+std::vector<ScoredBox> Detector::Run(const cv::Mat& input) {
+  const std::vector<cv::Mat> blobs = network_->Run(
+      cv::dnn::blobFromImage(input, options_.scale, {}, {}, options_.color == ChannelOrder::kRgb), outputs_);
+  const int classes = static_cast<int>(classes_.size());
+  try {
+    switch (options_.decoder) {
+      case NetworkDecoder::kCenterNet:  // more peaks than boxes: non-maximum suppression follows
+        return DecodeCenterNet(blobs[0], blobs[1], options_.InputSize(), classes, options_.threshold,
+                               4 * options_.max_boxes);
+      case NetworkDecoder::kYoloV8:
+        return DecodeYoloV8(blobs[0], classes, options_.threshold);
+      default:
+        return DecodeYolox(blobs[0], options_.InputSize(), classes, options_.threshold);
+    }
+  } catch (const InputError& e) {
+    throw InputError("{}: {}", options_.file, e.what());
+  }
+}
+
 std::vector<Detection> Detector::Detect(const cv::Mat& bgr) {
-  const NetworkOptions& options = impl_->options;
-  const Letterbox letterbox(bgr.size(), options.InputSize());
+  const Letterbox letterbox(bgr.size(), options_.InputSize());
   std::vector<Detection> detections;
-  for (const ScoredBox& scored :
-       SuppressNonMaxima(impl_->Run(letterbox.Fill(bgr)), options.suppression_iou)) {
+  for (const ScoredBox& scored : SuppressNonMaxima(Run(letterbox.Fill(bgr)), options_.suppression_iou)) {
     const Box2d box = letterbox.ToImage(scored.box);
-    if (box.Area() >= options.min_area && static_cast<int>(detections.size()) < options.max_boxes) {
-      detections.push_back({impl_->classes[scored.class_number], scored.score, box});
+    if (box.Area() >= options_.min_area && static_cast<int>(detections.size()) < options_.max_boxes) {
+      detections.push_back({classes_[scored.class_number], scored.score, box});
     }
   }
   return detections;
 }
 
-std::string Detector::Name() const { return fs::path(impl_->options.file).filename().string(); }
-std::string Detector::Settings() const { return Fingerprint(impl_->options); }
+std::string Detector::Name() const { return fs::path(options_.file).filename().string(); }
+std::string Detector::Settings() const { return Fingerprint(options_); }
 
 NetworkOptions LoadNetwork(const std::string& name_or_file, const std::vector<std::string>& settings) {
   const fs::path path = ConfigFile("configs/detectors", "detector", name_or_file);
   NetworkOptions options;
   LoadOptions(path, options);
-  for (const std::string& setting : settings) {
-    SetOption(setting, options);
-  }
+  SetOptions(settings, options);
   CheckOptions(options);
   ThrowIf<UsageError>(options.file.empty(), "{}: no 'file', expected the name of an .onnx file",
                       path.string());
@@ -177,12 +161,7 @@ std::optional<NetworkOptions> ChooseNetwork(const std::string& name_or_file,
 std::string Fingerprint(const NetworkOptions& options) {
   const std::string weights = ReadFile(options.file, "the weights of a network");
   const auto* bytes = reinterpret_cast<const Bytef*>(weights.data());
-  NetworkOptions all = options;
-  std::vector<OptionField> fields = OptionFields(all);
-  if (options.engine != NetworkEngine::kOnnxRuntime) {  // as lines were before there was a choice
-    std::erase_if(fields, [](const OptionField& field) { return field.key == "engine"; });
-  }
-  std::string line = DumpOptionFields(fields);
+  std::string line = DumpOptions(options);
   std::ranges::replace(line, '\n', ' ');
   return fmt::format("{}weights: {:08x}", line, crc32_z(0, bytes, weights.size()));
 }

@@ -11,6 +11,9 @@
 
 namespace sqslam {
 
+class Network;
+struct ScoredBox;
+
 // Layout of the boxes in the network's output.
 enum class NetworkDecoder { kYolox, kCenterNet, kYoloV8 };
 constexpr auto EnumNames(NetworkDecoder) { return std::array{"yolox", "centernet", "yolov8"}; }
@@ -63,17 +66,16 @@ struct NetworkOptions {
 // and bad values, and InputError if the weights are missing, with the places searched and how to fetch them.
 NetworkOptions LoadNetwork(const std::string& name_or_file, const std::vector<std::string>& settings = {});
 
-// Like LoadNetwork, but "auto" is the best one of those in configs/detectors whose weights exist; nothing if
-// there are none.
+// Like LoadNetwork, but "auto" is the best network of configs/detectors with existing weights; nothing if no
+// weights exist.
 std::optional<NetworkOptions> ChooseNetwork(const std::string& name_or_file,
                                             const std::vector<std::string>& settings = {});
 
-// Returns all that boxes depend on in one line: every option, and a checksum of the weights. The engine
-// counts as OpenCV while it is `auto`; Detector::Settings() knows which one it has become.
+// Returns everything that boxes depend on in one line: all options, and a checksum of the weights.
 std::string Fingerprint(const NetworkOptions& options);
 
-// Finds objects in images: a network, or a detector of the embedding program (RunRequest::detector). Used by
-// one thread at a time.
+// Finds objects in images: a network, or a detector of the embedding program (RunRequest::detector). Not
+// thread-safe.
 class ObjectDetector {
  public:
   virtual ~ObjectDetector() = default;
@@ -83,14 +85,14 @@ class ObjectDetector {
   virtual std::vector<Detection> Detect(const cv::Mat& bgr) = 0;
 
   virtual std::string Name() const { return "a detector of the program's own"; }  // for display
-  virtual std::string Settings() const { return Name(); }  // all that boxes depend on, in one line
+  virtual std::string Settings() const { return Name(); }  // everything that boxes depend on, in one line
 };
 
 // A network, run on the CPU by OpenCV or ONNX Runtime, with as many threads as OpenCV uses.
 class Detector final : public ObjectDetector {
  public:
-  // Throws InputError that names the file: no ONNX network that the engine can read, unknown output names
-  // (the message lists the existing ones), or an output shape that does not fit the decoder or the number of
+  // Throws InputError with the file name if the engine cannot read the network, for unknown output names
+  // (listing the existing ones), and for an output shape that does not fit the decoder or the number of
   // classes (found by a trial run). Throws UsageError for ONNX Runtime in a build without it.
   explicit Detector(const NetworkOptions& options);
   ~Detector() override;
@@ -100,8 +102,13 @@ class Detector final : public ObjectDetector {
   std::string Settings() const override;
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  void Start();  // reads the network with the engine of the options, and runs it once
+  std::vector<ScoredBox> Run(const cv::Mat& input);
+
+  NetworkOptions options_;  // with the chosen engine
+  std::vector<std::string> classes_;
+  std::unique_ptr<Network> network_;
+  std::vector<std::string> outputs_;
 };
 
 }  // namespace sqslam

@@ -5,7 +5,7 @@ namespace sqslam {
 std::string OnnxRuntimeVersion() { return ""; }
 
 std::unique_ptr<Network> ReadByOnnxRuntime(const std::string& file) {
-  throw NetworkError("{}: needs ONNX Runtime, which this build has not", file);
+  throw NetworkError("{}: needs ONNX Runtime, which is missing in this build", file);
 }
 
 }  // namespace sqslam

@@ -88,8 +88,8 @@ std::unique_ptr<Network> ReadByOnnxRuntime(const std::string& file) {
   try {
     return std::make_unique<OnnxRuntimeNetwork>(file);
   } catch (const Ort::Exception& e) {
-    throw NetworkError("{}: cannot be read ({}), expected an ONNX network that ONNX Runtime {} knows", file,
-                       Reason(e), Ort::GetVersionString());
+    throw NetworkError("{}: cannot be read ({}), expected an ONNX network that ONNX Runtime {} supports",
+                       file, Reason(e), Ort::GetVersionString());
   }
 }
 

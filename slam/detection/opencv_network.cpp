@@ -40,7 +40,7 @@ std::unique_ptr<Network> ReadByOpenCv(const std::string& file) {
   try {
     return std::make_unique<OpenCvNetwork>(file);
   } catch (const cv::Exception& e) {
-    throw NetworkError("{}: cannot be read ({}), expected an ONNX network that OpenCV {} knows", file,
+    throw NetworkError("{}: cannot be read ({}), expected an ONNX network that OpenCV {} supports", file,
                        Reason(e), CV_VERSION);
   }
 }

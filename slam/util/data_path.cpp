@@ -63,10 +63,8 @@ fs::path ConfigFile(const fs::path& folder, const std::string& what, const std::
   }
   const std::vector<std::string> names = ConfigNames(folder);
   if (std::ranges::find(names, name_or_file) == names.end()) {
-    const std::string nearest = NearestWord(name_or_file, names);
-    throw UsageError("{} '{}': not known{}, expected a FILE.yaml or one of {}", what, name_or_file,
-                     nearest.empty() ? "" : fmt::format(" (did you mean {}?)", nearest),
-                     fmt::join(names, ", "));
+    throw UsageError("{} '{}': unknown, expected a FILE.yaml or one of {}{}", what, name_or_file,
+                     fmt::join(names, ", "), DidYouMean(name_or_file, names));
   }
   return DataPath(folder / (name_or_file + ".yaml"));
 }

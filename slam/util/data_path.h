@@ -11,21 +11,21 @@ namespace sqslam {
 // runs from build/PRESET/bin. Throws InputError if it is in none.
 std::filesystem::path DataPath(const std::filesystem::path& name);
 
-// Returns the absolute path, which ends in the name of the file or folder also for "kitchen/" and ".".
+// Returns the absolute path, ending in the name of the file or folder even for "kitchen/" and ".".
 std::filesystem::path NamedPath(const std::filesystem::path& path);
 
-// Sets the data folder for a program that is not installed beside it. The targets of find_package(sqslam) do
-// so for programs that link them.
+// Sets the data folder of a program that is not installed beside it. The targets of find_package(sqslam) call
+// it for the programs that link them.
 void SetDataFolder(const std::filesystem::path& folder);
 
-// Returns the sorted names of NAME.yaml in such a folder ("configs/styles").
+// Returns the sorted NAMEs of all NAME.yaml in a folder like "configs/styles".
 std::vector<std::string> ConfigNames(const std::filesystem::path& folder);
 
-// Returns the same in one line, "dark, paper"; empty if there is no such folder.
+// Returns these names in one line, "dark, paper"; empty if the folder does not exist.
 std::string ConfigNameList(const std::filesystem::path& folder);
 
 // Returns the file for NAME or FILE.yaml: one that ends in .yaml as it is, otherwise folder/NAME.yaml. Throws
-// UsageError for an unknown name, listing all names and the nearest. `what`: its kind ("style").
+// UsageError that lists all names and the nearest one if the name is unknown. `what`: its kind ("style").
 std::filesystem::path ConfigFile(const std::filesystem::path& folder, const std::string& what,
                                  const std::string& name_or_file);
 

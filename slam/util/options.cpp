@@ -12,19 +12,10 @@
 
 #include "slam/util/text_lines.h"
 #include "slam/util/throw_if.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
-
-// "a number from 0 to 1", "a whole number of at least 3", ...
-std::string DescribeRange(const OptionField& field, const std::string& noun) {
-  const bool has_min = std::isfinite(field.min);
-  const bool has_max = std::isfinite(field.max);
-  return has_min && has_max ? fmt::format("{} from {} to {}", noun, field.min, field.max)
-         : has_min          ? fmt::format("{} of at least {}", noun, field.min)
-         : has_max          ? fmt::format("{} of at most {}", noun, field.max)
-                            : noun;
-}
 
 std::string Yaml(const auto& value) {
   YAML::Emitter emitter;
@@ -34,6 +25,10 @@ std::string Yaml(const auto& value) {
 
 std::string NodeText(const YAML::Node& node) { return node.IsScalar() ? node.Scalar() : Yaml(node); }
 
+bool IsAmong(const std::string& word, const std::vector<std::string>& words) {
+  return std::ranges::find(words, word) != words.end();
+}
+
 template <typename Number>
 bool ReadNumber(const YAML::Node& node, Number& value) {
   const auto number = node.IsScalar() ? ParseNumber<Number>(node.Scalar()) : std::nullopt;
@@ -41,21 +36,18 @@ bool ReadNumber(const YAML::Node& node, Number& value) {
   return number.has_value();
 }
 
+// The visitors of OptionField::value.
+
 // Assigns from YAML; returns false if the node is of the wrong kind.
 struct AssignFromNode {
   const YAML::Node& node;
   const OptionField& field;
 
-  template <typename Number>
-  requires std::is_arithmetic_v<Number>
-  bool operator()(Number* value) const { return ReadNumber(node, *value); }
+  bool operator()(auto* number) const { return ReadNumber(node, *number); }
   bool operator()(bool* value) const { return node.IsScalar() && YAML::convert<bool>::decode(node, *value); }
   bool operator()(std::string* value) const {
-    if (node.IsMap()) {
-      return false;
-    }
     *value = NodeText(node);  // a list is kept as text: gravity: [0, 0, 1]
-    return true;
+    return !node.IsMap();
   }
   bool operator()(const EnumOption& option) const {
     const auto name = std::ranges::find(field.allowed, node.IsScalar() ? node.Scalar() : "");
@@ -77,15 +69,16 @@ struct AssignFromNode {
       *values = {node.Scalar()};
       return true;
     }
-    return node.IsSequence() &&
-           std::ranges::all_of(node, [](const YAML::Node& item) { return item.IsScalar(); }) &&
+    return node.IsSequence() && std::ranges::all_of(node, &YAML::Node::IsScalar) &&
            YAML::convert<std::vector<std::string>>::decode(node, *values);
   }
 };
 
+// Returns true if the present value is allowed. NaN and infinity never are.
 struct AllowedCheck {
   const OptionField& field;
-  bool operator()(const auto* value) const { return *value >= field.min && *value <= field.max; }
+
+  bool operator()(const auto* number) const { return *number >= field.min && *number <= field.max; }
   bool operator()(const double* value) const {
     return std::isfinite(*value) && *value >= field.min && *value <= field.max;
   }
@@ -94,20 +87,18 @@ struct AllowedCheck {
   }
   bool operator()(const bool*) const { return true; }
   bool operator()(const std::string* value) const {
-    return field.allowed.empty() || std::ranges::find(field.allowed, *value) != field.allowed.end();
+    return field.allowed.empty() || IsAmong(*value, field.allowed);
   }
   bool operator()(const EnumOption& option) const { return option.get() < field.allowed.size(); }
   bool operator()(const std::vector<std::string>*) const { return true; }
 };
 
-// Returns true if the present value is allowed. NaN and infinity never are.
-bool IsAllowed(const OptionField& field) { return std::visit(AllowedCheck{field}, field.value); }
-
+// Writes the value as YAML.
 struct ValueFormat {
   const OptionField& field;
+
   std::string operator()(const auto* value) const { return fmt::format("{}", *value); }
-  std::string operator()(const bool* value) const { return *value ? "true" : "false"; }
-  std::string operator()(const std::span<double>& values) const {
+  std::string operator()(std::span<double> values) const {
     return fmt::format("[{}]", fmt::join(values.begin(), values.end(), ", "));
   }
   std::string operator()(const std::string* value) const { return Yaml(*value); }
@@ -118,28 +109,52 @@ struct ValueFormat {
   std::string operator()(const std::vector<std::string>* values) const { return Yaml(*values); }
 };
 
+struct Expectation {
+  const OptionField& field;
+
+  std::string operator()(const auto*) const { return InRange("a whole number"); }
+  std::string operator()(const std::uint64_t*) const { return InRange("a whole number without sign"); }
+  std::string operator()(const double*) const { return InRange("a number"); }
+  std::string operator()(std::span<double> values) const {
+    return fmt::format("a list [..] of {} values, each {}", values.size(), InRange("a number"));
+  }
+  std::string operator()(const bool*) const { return "true or false"; }
+  std::string operator()(const std::string*) const {
+    return field.allowed.empty() ? "one line of text" : (*this)(EnumOption());
+  }
+  std::string operator()(const EnumOption&) const {
+    return fmt::format("one of {}", fmt::join(field.allowed, ", "));
+  }
+  std::string operator()(const std::vector<std::string>*) const { return "a list [..] of words"; }
+
+  // "a number from 0 to 1", "a whole number of at least 3", ...
+  std::string InRange(const std::string& noun) const {
+    const bool has_min = std::isfinite(field.min);
+    const bool has_max = std::isfinite(field.max);
+    return has_min && has_max ? fmt::format("{} from {} to {}", noun, field.min, field.max)
+           : has_min          ? fmt::format("{} of at least {}", noun, field.min)
+           : has_max          ? fmt::format("{} of at most {}", noun, field.max)
+                              : noun;
+  }
+};
+
+bool IsAllowed(const OptionField& field) { return std::visit(AllowedCheck{field}, field.value); }
+
 std::string FormatValue(const OptionField& field) { return std::visit(ValueFormat{field}, field.value); }
 
-std::string Hint(const std::string& nearest) {
-  return nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest);
-}
-
-[[noreturn]] void ThrowUnknown(const std::string& where, const std::string& key,
-                               const std::vector<OptionField>& fields, std::vector<std::string> keys = {}) {
-  std::ranges::transform(fields, std::back_inserter(keys), [](const auto& field) { return field.key; });
-  // A name without its group is a better hint than any misspelling.
-  const auto tail = std::ranges::find_if(keys, [&](const auto& k) { return k.ends_with("." + key); });
-  throw UsageError("{}: unknown option '{}'{}", where, key,
-                   Hint(tail != keys.end() ? *tail : NearestWord(key, keys)));
-}
-
 const OptionField* Find(const std::vector<OptionField>& fields, const std::string& key) {
-  const auto it = std::ranges::find_if(fields, [&](const auto& field) { return field.key == key; });
+  const auto it = std::ranges::find(fields, key, &OptionField::key);
   return it == fields.end() ? nullptr : &*it;
 }
 
 bool IsGroup(const std::vector<OptionField>& fields, const std::string& key) {
   return std::ranges::any_of(fields, [&](const auto& field) { return field.key.starts_with(key + "."); });
+}
+
+[[noreturn]] void ThrowUnknown(const std::string& where, const std::string& key,
+                               const std::vector<OptionField>& fields, std::vector<std::string> keys = {}) {
+  std::ranges::copy(ToVector(fields, &OptionField::key), std::back_inserter(keys));
+  throw UsageError("{}: unknown option '{}'{}", where, key, DidYouMean(key, keys));
 }
 
 void AssignGroup(const YAML::Node& group, const std::string& prefix, const std::string& source,
@@ -150,7 +165,7 @@ void AssignGroup(const YAML::Node& group, const std::string& prefix, const std::
     if (const OptionField* field = Find(fields, key)) {
       AssignOption(entry.second, *field, where);
     } else if (!IsGroup(fields, key)) {
-      if (std::ranges::find(others, key) == others.end()) {
+      if (!IsAmong(key, others)) {
         ThrowUnknown(where, key, fields, others);
       }
     } else if (entry.second.IsMap()) {
@@ -163,12 +178,11 @@ void AssignGroup(const YAML::Node& group, const std::string& prefix, const std::
 
 std::size_t EditDistance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
+  std::iota(row.begin(), row.end(), 0);
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = row[0]++;
     for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t substituted = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      const std::size_t substituted = diagonal + (a[i] == b[j - 1] ? 0 : 1);
       diagonal = row[j];
       row[j] = std::min({row[j] + 1, row[j - 1] + 1, substituted});
     }
@@ -176,43 +190,21 @@ std::size_t EditDistance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
-struct Describe {
-  const OptionField& field;
-  std::string operator()(const auto*) const { return DescribeRange(field, "a whole number"); }
-  std::string operator()(const std::uint64_t*) const {
-    return DescribeRange(field, "a whole number without sign");
-  }
-  std::string operator()(const double*) const { return DescribeRange(field, "a number"); }
-  std::string operator()(const std::span<double>& values) const {
-    return fmt::format("a list [..] of {} values, each {}", values.size(), DescribeRange(field, "a number"));
-  }
-  std::string operator()(const bool*) const { return "true or false"; }
-  std::string operator()(const std::string*) const {
-    return field.allowed.empty() ? "one line of text" : (*this)(EnumOption());
-  }
-  std::string operator()(const EnumOption&) const {
-    return fmt::format("one of {}", fmt::join(field.allowed, ", "));
-  }
-  std::string operator()(const std::vector<std::string>*) const { return "a list [..] of words"; }
-};
-
-}  // namespace
-
-std::string OptionExpectation(const OptionField& field) { return std::visit(Describe{field}, field.value); }
-
-bool ReadOption(const std::string& text, const OptionField& field) {
-  return std::visit(AssignFromNode{YAML::Node(text), field}, field.value) && IsAllowed(field);
-}
-
-std::string OptionText(const OptionField& field) {
-  if (!IsAllowed(field)) {
-    return "";
-  }
-  const auto* text = std::get_if<std::string*>(&field.value);
-  return text != nullptr ? **text : FormatValue(field);
-}
-
+// Returns the candidate that ends with the word or else contains it, otherwise the one with the smallest edit
+// distance; empty if that is large.
 std::string NearestWord(std::string_view word, const std::vector<std::string>& candidates) {
+  const std::string_view bare = word.substr(std::min(word.find_first_not_of('-'), word.size()));
+  constexpr std::size_t kMinPart = 3;  // letters
+  if (bare.size() >= kMinPart) {
+    auto longer = std::ranges::find_if(candidates, [&](const auto& c) { return c.ends_with(bare); });
+    if (longer == candidates.end()) {
+      longer =
+          std::ranges::find_if(candidates, [&](const auto& c) { return c.find(bare) != std::string::npos; });
+    }
+    if (longer != candidates.end()) {
+      return *longer;
+    }
+  }
   std::string nearest;
   std::size_t best = std::max<std::size_t>(2, word.size() / 2) + 1;  // anything farther is no misspelling
   for (const std::string& candidate : candidates) {
@@ -229,54 +221,66 @@ std::string NearestWord(std::string_view word, const std::vector<std::string>& c
   return nearest;
 }
 
+}  // namespace
+
 std::string DidYouMean(std::string_view word, const std::vector<std::string>& candidates) {
-  return Hint(NearestWord(word, candidates));
+  const std::string nearest = NearestWord(word, candidates);
+  return nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest);
+}
+
+std::string OptionExpectation(const OptionField& field) {
+  return std::visit(Expectation{field}, field.value);
+}
+
+bool ReadOption(const std::string& text, const OptionField& field) {
+  return std::visit(AssignFromNode{YAML::Node(text), field}, field.value) && IsAllowed(field);
+}
+
+std::string OptionText(const OptionField& field) {
+  if (!IsAllowed(field)) {
+    return "";
+  }
+  const auto* text = std::get_if<std::string*>(&field.value);
+  return text != nullptr ? **text : FormatValue(field);
 }
 
 void AssignOption(const YAML::Node& node, const OptionField& field, const std::string& where) {
   if (!std::visit(AssignFromNode{node, field}, field.value) || !IsAllowed(field)) {
-    const std::string nearest = node.IsScalar() ? NearestWord(node.Scalar(), field.allowed) : "";
     throw UsageError("{}: {} is {}, expected {}{}", where, field.key,
                      node.IsNull() ? "empty" : "'" + NodeText(node) + "'", OptionExpectation(field),
-                     Hint(nearest));
+                     node.IsScalar() ? DidYouMean(node.Scalar(), field.allowed) : "");
   }
 }
 
 void AssignOptions(const YAML::Node& map, const std::string& source, const std::vector<OptionField>& fields,
                    const std::vector<std::string>& others) {
   if (!map.IsMap() && !map.IsNull()) {
-    throw UsageError("{}:{}: '{}', expected options, 'name: value'", source, map.Mark().line + 1,
-                     NodeText(map));
+    throw UsageError("{}:{}: '{}', expected lines 'name: value'", source, map.Mark().line + 1, NodeText(map));
   }
   AssignGroup(map, "", source, fields, others);
 }
 
-void LoadOptionFields(const std::filesystem::path& path, const std::vector<OptionField>& fields) {
+void LoadOptions(const std::filesystem::path& path, const OptionFields& fields) {
   std::string text;
   try {
     text = ReadFile(path, "a YAML file of options");
   } catch (const InputError& e) {
     throw UsageError(e.what());
   }
-  ParseOptionFields(text, path.string(), fields);
+  ParseOptions(text, path.string(), fields);
 }
 
-void ParseOptionFields(const std::string& yaml, const std::string& source,
-                       const std::vector<OptionField>& fields) {
+void ParseOptions(const std::string& yaml, const std::string& source, const OptionFields& fields) {
   YAML::Node root;
   try {
     root = YAML::Load(yaml);
   } catch (const YAML::ParserException& e) {
     throw UsageError("{}:{}: no valid YAML: {}", source, e.mark.line + 1, e.msg);
   }
-  if (root.IsNull()) {
-    return;
-  }
-  ThrowIf<UsageError>(!root.IsMap(), "{}:1: expected lines 'name: value'", source);
   AssignOptions(root, source, fields);
 }
 
-void SetOptionField(const std::string& assignment, const std::vector<OptionField>& fields) {
+void SetOption(const std::string& assignment, const OptionFields& fields) {
   const std::size_t equals = assignment.find('=');
   const std::string where = "--set " + assignment;
   if (equals == std::string::npos || equals == 0) {
@@ -298,7 +302,13 @@ void SetOptionField(const std::string& assignment, const std::vector<OptionField
   AssignOption(node, *field, where);
 }
 
-void CheckOptionFields(const std::vector<OptionField>& fields) {
+void SetOptions(const std::vector<std::string>& assignments, const OptionFields& fields) {
+  for (const std::string& assignment : assignments) {
+    SetOption(assignment, fields);
+  }
+}
+
+void CheckFields(const OptionFields& fields) {
   for (const OptionField& field : fields) {
     if (!IsAllowed(field)) {
       throw UsageError("option {} is {}, expected {}", field.key, FormatValue(field),
@@ -307,7 +317,7 @@ void CheckOptionFields(const std::vector<OptionField>& fields) {
   }
 }
 
-std::string DumpOptionFields(const std::vector<OptionField>& fields) {
+std::string DumpFields(const OptionFields& fields) {
   std::string text;
   std::vector<std::string> open;  // groups whose header has been written
   for (const OptionField& field : fields) {

@@ -54,7 +54,7 @@ std::size_t LongestLine(const std::string& text) {
   return longest;
 }
 
-TEST(CommandLine, HelpOfEveryCommandIsGroupedWrappedAndShowsExamples) {
+TEST(CommandLine, GroupsAndWrapsHelpWithExamples) {
   for (const std::string& command : AllCommands()) {
     const ProgramRun run = RunProgram(command + " --help");
     EXPECT_EQ(run.exit_code, 0);
@@ -66,7 +66,7 @@ TEST(CommandLine, HelpOfEveryCommandIsGroupedWrappedAndShowsExamples) {
   }
 }
 
-TEST(CommandLine, OutputAndQuietHaveTheSameShortNamesEverywhere) {
+TEST(CommandLine, UsesSameShortNamesInAllCommands) {
   for (const std::string& command : AllCommands()) {
     std::istringstream lines(RunProgram(command + " --help").out);
     for (std::string line; std::getline(lines, line);) {
@@ -75,7 +75,7 @@ TEST(CommandLine, OutputAndQuietHaveTheSameShortNamesEverywhere) {
   }
 }
 
-TEST(CommandLine, HelpNamesAllThatCanBeChosen) {
+TEST(CommandLine, HelpListsAllChoices) {
   EXPECT_THAT(RunProgram("run --help").out,
               AllOf(HasSubstr("7-scenes"), HasSubstr("icl-nuim"), HasSubstr("iou+ttest"),
                     HasSubstr("ensemble"), HasSubstr("superquadric"), HasSubstr("quadric"),
@@ -86,7 +86,7 @@ TEST(CommandLine, HelpNamesAllThatCanBeChosen) {
   }
 }
 
-TEST(CommandLine, WithoutAWordTheProgramPrintsItsHelp) {
+TEST(CommandLine, PrintsHelpWithoutArguments) {
   const ProgramRun bare = RunProgram("");
   EXPECT_EQ(bare.exit_code, 0);
   EXPECT_EQ(bare.out, RunProgram("--help").out);
@@ -94,7 +94,7 @@ TEST(CommandLine, WithoutAWordTheProgramPrintsItsHelp) {
   EXPECT_EQ(RunProgram("figure").out, RunProgram("figure --help").out);
 }
 
-TEST(CommandLine, AssetsAreFoundWhereTheProgramIsFoundByPath) {
+TEST(CommandLine, FindsAssetsWhenStartedByPath) {
   const std::filesystem::path program = SQSLAM_PROGRAM;
   const TemporaryFolder folder;
   const std::string out = (folder.Path() / "out").string();
@@ -104,14 +104,14 @@ TEST(CommandLine, AssetsAreFoundWhereTheProgramIsFoundByPath) {
   EXPECT_THAT(Slurp(out), HasSubstr("blueprint"));  // a file in configs/styles
 }
 
-TEST(CommandLine, VersionNamesLibrariesAndBackEnds) {
+TEST(CommandLine, VersionListsLibrariesAndBackEnds) {
   const ProgramRun run = RunProgram("--version");
   EXPECT_EQ(run.exit_code, 0);
   EXPECT_THAT(run.out, AllOf(HasSubstr("sqslam "), HasSubstr("OpenCV"), HasSubstr("ONNX Runtime "),
                              HasSubstr("osmesa"), HasSubstr("egl")));
 }
 
-TEST(CommandLine, WrongUsageIsOneLineAndCodeTwo) {
+TEST(CommandLine, WrongUsageGivesOneLineAndCode2) {
   for (const std::string arguments : {"fly",
                                       "run",
                                       "run x --stride 0",
@@ -153,7 +153,7 @@ TEST(CommandLine, WrongUsageIsOneLineAndCodeTwo) {
   }
 }
 
-TEST(CommandLine, WhatIsMisspelledIsAnsweredWithTheNearest) {
+TEST(CommandLine, SuggestsNearestName) {
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"rnu", "sqslam: unknown command 'rnu'; did you mean 'run'? (see sqslam --help)"},
       {"figure shape", "sqslam: unknown figure 'shape'; did you mean 'shapes'? (see sqslam figure --help)"},
@@ -173,7 +173,7 @@ TEST(CommandLine, WhatIsMisspelledIsAnsweredWithTheNearest) {
               HasSubstr("did you mean 'tracking.min_inliers'?"));
 }
 
-TEST(CommandLine, MissingInputIsCodeThree) {
+TEST(CommandLine, MissingInputGivesCode3) {
   for (const std::string arguments :
        {"run /nonexistent", "info /nonexistent", "export /nonexistent --output x.ply"}) {
     const ProgramRun run = RunProgram(arguments);
@@ -182,17 +182,17 @@ TEST(CommandLine, MissingInputIsCodeThree) {
   }
 }
 
-TEST(CommandLine, ALiveCameraThatIsNotThereIsCodeThree) {
+TEST(CommandLine, MissingLiveCameraGivesCode3) {
   const ProgramRun run = RunProgram("run 987 --camera kinect-v1");
   EXPECT_EQ(run.exit_code, 3) << run.err;
   EXPECT_THAT(run.ErrorLines(), ElementsAre(HasSubstr("camera 987: cannot be opened")));
 }
 
-TEST(CommandLine, AnUnknownCameraPresetIsAnsweredWithTheNearest) {
-  EXPECT_THAT(RunProgram("run 0 --camera kinect-v2").err, HasSubstr("did you mean kinect-v1?"));
+TEST(CommandLine, SuggestsNearestCameraPreset) {
+  EXPECT_THAT(RunProgram("run 0 --camera kinect-v2").err, HasSubstr("did you mean 'kinect-v1'?"));
 }
 
-TEST(CommandLine, DumpedConfigCanBeReadBackWithChanges) {
+TEST(CommandLine, ReadsDumpedConfigBackWithChanges) {
   const TemporaryFolder folder;
   const ProgramRun first =
       RunProgram("run --dump-config --set tracking.min_inliers=31 --seed 5 --association iou");
@@ -237,7 +237,7 @@ TEST_F(CommandReader, BindsValuesToVariables) {
   EXPECT_TRUE(fast_);
 }
 
-TEST_F(CommandReader, RefusesValuesThatDoNotFit) {
+TEST_F(CommandReader, RefusesInvalidValues) {
   for (const std::vector<std::string>& words : {std::vector<std::string>{"draw", "a", "--zoom", "11"},
                                                 {"draw", "a", "--zoom", "near"},
                                                 {"draw"},
@@ -249,7 +249,7 @@ TEST_F(CommandReader, RefusesValuesThatDoNotFit) {
   }
 }
 
-TEST_F(CommandReader, HelpIsAsWideAsTheTerminal) {
+TEST_F(CommandReader, WrapsHelpToTerminalWidth) {
   const std::string narrow = program_.Commands().front().Help(50);
   const std::string wide = program_.Commands().front().Help(120);
   EXPECT_LE(LongestLine(narrow), 50U);
@@ -276,7 +276,7 @@ class MapCommands : public ::testing::Test {
   std::filesystem::path map_;
 };
 
-TEST_F(MapCommands, InfoTellsWhatIsInAMapOrInItsFolder) {
+TEST_F(MapCommands, InfoDescribesMapOrFolder) {
   const ProgramRun run = RunProgram("info " + map_.string());
   EXPECT_EQ(run.exit_code, 0);
   EXPECT_THAT(run.out, AllOf(HasSubstr("/data/kitchen"), HasSubstr("teapot"), HasSubstr("snapshots  1")));
@@ -284,7 +284,7 @@ TEST_F(MapCommands, InfoTellsWhatIsInAMapOrInItsFolder) {
   EXPECT_EQ(RunProgram("info --config " + map_.string()).out, "seed: 3\n");
 }
 
-TEST_F(MapCommands, InfoTellsHowTheMapGrew) {
+TEST_F(MapCommands, InfoDescribesGrowthOfMap) {
   const ProgramRun run = RunProgram("info --history " + map_.string());
   EXPECT_EQ(run.exit_code, 0);
   std::istringstream lines(run.out);
@@ -301,7 +301,7 @@ TEST_F(MapCommands, InfoTellsHowTheMapGrew) {
   EXPECT_EQ(std::tuple(frame, keyframes, points, objects, tracking), std::tuple(42, 1, 1, 1, "no"));
 }
 
-TEST_F(MapCommands, ExportWritesByExtension) {
+TEST_F(MapCommands, ExportsByExtension) {
   const auto write = [&](const std::string& name) {
     const ProgramRun run =
         RunProgram("export " + map_.string() + " --output " + (folder_.Path() / name).string());
@@ -315,7 +315,7 @@ TEST_F(MapCommands, ExportWritesByExtension) {
   EXPECT_EQ(ReadObjects(folder_.Path() / "a.json").at(0).label, "teapot");
 }
 
-TEST(ShownCommandLine, HoldsNoPassword) {
+TEST(ShownCommandLine, HidesPasswords) {
   EXPECT_EQ(
       app::ShownCommandLine({"/opt/bin/sqslam", "run", "rtsp://me:secret@camera/main?key=1", "-o", "my run"}),
       "sqslam run rtsp://camera/main -o 'my run'");

@@ -36,7 +36,7 @@ class BackgroundDetectorTest : public testing::Test {
   }
   void TearDown() override { fs::remove(file_); }
 
-  // A blue block that goes one cell to the right with every fourth frame.
+  // A blue block that moves one cell to the right with every fourth frame.
   static Frame FrameAt(int index) {
     Frame frame;
     frame.index = 10 + index;
@@ -47,17 +47,17 @@ class BackgroundDetectorTest : public testing::Test {
     return frame;
   }
 
-  BackgroundDetector Make(int interval, bool follow, DetectionPace pace) const {
-    return {std::make_shared<Detector>(network_), {"", interval, follow}, pace};
+  BackgroundDetector Make(int interval, DetectionPace pace) const {
+    return {std::make_shared<Detector>(network_), {"", interval}, pace};
   }
 
   fs::path file_;
   NetworkOptions network_;
 };
 
-TEST_F(BackgroundDetectorTest, EveryFrameComesOnceAndInOrder) {
+TEST_F(BackgroundDetectorTest, ReturnsEveryFrameOnceInOrder) {
   for (const DetectionPace pace : {DetectionPace::kNewest, DetectionPace::kEveryNth}) {
-    BackgroundDetector detector = Make(0, true, pace);
+    BackgroundDetector detector = Make(0, pace);
     std::vector<FrameBoxes> all;
     const auto take = [&](const std::vector<FrameBoxes>& some) {
       all.insert(all.end(), some.begin(), some.end());
@@ -78,11 +78,10 @@ TEST_F(BackgroundDetectorTest, EveryFrameComesOnceAndInOrder) {
   }
 }
 
-// However fast frames come, and however long they are waited for: the network sees the same ones, and their
-// boxes are handed over at the same frames.
-TEST_F(BackgroundDetectorTest, ARecordingWaitsForEveryNthFrame) {
+// The network sees the same frames, and their boxes are returned at the same frames, whatever the speed.
+TEST_F(BackgroundDetectorTest, RecordingWaitsForEveryNthFrame) {
   for (const bool slowly : {false, true}) {
-    BackgroundDetector detector = Make(4, false, DetectionPace::kEveryNth);
+    BackgroundDetector detector = Make(4, DetectionPace::kEveryNth);
     std::vector<std::size_t> handed_over;
     std::vector<FrameBoxes> all;
     for (int i = 0; i < 11; ++i) {
@@ -99,13 +98,13 @@ TEST_F(BackgroundDetectorTest, ARecordingWaitsForEveryNthFrame) {
     all.insert(all.end(), rest.begin(), rest.end());
     for (std::size_t i = 0; i < all.size(); ++i) {
       EXPECT_EQ(all[i].seen, i % 4 == 0 || i == 10) << i;
-      EXPECT_EQ(all[i].detections.size(), all[i].seen ? 1U : 0U) << i << ": nothing is carried";
+      EXPECT_EQ(all[i].detections.size(), 1U) << i;
     }
   }
 }
 
-TEST_F(BackgroundDetectorTest, FramesBetweenGetTheirBoxesFromTheirNeighbours) {
-  BackgroundDetector detector = Make(4, true, DetectionPace::kEveryNth);
+TEST_F(BackgroundDetectorTest, TracksBoxesThroughFramesBetween) {
+  BackgroundDetector detector = Make(4, DetectionPace::kEveryNth);
   for (int i = 0; i < 5; ++i) {
     detector.Add(FrameAt(i));
   }
@@ -119,19 +118,19 @@ TEST_F(BackgroundDetectorTest, FramesBetweenGetTheirBoxesFromTheirNeighbours) {
   }
 }
 
-TEST_F(BackgroundDetectorTest, BoxesAreNotCarriedOverLongGaps) {
-  constexpr int kFar = 95;
-  BackgroundDetector detector = Make(kFar, true, DetectionPace::kEveryNth);
-  for (int i = 0; i <= kFar; ++i) {
+TEST_F(BackgroundDetectorTest, DropsBoxesAcrossLongGaps) {
+  constexpr int kInterval = 95;
+  BackgroundDetector detector = Make(kInterval, DetectionPace::kEveryNth);
+  for (int i = 0; i <= kInterval; ++i) {
     detector.Add(FrameAt(i));
   }
   const std::vector<FrameBoxes> last = detector.Finish();
-  ASSERT_EQ(last.size(), static_cast<std::size_t>(kFar));
+  ASSERT_EQ(last.size(), static_cast<std::size_t>(kInterval));
   EXPECT_TRUE(last.front().detections.empty());
   EXPECT_FALSE(last.back().detections.empty());
 }
 
-// Sees the first image for as long as the test holds it.
+// Blocks on the first image until the test releases it.
 class HeldDetector : public ObjectDetector {
  public:
   std::vector<Detection> Detect(const cv::Mat&) override {
@@ -149,7 +148,7 @@ class HeldDetector : public ObjectDetector {
   bool held_ = false;
 };
 
-TEST(SlowBackgroundDetector, FewImagesOfALiveCameraWait) {
+TEST(SlowBackgroundDetector, KeepsFewImagesOfLiveCamera) {
   const auto slow = std::make_shared<HeldDetector>();
   BackgroundDetector detector(slow, {}, DetectionPace::kNewest);
   std::vector<Frame> frames(201);
@@ -166,7 +165,7 @@ TEST(SlowBackgroundDetector, FewImagesOfALiveCameraWait) {
       slow->started.get_future().wait();
     } else if (i == 90) {
       EXPECT_EQ(kept(&Frame::bgr), 2) << "what the network sees now and next";
-      EXPECT_EQ(kept(&Frame::gray), 91) << "boxes can be followed through them";
+      EXPECT_EQ(kept(&Frame::gray), 91) << "boxes can be tracked through them";
     }
   }
   EXPECT_EQ(kept(&Frame::bgr), 2);
@@ -176,16 +175,16 @@ TEST(SlowBackgroundDetector, FewImagesOfALiveCameraWait) {
 }
 
 // Images of a size that the letterbox cannot fill make OpenCV throw on the detector's thread.
-TEST_F(BackgroundDetectorTest, WhatFailsInTheBackgroundIsThrownInTheForeground) {
-  BackgroundDetector detector = Make(1, true, DetectionPace::kEveryNth);
+TEST_F(BackgroundDetectorTest, RethrowsErrorsOfTheThread) {
+  BackgroundDetector detector = Make(1, DetectionPace::kEveryNth);
   Frame frame;
   frame.bgr = cv::Mat(4, 4, CV_32FC1, cv::Scalar(0));
   detector.Add(frame);
   EXPECT_ANY_THROW(detector.Add(frame));
 }
 
-TEST_F(BackgroundDetectorTest, ItCanBeDroppedWhileAtWork) {
-  BackgroundDetector detector = Make(1, true, DetectionPace::kNewest);
+TEST_F(BackgroundDetectorTest, StopsWhenDestroyedAtWork) {
+  BackgroundDetector detector = Make(1, DetectionPace::kNewest);
   for (int i = 0; i < 20; ++i) {
     detector.Add(FrameAt(i));
   }

@@ -19,7 +19,7 @@ class BoxFollowingTest : public testing::Test {
     return smooth;
   }
 
-  // The card where `box` says, to a fraction of a pixel.
+  // Draws the card at `box`, with subpixel accuracy.
   cv::Mat Image(const Box2d& box) const {
     cv::Mat image = wall_.clone();
     const double growth = box.width / card_.cols;
@@ -28,7 +28,7 @@ class BoxFollowingTest : public testing::Test {
     return image;
   }
 
-  // Faster and faster, and nearer: nothing that a straight line between the ends would hit.
+  // Accelerates and approaches: a straight line between the ends would miss it.
   static Box2d BoxAt(int i) {
     const double size = 60.0 + i;
     return {40.0 + 1.2 * i * i, 50.0 + 0.8 * i * i, size, size};
@@ -46,7 +46,7 @@ class BoxFollowingTest : public testing::Test {
   cv::Mat card_ = Texture({60, 60}, 2, 0, 255);
 };
 
-TEST_F(BoxFollowingTest, BoxesFollowWhatIsInThem) {
+TEST_F(BoxFollowingTest, FollowsTexture) {
   const std::vector<cv::Mat> images = Images(8);
   const auto between =
       TrackBoxes(images, {{"book", 0.4, BoxAt(0)}}, {{"cup", 0.9, {0, 0, 20, 20}}, {"book", 0.75, BoxAt(7)}});
@@ -60,8 +60,9 @@ TEST_F(BoxFollowingTest, BoxesFollowWhatIsInThem) {
   }
 }
 
-// A detector's last box is off by some pixels: the way there bends to it, and begins where the first one was.
-TEST_F(BoxFollowingTest, TheErrorOfTheLastBoxIsSpreadOverTheWay) {
+// The last box of the detector is off by some pixels: the track starts at the first box and ends at the last
+// one.
+TEST_F(BoxFollowingTest, SpreadsErrorOfLastBox) {
   const std::vector<cv::Mat> images = Images(5);
   Box2d last = BoxAt(4);
   last.x += 8.0;
@@ -71,7 +72,7 @@ TEST_F(BoxFollowingTest, TheErrorOfTheLastBoxIsSpreadOverTheWay) {
   }
 }
 
-TEST_F(BoxFollowingTest, WhatTheDetectorDoesNotSeeAgainIsLeftOut) {
+TEST_F(BoxFollowingTest, DropsBoxesWithoutPartner) {
   const std::vector<cv::Mat> images = Images(4);
   const std::vector<Detection> first = {{"book", 0.5, BoxAt(0)}};
   for (const std::vector<Detection>& last :
@@ -82,7 +83,7 @@ TEST_F(BoxFollowingTest, WhatTheDetectorDoesNotSeeAgainIsLeftOut) {
   }
 }
 
-TEST_F(BoxFollowingTest, WithoutTextureBoxesGoStraightIfTheyOverlap) {
+TEST_F(BoxFollowingTest, InterpolatesOverlappingBoxesWithoutTexture) {
   const std::vector<cv::Mat> images(3, cv::Mat(240, 320, CV_8UC1, cv::Scalar(90)));
   const auto between = TrackBoxes(images, {{"tv", 0.5, {100, 50, 80, 60}}, {"cup", 0.5, {10, 50, 20, 20}}},
                                   {{"tv", 0.5, {110, 54, 90, 60}}, {"cup", 0.5, {60, 50, 20, 20}}});
@@ -91,7 +92,7 @@ TEST_F(BoxFollowingTest, WithoutTextureBoxesGoStraightIfTheyOverlap) {
   EXPECT_NEAR(between[0][0].box.width, 85.0, 1e-9);
 }
 
-TEST_F(BoxFollowingTest, NothingLiesBetweenNeighbours) {
+TEST_F(BoxFollowingTest, ReturnsNothingBetweenNeighbours) {
   EXPECT_TRUE(TrackBoxes(Images(2), {{"book", 0.5, BoxAt(0)}}, {{"book", 0.5, BoxAt(1)}}).empty());
 }
 

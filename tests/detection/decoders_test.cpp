@@ -69,7 +69,7 @@ TEST(DecodeYoloV8Test, ReadsColumns) {
   EXPECT_NEAR(boxes[0].box.y, 17.0, 1e-5);
 }
 
-TEST(DecodersTest, OtherShapesAreRefusedWithBothShapes) {
+TEST(DecodersTest, RefusesOtherShapesNamingBoth) {
   try {
     DecodeYolox(Zeros({1, 42, 85}), {64, 32}, kClasses, 0.3);
     FAIL();
@@ -81,7 +81,7 @@ TEST(DecodersTest, OtherShapesAreRefusedWithBothShapes) {
   EXPECT_THROW(DecodeYoloV8(Zeros({1, 9, 5}), kClasses, 0.5), InputError);
 }
 
-TEST(SuppressionTest, TheWeakerOfOneClassGoesOtherClassesStay) {
+TEST(SuppressionTest, DropsWeakerBoxOfSameClassOnly) {
   const Box2d a{0, 0, 10, 10};
   const Box2d b{1, 0, 10, 10};
   const auto kept = SuppressNonMaxima({{a, 0, 0.5}, {b, 0, 0.9}, {a, 1, 0.4}, {{30, 0, 5, 5}, 0, 0.3}}, 0.5);
@@ -91,7 +91,7 @@ TEST(SuppressionTest, TheWeakerOfOneClassGoesOtherClassesStay) {
   EXPECT_EQ(kept[2].score, 0.3);
 }
 
-TEST(LetterboxTest, KeepsTheAspectAndFindsBackClipped) {
+TEST(LetterboxTest, KeepsAspectRatioAndMapsBack) {
   const Letterbox letterbox({1280, 720}, {640, 480});
   const cv::Mat filled = letterbox.Fill(cv::Mat(720, 1280, CV_8UC3, cv::Scalar(10, 20, 30)));
   ASSERT_EQ(filled.size(), cv::Size(640, 480));

@@ -41,7 +41,7 @@ TEST(CameraPresets, ListsPresetsWhenNameIsUnknown) {
     CameraFile("tum-freiburg4");
     FAIL() << "expected a UsageError";
   } catch (const UsageError& e) {
-    EXPECT_THAT(e.what(), AllOf(HasSubstr("did you mean tum-freiburg"), HasSubstr("7-scenes, icl-nuim, ")));
+    EXPECT_THAT(e.what(), AllOf(HasSubstr("did you mean 'tum-freiburg"), HasSubstr("7-scenes, icl-nuim, ")));
   }
 }
 

@@ -8,15 +8,15 @@
 namespace sqslam {
 namespace {
 
-TEST(DataPath, FindsFilesOfTheSourceTreeFromAPresetsBinFolder) {
+TEST(DataPath, FindsSourceTreeFromBuildFolder) {
   const std::filesystem::path expected =
       std::filesystem::path(SQSLAM_SOURCE_DIR) / "configs" / "default.yaml";
   EXPECT_TRUE(std::filesystem::equivalent(DataPath("configs/default.yaml"), expected));
 }
 
-TEST(DataPath, WhatIsNowhereIsReported) { EXPECT_THROW(DataPath("assets/no-such-file"), InputError); }
+TEST(DataPath, ReportsMissingFile) { EXPECT_THROW(DataPath("assets/no-such-file"), InputError); }
 
-TEST(ConfigFileTest, NamesAndFilesAreFoundAndOthersRefusedWithTheNearest) {
+TEST(ConfigFileTest, FindsNamesAndFilesAndSuggestsNearest) {
   EXPECT_TRUE(
       std::filesystem::equivalent(ConfigFile("configs/styles", "style", "dark"),
                                   std::filesystem::path(SQSLAM_SOURCE_DIR) / "configs/styles/dark.yaml"));
@@ -26,7 +26,7 @@ TEST(ConfigFileTest, NamesAndFilesAreFoundAndOthersRefusedWithTheNearest) {
     FAIL();
   } catch (const UsageError& e) {
     EXPECT_THAT(e.what(),
-                ::testing::AllOf(::testing::HasSubstr("style 'papre'"), ::testing::HasSubstr("mean paper?"),
+                ::testing::AllOf(::testing::HasSubstr("style 'papre'"), ::testing::HasSubstr("mean 'paper'?"),
                                  ::testing::HasSubstr("blueprint, dark")));
   }
 }

@@ -56,7 +56,7 @@ std::string MessageOf(const std::function<void()>& action) {
   return "(no UsageError)";
 }
 
-TEST(Options, YamlSetsOnlyWhatItNames) {
+TEST(Options, YamlKeepsUnnamedOptions) {
   OuterOptions options;
   ParseOptions("# comment\ntracking:\n  features: 500\nkind: iou\n", "a.yaml", options);
   EXPECT_EQ(options.tracking.features, 500);
@@ -65,25 +65,25 @@ TEST(Options, YamlSetsOnlyWhatItNames) {
   EXPECT_EQ(options.seed, 7u);
 }
 
-TEST(Options, UnknownKeyNamesFileLineAndNearestName) {
+TEST(Options, ReportsUnknownKeyWithLineAndNearestName) {
   OuterOptions options;
   EXPECT_EQ(MessageOf([&] { ParseOptions("seed: 1\ntracking:\n  faetures: 3\n", "a.yaml", options); }),
             "a.yaml:3: unknown option 'tracking.faetures'; did you mean 'tracking.features'?");
 }
 
-TEST(Options, NameWithoutItsGroupIsCompleted) {
+TEST(Options, CompletesNameWithoutGroup) {
   OuterOptions options;
   EXPECT_THAT(MessageOf([&] { SetOption("features=3", options); }),
               HasSubstr("did you mean 'tracking.features'?"));
 }
 
-TEST(Options, ValueOutOfRangeNamesLineAndRange) {
+TEST(Options, ReportsValueOutOfRange) {
   OuterOptions options;
   EXPECT_EQ(MessageOf([&] { ParseOptions("\ntracking: {ratio: 1.5}\n", "a.yaml", options); }),
             "a.yaml:2: tracking.ratio is '1.5', expected a number from 0 to 1");
 }
 
-TEST(Options, ValuesOfTheWrongKindAreRefused) {
+TEST(Options, RefusesValuesOfWrongKind) {
   OuterOptions options;
   EXPECT_THAT(MessageOf([&] { SetOption("tracking.features=12.5", options); }), HasSubstr("a whole number"));
   EXPECT_THAT(MessageOf([&] { SetOption("tracking.ratio=.nan", options); }),
@@ -100,20 +100,20 @@ TEST(Options, ValuesOfTheWrongKindAreRefused) {
   EXPECT_THAT(MessageOf([&] { ParseOptions("tracking: 3", "a.yaml", options); }), HasSubstr("group"));
 }
 
-TEST(Options, BrokenYamlNamesTheLine) {
+TEST(Options, ReportsLineOfBrokenYaml) {
   OuterOptions options;
   EXPECT_THAT(MessageOf([&] { ParseOptions("seed: 1\nkind: [full\n", "a.yaml", options); }),
               HasSubstr("a.yaml:"));
   EXPECT_THAT(MessageOf([&] { ParseOptions("just words", "a.yaml", options); }), HasSubstr("name: value"));
 }
 
-TEST(Options, MissingFileIsAUsageError) {
+TEST(Options, ReportsMissingFile) {
   OuterOptions options;
   EXPECT_THAT(MessageOf([&] { LoadOptions("/nonexistent/a.yaml", options); }),
               HasSubstr("/nonexistent/a.yaml"));
 }
 
-TEST(Options, ListGivenForATextStaysText) {
+TEST(Options, KeepsListAsTextForStringOption) {
   OuterOptions options;
   ParseOptions("gravity: [0, 0.1, 1]", "a.yaml", options);
   EXPECT_EQ(options.gravity, "[0, 0.1, 1]");
@@ -144,7 +144,7 @@ TEST(Options, DumpWritesEachGroupOnce) {
             "tracking:\n  features: 1000\n  ratio: 0.75\n  enabled: true\n");
 }
 
-TEST(Options, CheckFindsWhatCodeSetWrongly) {
+TEST(Options, CheckRefusesValuesSetInCode) {
   OuterOptions options;
   EXPECT_NO_THROW(CheckOptions(options));
   options.tracking.ratio = std::nan("");
@@ -156,16 +156,22 @@ TEST(Options, CheckFindsWhatCodeSetWrongly) {
   EXPECT_THROW(CheckOptions(options), UsageError);
 }
 
-TEST(EnumNames, AreFoundBothWays) {
+TEST(EnumNames, ConvertsBothWays) {
   EXPECT_STREQ(NameOf(Kind::kIou), "iou");
   EXPECT_EQ(FromName<Kind>("iou"), Kind::kIou);
   EXPECT_EQ(FromName<Kind>("none"), std::nullopt);
   EXPECT_EQ(AllNames<Kind>(), (std::vector<std::string>{"full", "iou"}));
 }
 
-TEST(Options, NearestWordGivesUpOnWordsThatAreFar) {
-  EXPECT_EQ(NearestWord("kichen", {"kitchen", "desk"}), "kitchen");
-  EXPECT_EQ(NearestWord("zzzzzz", {"kitchen", "desk"}), "");
+TEST(DidYouMean, SuggestsOnlyNearWords) {
+  EXPECT_EQ(DidYouMean("kichen", {"kitchen", "desk"}), "; did you mean 'kitchen'?");
+  EXPECT_EQ(DidYouMean("zzzzzz", {"kitchen", "desk"}), "");
+}
+
+TEST(DidYouMean, PrefersNamesThatContainTheWord) {
+  EXPECT_EQ(DidYouMean("--size", {"--side", "--window-size"}), "; did you mean '--window-size'?");
+  EXPECT_EQ(DidYouMean("zoom", {"--room", "--zoom-factor", "--camera-zoom"}),
+            "; did you mean '--camera-zoom'?");
 }
 
 }  // namespace

@@ -1,14 +1,14 @@
-"""Results of sqslam as NumPy arrays; fits of superquadrics; pictures of maps. docs/library.md shows it at work."""
+"""Results of sqslam as NumPy arrays; fits of superquadrics; pictures of maps. Examples: docs/library.md."""
 import pathlib
 import sys
 
 
 def _check_vtk():
-    """Refuses to be loaded after another copy of VTK, whose OpenGL wants a display and would crash."""
+    """Raises ImportError if another copy of VTK is loaded: its OpenGL needs a display and would crash."""
     with open("/proc/self/maps", encoding="utf-8", errors="replace") as maps:
         names = {line.rsplit("/", 1)[-1].strip() for line in maps if "/" in line}
     if any(name.startswith(("libvtk", "libGLEW")) for name in names):
-        raise ImportError("sqslam: another module has loaded VTK before, expected `import sqslam` first")
+        raise ImportError("sqslam: another module has already loaded VTK, expected `import sqslam` first")
 
 
 if "sqslam._sqslam" not in sys.modules:

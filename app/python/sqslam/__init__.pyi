@@ -16,7 +16,7 @@ class InputError(ValueError):
     """Input that cannot be used; the message names the file and what was expected."""
 
 class UsageError(ValueError):
-    """Arguments that make no sense."""
+    """Invalid arguments."""
 
 class Superquadric:
     """A superquadric placed in the map: Eq. 1 of the paper."""
@@ -40,7 +40,7 @@ class Superquadric:
     def volume(self) -> float: ...
 
 class Object(Superquadric):
-    """An object of a map. At run time no subclass of Superquadric, but taken wherever one is."""
+    """An object of a map. Not a subclass of Superquadric at run time, but accepted wherever one is."""
     @property
     def id(self) -> int: ...
     @property
@@ -53,7 +53,7 @@ class Object(Superquadric):
         """Mean score of the detector, [0, 1]."""
     @property
     def observations(self) -> int:
-        """Number of frames with a box of it."""
+        """Number of frames with a box of the object."""
     @property
     def points(self) -> int:
         """Number of its map points."""
@@ -61,13 +61,13 @@ class Object(Superquadric):
     def yaw(self) -> float: ...
     @property
     def reliability(self) -> float:
-        """About the 3D IoU to be expected, [0, 1]."""
+        """Estimate of the 3D IoU, [0, 1]."""
     @property
     def uncertain(self) -> bool:
         """True if more likely wrong than right."""
 
 class Fit(Superquadric):
-    """A superquadric of a cloud. At run time no subclass of Superquadric, but taken wherever one is."""
+    """A superquadric of a cloud. Not a subclass of Superquadric at run time, but accepted wherever one is."""
     @property
     def rms(self) -> float:
         """Root mean square of the radial distances of the inliers."""
@@ -106,7 +106,7 @@ class _Map:
         """k1, k2, p1, p2, k3; of a fisheye k1, k2, k3, k4."""
     @property
     def fisheye(self) -> bool:
-        """True if the distortion is that of the fisheye model."""
+        """True if the distortion follows the fisheye model."""
     @property
     def image_size(self) -> Tuple[int, int]:
         """(width, height)."""
@@ -123,13 +123,13 @@ class State(_Map):
         """Seconds."""
     @property
     def image(self) -> str:
-        """File of the frame's image; empty: there is none."""
+        """File of the frame's image; empty if the frame has none."""
     @property
     def pose(self) -> Optional[NDArray[np.float64]]:
         """(4, 4), T_map_camera of the frame; None while tracking was lost."""
 
 class Result(_Map):
-    """A finished run: itself the map at the end, and a sequence of its states. A notebook shows it as a page to turn."""
+    """A finished run: the final map, and a sequence of its states. A notebook shows it as an interactive page."""
     @property
     def trajectory(self) -> Tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Times (N,), poses (N, 4, 4) of all tracked frames."""
@@ -143,13 +143,14 @@ class Result(_Map):
     def __getitem__(self, index: int) -> State: ...
     def __iter__(self) -> Iterator[State]: ...
     def page(self) -> str:
-        """HTML that needs nothing else, as `sqslam export FILE.html` writes it."""
+        """Self-contained HTML, as `sqslam export FILE.html` writes it."""
     def _repr_html_(self) -> str: ...
 
 def read(result: Union[str, os.PathLike[str]], *, edits: str = "", reliable_only: bool = False) -> Result:
     """Opens a result folder or its map.sqmap.
 
-    edits: a file of the viewer's edits, "auto" for the one beside the map. reliable_only: without uncertain objects.
+    edits: a file with edits of the viewer, "auto" for the file beside the map. reliable_only: leaves out uncertain
+    objects.
     Raises InputError.
     """
 
@@ -157,7 +158,8 @@ def fit(points: ArrayLike, *, upright: bool = False, clusters: Optional[int] = 1
         set: Sequence[str] = ()) -> list[Fit]:
     """Fits superquadrics to an N x 3 cloud, as `sqslam fit` does: one, or the largest `clusters`; None: all.
 
-    set: further options, "fit.outlier_share=0.2". Raises InputError for fewer than 11 points and for no finite ones.
+    set: further options, "fit.outlier_share=0.2". Raises InputError for fewer than 11 points or points that are not
+    finite.
     """
 
 def iou(a: Superquadric, b: Superquadric) -> float:
@@ -166,8 +168,8 @@ def iou(a: Superquadric, b: Superquadric) -> float:
 def render(map: Union[Result, State], *, width: int = 1280, height: int = 720, style: str = "paper",
            set: Sequence[str] = (), view: str = "", azimuth: float = 0.0, elevation: float = 0.0, zoom: float = 1.0,
            transparent: bool = False) -> NDArray[np.uint8]:
-    """Draws a map without a display: (height, width, 3) RGB, or RGBA where transparent.
+    """Draws a map without a display: (height, width, 3) RGB, or RGBA if transparent.
 
-    style: one of configs/styles or a FILE.yaml; set: values of it, "objects.labels=true"; view: "top", "front", ...;
-    azimuth and elevation in degrees, as `sqslam render --camera-...` has them. Raises UsageError.
+    style: a name in configs/styles or a FILE.yaml; set: style values, "objects.labels=true"; view: "top", "front", ...;
+    azimuth and elevation: degrees, as in `sqslam render --camera-...`. Raises UsageError.
     """

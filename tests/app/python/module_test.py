@@ -183,7 +183,7 @@ class Packaging(unittest.TestCase):
         code = "import ctypes; ctypes.CDLL('libGLEW.so.2.2'); import sqslam"
         run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
         self.assertEqual(run.returncode, 1)
-        self.assertIn("ImportError: sqslam: another module has loaded VTK before", run.stderr.splitlines()[-1])
+        self.assertIn("ImportError: sqslam: another module has already loaded VTK", run.stderr.splitlines()[-1])
 
     def test_the_types_name_what_there_is(self):
         stub = ast.parse((pathlib.Path(sqslam.__file__).parent / "__init__.pyi").read_text())
