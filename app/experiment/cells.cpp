@@ -122,7 +122,7 @@ fs::path DetectionsOf(const ExperimentConfig& config, const ExperimentSequence& 
   return !sequence.scene.empty() || fs::exists(beside) ? beside : ResolvePath(config, sequence.detections);
 }
 
-using nlohmann::json;
+using json = nlohmann::ordered_json;
 
 void ReadScores(const json& eval, CellResult& result) {
   if (!eval.contains("objects")) {
@@ -270,7 +270,7 @@ std::optional<CellResult> ReadCellResult(const fs::path& run, const ExperimentCe
     result.program = record.at("program").get<std::string>();
     result.stats = ReadStats(run / "stats.json");
     if (!settings.at("eval").empty()) {
-      ReadScores(ReadJsonFile<json>(run / "eval.json", "an evaluation"), result);
+      ReadScores(ReadJsonFile(run / "eval.json", "an evaluation"), result);
     }
     return result;
   } catch (const InputError&) {  // missing or broken files

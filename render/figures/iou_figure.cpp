@@ -194,7 +194,7 @@ struct IouScores {
 
 IouScores ReadScores(const std::filesystem::path& path) {
   try {
-    const auto eval = ReadJsonFile<nlohmann::json>(path, "an eval.json");
+    const auto eval = ReadJsonFile(path, "an eval.json");
     ThrowIf<InputError>(!eval.contains("objects"),
                         "{}: knows no objects, expected an evaluation against objects_gt.json",
                         path.string());

@@ -127,6 +127,6 @@ struct ObjectScore {
 };
 
 // Returns the objects of an eval.json by id. Throws nlohmann::json::exception if it holds none.
-std::vector<ObjectScore> ScoresIn(const nlohmann::json& eval);
+std::vector<ObjectScore> ScoresIn(const nlohmann::ordered_json& eval);
 
 }  // namespace sqslam

@@ -253,7 +253,7 @@ void WriteEvaluation(const std::filesystem::path& path, const Evaluation& evalua
   WriteFileAtomically(path, EvaluationJson(evaluation));
 }
 
-std::vector<ObjectScore> ScoresIn(const nlohmann::json& eval) {
+std::vector<ObjectScore> ScoresIn(const nlohmann::ordered_json& eval) {
   std::vector<ObjectScore> scores;
   for (const bool found : {true, false}) {
     for (const auto& entry : eval.at("objects").at(found ? "matched" : "missed")) {

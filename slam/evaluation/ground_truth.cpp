@@ -26,7 +26,7 @@ namespace sqslam {
 namespace fs = std::filesystem;
 namespace {
 
-using nlohmann::json;
+using json = nlohmann::ordered_json;
 
 Rigid3d ParsePose(const json& entry) {
   if (!entry.contains("T_world_object")) {
@@ -65,7 +65,7 @@ Solid ParseSolid(const json& entry) {
 
 // Reads the objects of the file into `truth`.
 void ParseObjects(const fs::path& path, GroundTruth& truth) {
-  const json document = ReadJsonFile<json>(path, "a list of ground-truth objects");
+  const json document = ReadJsonFile(path, "a list of ground-truth objects");
   const json list = document.is_object() && document.contains("objects") ? document.at("objects") : document;
   ThrowIf<InputError>(!list.is_array(),
                       "{}: expected a list of objects, or an object whose key 'objects' holds it",

@@ -21,7 +21,7 @@ class DisjointSets {
     }
     return i;
   }
-  // Makes the root of `b` that of both sets.
+  // Joins both sets; the root of `b` becomes their root.
   void Join(std::int32_t a, std::int32_t b) { Parent(Root(a)) = Root(b); }
 
  private:

@@ -32,7 +32,7 @@ std::vector<std::string> AllNames() {
   return {kNames.begin(), kNames.end()};
 }
 
-// Returns the value of that name, or nothing if there is none.
+// Returns the value with this name, or nothing if the name is unknown.
 template <NamedEnum Enum>
 constexpr std::optional<Enum> FromName(std::string_view name) {
   constexpr auto kNames = EnumNames(Enum());

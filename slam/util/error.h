@@ -7,7 +7,7 @@
 
 namespace sqslam {
 
-// An error whose message is a text, or as in fmt::format() a format and its values.
+// An error with a text as its message, or a format and its values as in fmt::format().
 struct FormattedError : std::runtime_error {
   using std::runtime_error::runtime_error;
   template <typename First, typename... Values>

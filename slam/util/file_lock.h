@@ -7,13 +7,13 @@
 
 namespace sqslam {
 
-// An advisory lock on a file, also across machines if the shared file system supports flock. It is released
-// when its holder ends, however that happens; the file stays. Child processes started meanwhile hold it too:
-// those of a killed program still keep others out.
+// An advisory lock on a file, across machines too if the shared file system supports flock. It is released
+// when its holder ends, even by a crash; the file stays. Child processes inherit the lock: those of a killed
+// program still keep others out.
 class FileLock {
  public:
-  // Returns nothing if another holder has it. A file system without locks keeps nobody out: what is written
-  // under a lock must also be renamed into place. Throws InputError if the file cannot be opened.
+  // Returns nothing if another holder has it. A file system without locks keeps nobody out, so files
+  // written under a lock must also be renamed into place. Throws InputError if the file cannot be opened.
   static std::optional<FileLock> Try(const std::filesystem::path& path);
   // Waits for the lock. Returns nothing if `stop` returned true before.
   static std::optional<FileLock> Wait(const std::filesystem::path& path, const std::function<bool()>& stop);

@@ -28,14 +28,14 @@ inline std::string SlurmJob() {
   return array.empty() ? variable("SLURM_JOB_ID") : array + "_" + variable("SLURM_ARRAY_TASK_ID");
 }
 
-// Makes the C library give large blocks back to the system as soon as they are freed. Otherwise glibc keeps
-// all blocks up to the size of the largest one freed so far, and the memory of a long run grows in steps with
-// the largest map that it has saved. For the beginning of main().
+// Makes the C library return large blocks to the system as soon as they are freed; to be called first in
+// main(). By default glibc keeps all blocks up to the size of the largest one freed so far, so the memory of
+// a long run would grow with the largest map saved.
 inline void ReturnFreedMemory() {
 #ifdef __GLIBC__
-  constexpr int kLarge = 4 << 20;  // above images of a megapixel, which come and go with each frame
-  mallopt(M_MMAP_THRESHOLD, kLarge);
-  mallopt(M_TRIM_THRESHOLD, 2 * kLarge);
+  constexpr int kLargeBlock = 4 << 20;  // bytes; above a megapixel image, which each frame allocates
+  mallopt(M_MMAP_THRESHOLD, kLargeBlock);
+  mallopt(M_TRIM_THRESHOLD, 2 * kLargeBlock);
 #endif
 }
 

@@ -9,8 +9,8 @@
 
 namespace sqslam {
 
-// Hash map from integer keys, such as cubes of a grid, to 0, 1, ... in the order of their first use. Uses
-// open addressing: looking up cubes takes most of the time of building a dense cloud.
+// Hash map from integer keys (cubes of a grid) to 0, 1, ... in the order of their first use. Uses open
+// addressing: looking up cubes takes most of the time of building a dense cloud.
 template <std::size_t kNumbers>
 class KeyIndex {
  public:
@@ -62,7 +62,7 @@ class KeyIndex {
     std::uint32_t index = kNone;
   };
   std::size_t FirstSlot(std::uint64_t hash) const { return hash >> 4U & (slots_.size() - 1); }
-  std::size_t SlotOf(std::uint64_t hash, const Key& key) const {  // that of the key, or the free one for it
+  std::size_t SlotOf(std::uint64_t hash, const Key& key) const {  // the key's slot, or the free one for it
     std::size_t slot = FirstSlot(hash);
     while (slots_[slot].index != kNone && slots_[slot].key != key) {
       slot = (slot + 1) & (slots_.size() - 1);

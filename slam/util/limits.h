@@ -5,7 +5,7 @@
 
 namespace sqslam {
 
-// Limits beyond which an input is refused: far above what the program is for, far below what would take all
+// Limits beyond which an input is refused: far above any real input, far below inputs that would take all
 // memory or run for hours.
 
 // Sides of an image in pixels: below, corners have no neighbourhood; above, one frame takes a gigabyte.
@@ -24,7 +24,7 @@ inline constexpr std::uintmax_t kMaxFileBytes = std::uintmax_t{2} << 30;
 // Bytes of one state of a map in a recording, uncompressed: 27 are one point.
 inline constexpr std::uint64_t kMaxSnapshotBytes = std::uint64_t{256} << 20;
 
-// Objects of one state of a map: pictures place names by comparing each with all others.
+// Objects of one state of a map: placing names in pictures compares each pair.
 inline constexpr std::size_t kMaxObjects = 20000;
 
 // Distance from the origin of anything in a recording and of a camera that looks at it, and half size of an
@@ -34,10 +34,10 @@ inline constexpr double kMaxMapUnits = 1e9;
 // Metres of a map unit, or map units of a metre: lengths of either kind are then finite also as floats.
 inline constexpr double kMaxMetresPerUnit = 1e9;
 
-// Size of a number in a JSON file that is no whole number of 64 bits: what fits into the smallest type read.
+// Magnitude of a JSON number that is not a 64-bit integer: the largest value of the smallest type read.
 inline constexpr double kMaxJsonReal = 2147483647.0;
 
-// Levels of lists and objects in a JSON file: each takes a part of the stack where a value is copied.
+// Nesting of lists and objects in a JSON file: copying a value takes stack for each level.
 inline constexpr int kMaxJsonDepth = 100;
 
 }  // namespace sqslam

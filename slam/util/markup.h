@@ -9,7 +9,7 @@ namespace sqslam {
 // blanks, bytes that are no UTF-8 become U+FFFD.
 std::string EscapeMarkup(std::string_view text);
 
-// Encodes as in RFC 4648, with padding.
+// Encodes bytes as in RFC 4648, with padding.
 std::string Base64(std::string_view bytes);
 
 // Returns 16 hexadecimal digits (64-bit FNV-1a) that identify equal texts.

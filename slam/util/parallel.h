@@ -11,7 +11,7 @@
 namespace sqslam {
 
 // Calls `work(i)` for each i below `count`, in any order, on `threads` threads (0: all hardware threads).
-// Rethrows the failure of a call; calls that had not begun by then are skipped.
+// Rethrows the exception of a call and skips the calls not yet begun.
 template <typename Work>
 void ParallelFor(std::size_t count, int threads, const Work& work) {
   std::atomic<std::size_t> next = 0;

@@ -9,7 +9,7 @@ namespace sqslam {
 struct RunCounters {
   int resets = 0;           // submaps dropped because they never grew
   int losses = 0;           // times that tracking was lost
-  int relocalizations = 0;  // times that it was found again by relocalisation
+  int relocalizations = 0;  // times that relocalisation recovered it
   int loops = 0;            // loops closed
   int returns = 0;          // returns to mapped places that tracking recognised, without a loop closure
   int merges = 0;           // submaps merged into others

@@ -6,7 +6,7 @@
 
 namespace sqslam {
 
-// One of several parts of some work, which as many programs do in parallel.
+// One of several parts of a task that programs process in parallel.
 struct Shard {
   int index = 1;  // from 1
   int count = 1;

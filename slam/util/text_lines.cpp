@@ -11,6 +11,7 @@
 #include <iterator>
 #include <sstream>
 
+#include "slam/util/json_file.h"
 #include "slam/util/limits.h"
 #include "slam/util/throw_if.h"
 
@@ -21,7 +22,7 @@ std::string ReadFile(const std::filesystem::path& path, std::string_view expecte
   errno = 0;
   std::error_code none;
   std::ifstream file(path, std::ios::binary);
-  // Pipes are allowed (`<(...)`); /dev/zero would never end.
+  // Pipes are allowed (`<(...)`), character devices are not: /dev/zero would never end.
   if (!file || fs::is_directory(path, none) || fs::is_character_file(path, none)) {
     throw InputError("{}: cannot be read ({}), expected {}", path.string(),
                      errno != 0 ? std::strerror(errno) : "not a file", expected);
@@ -45,41 +46,9 @@ std::string LinesWithoutControls(std::string_view text) {
   return clean;
 }
 
-namespace {
-
-// Returns the bytes of the character at the start, by its first byte and the range of its second (RFC 3629);
-// 0 if there is no valid one.
-std::size_t CharacterSize(std::string_view text) {
-  const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u; };
-  const unsigned first = byte(0);
-  if (first < 0x80) {
-    return 1;
-  }
-  const std::size_t size = first >= 0xc2 && first < 0xe0   ? 2
-                           : first >= 0xe0 && first < 0xf0 ? 3
-                           : first >= 0xf0 && first < 0xf5 ? 4
-                                                           : 0;
-  for (std::size_t i = 1; i < size; ++i) {
-    if (byte(i) < 0x80 || byte(i) > 0xbf) {
-      return 0;
-    }
-  }
-  const unsigned second = byte(1);
-  const bool overlong = (first == 0xe0 && second < 0xa0) || (first == 0xf0 && second < 0x90);
-  const bool surrogate = first == 0xed && second > 0x9f;
-  return overlong || surrogate || (first == 0xf4 && second > 0x8f) ? 0 : size;
-}
-
-}  // namespace
-
 std::string ValidText(std::string_view text) {
-  std::string valid;
-  while (!text.empty()) {
-    const std::size_t size = CharacterSize(text);
-    valid += size == 0 ? "\xef\xbf\xbd" : WithoutControls(text.substr(0, size));
-    text.remove_prefix(std::max<std::size_t>(size, 1));
-  }
-  return valid;
+  const std::string quoted = JsonText(text, -1);  // checks UTF-8
+  return WithoutControls(nlohmann::json::parse(quoted).get<std::string>());
 }
 
 std::string CutText(std::string_view text, std::size_t most) {
@@ -128,7 +97,7 @@ std::vector<std::string> Split(const std::string& text, char separator) {
 
 std::string ClockText(double seconds) {
   const long long tenths =
-      std::llround(10.0 * std::max(0.0, seconds));  // first, so that no minute has 60.0 s
+      std::llround(10.0 * std::max(0.0, seconds));  // rounded first: a minute never shows 60.0 s
   return fmt::format("{}:{:02}.{}", tenths / 600, tenths / 10 % 60, tenths % 10);
 }
 
@@ -155,9 +124,9 @@ std::vector<TextLine> TextLinesIn(std::string_view text) {
 }
 
 void ThrowBadLine(const std::filesystem::path& path, const TextLine& line, std::string_view expected) {
-  constexpr std::size_t kShown = 80;  // a binary file read as text must not flood the terminal
+  constexpr std::size_t kMaxShown = 80;  // a binary file read as text must not flood the terminal
   const std::string shown =
-      WithoutControls(line.text.substr(0, kShown)) + (line.text.size() > kShown ? "..." : "");
+      WithoutControls(line.text.substr(0, kMaxShown)) + (line.text.size() > kMaxShown ? "..." : "");
   throw InputError("{}:{}: '{}', expected {}", path.string(), line.number, shown, expected);
 }
 

@@ -29,22 +29,23 @@ std::string WithoutControls(std::string_view text);
 // Same for text of several lines, whose ends stay.
 std::string LinesWithoutControls(std::string_view text);
 
-// Returns the text as UTF-8 without control characters, with U+FFFD for each invalid byte.
+// Returns the text as UTF-8 without control characters, with U+FFFD for each invalid
+// sequence.
 std::string ValidText(std::string_view text);
 
 // Returns the start of UTF-8 text in at most `most` bytes, cut between two characters.
 std::string CutText(std::string_view text, std::size_t most);
 
-// Returns a label or name from a file as ValidText of at most kMaxLabelBytes.
+// Returns ValidText of a label or name, cut to kMaxLabelBytes.
 std::string ValidLabel(std::string_view text);
 
 // Returns the number of characters of UTF-8 text.
 std::size_t Characters(std::string_view text);
 
-// Quotes the words into one line that a shell splits into the same words again.
+// Returns a line that a shell splits into these words.
 std::string ShellLine(const std::vector<std::string>& words);
 
-// Returns the parts between separators; an empty last part is left out.
+// Returns the parts between separators, without an empty last part.
 std::vector<std::string> Split(const std::string& text, char separator);
 
 // Returns a time as "0:12.5", minutes and seconds; below 0 as 0.
@@ -61,18 +62,18 @@ struct TextLine {
 // if the file cannot be read.
 std::vector<TextLine> ReadTextLines(const std::filesystem::path& path, std::string_view expected);
 
-// The same for the text of a file.
+// Same for the text of a file.
 std::vector<TextLine> TextLinesIn(std::string_view text);
 
 // Throws InputError "FILE:LINE: 'TEXT', expected EXPECTED".
 [[noreturn]] void ThrowBadLine(const std::filesystem::path& path, const TextLine& line,
                                std::string_view expected);
 
-// Returns the finite number in words[index]. Throws as ThrowBadLine if there is none.
+// Returns the finite number in words[index]. Throws like ThrowBadLine otherwise.
 double NumberAt(const std::filesystem::path& path, const TextLine& line, std::size_t index,
                 std::string_view expected);
 
-// Returns the finite numbers of a line that has just these. Throws as ThrowBadLine otherwise.
+// Returns the finite numbers of a line with exactly `count` of them. Throws like ThrowBadLine otherwise.
 template <std::size_t count>
 std::array<double, count> NumbersIn(const std::filesystem::path& path, const TextLine& line,
                                     std::string_view expected) {

@@ -6,7 +6,7 @@
 
 namespace sqslam {
 
-// Returns the least step through `count` items that takes at most `most` (>= 1) of them.
+// Returns the smallest step through `count` items that takes at most `most` (>= 1) of them.
 constexpr std::size_t StepThrough(std::size_t count, std::size_t most) {
   return std::max<std::size_t>(1, (count + most - 1) / most);
 }

@@ -7,7 +7,7 @@
 namespace sqslam {
 
 // Throws an error with this message (a format and its values, as in fmt::format()) if `wrong`. The values are
-// computed in any case.
+// always evaluated.
 template <typename Error, typename... Values>
 void ThrowIf(bool wrong, fmt::format_string<Values...> message, Values&&... values) {
   if (wrong) {

@@ -12,7 +12,7 @@
 namespace sqslam {
 
 // A thread that does jobs in order. At most `capacity` jobs wait, so that a fast producer cannot fill the
-// memory. An error ends the work and drops waiting jobs. The destructor completes waiting jobs.
+// memory. An error stops the thread and drops waiting jobs. The destructor completes waiting jobs.
 template <typename Job>
 class WorkerThread {
  public:

@@ -71,7 +71,7 @@ TEST(Hostile, NamesFilesWithNumbersOutOfRange) {
   const TemporaryFolder folder;
   ExpectRefused(
       "info " + WriteMap(folder.Path()).string() + " --edits " + File("edits_number_out_of_range.json"), 3,
-      "edits_number_out_of_range.json: a number is beyond all ranges");
+      "edits_number_out_of_range.json: a number is out of range");
 }
 
 TEST(Hostile, NamesBrokenLinesOfGroundTruth) {

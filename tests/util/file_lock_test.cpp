@@ -14,7 +14,7 @@
 namespace sqslam {
 namespace {
 
-TEST(FileLock, IsHeldByOne) {
+TEST(FileLock, AdmitsOneHolder) {
   const TemporaryFolder folder;
   {
     const auto lock = FileLock::Try(folder.Path() / "lock");
@@ -26,7 +26,7 @@ TEST(FileLock, IsHeldByOne) {
   EXPECT_THROW(FileLock::Try(folder.Path() / "none" / "lock"), InputError);
 }
 
-TEST(FileLock, GoesWithAHolderThatIsKilled) {
+TEST(FileLock, ReleasesWhenHolderIsKilled) {
   const TemporaryFolder folder;
   const auto path = folder.Path() / "lock";
   const pid_t holder = ::fork();
@@ -42,7 +42,7 @@ TEST(FileLock, GoesWithAHolderThatIsKilled) {
   EXPECT_TRUE(FileLock::Try(path));
 }
 
-TEST(SlurmJob, NamesTheTaskOfAnArray) {
+TEST(SlurmJob, NamesTaskOfArray) {
   ::setenv("SLURM_JOB_ID", "18", 1);
   EXPECT_EQ(SlurmJob(), "18");
   ::setenv("SLURM_ARRAY_JOB_ID", "17", 1);

@@ -5,7 +5,7 @@
 namespace sqslam {
 namespace {
 
-TEST(Markup, Base64IsThatOfTheStandard) {  // the examples of RFC 4648
+TEST(Markup, Base64MatchesStandard) {  // the examples of RFC 4648
   EXPECT_EQ(Base64(""), "");
   EXPECT_EQ(Base64("f"), "Zg==");
   EXPECT_EQ(Base64("fo"), "Zm8=");
@@ -14,7 +14,7 @@ TEST(Markup, Base64IsThatOfTheStandard) {  // the examples of RFC 4648
   EXPECT_EQ(Base64("\xff\xfe\xfd"), "//79");
 }
 
-TEST(Markup, TextIsSafeInElementsAndAttributes) {
+TEST(Markup, EscapesTextForElementsAndAttributes) {
   EXPECT_EQ(EscapeMarkup("<a b=\"c\">&\n"), "&lt;a b=&quot;c&quot;&gt;&amp; ");
   EXPECT_EQ(EscapeMarkup("µ ε₁"), "µ ε₁");
   EXPECT_EQ(EscapeMarkup("<caf\xe9\x7f"), "&lt;caf\xef\xbf\xbd ");

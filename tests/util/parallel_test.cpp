@@ -17,7 +17,7 @@ TEST(ParallelFor, CallsEachNumberOnce) {
   ParallelFor(0, 4, [](std::size_t) { FAIL(); });
 }
 
-TEST(ParallelFor, ThrowsWhatACallHasThrownAndBeginsNoMore) {
+TEST(ParallelFor, RethrowsAndStopsWhenCallThrows) {
   std::atomic<int> calls = 0;
   try {
     ParallelFor(100000, 2, [&](std::size_t) {

@@ -7,7 +7,7 @@
 namespace sqslam {
 namespace {
 
-TEST(ShardTest, ShardsCoverAllItemsOnce) {
+TEST(ShardTest, CoversAllItemsOnce) {
   for (const int total : {1, 7, 100}) {
     int next = 5;
     for (int i = 1; i <= 9; ++i) {
@@ -21,7 +21,7 @@ TEST(ShardTest, ShardsCoverAllItemsOnce) {
   EXPECT_EQ(ItemsOf({2, 2}, 5, 40, 10), std::pair(25, 40));
 }
 
-TEST(ShardTest, IsReadFromItsNumbersAndNamesItsPart) {
+TEST(ShardTest, ParsesNumbersAndNamesPart) {
   EXPECT_EQ(PartName("a/turn.mp4", ParseShard("2/8")), "a/turn.part-2-of-8.mp4");
   EXPECT_EQ(PartName("a/turn.mp4", {}), "a/turn.mp4");
   for (const char* text : {"", "2", "0/8", "9/8", "1/0", "a/b", "1/2x", "-1/2"}) {

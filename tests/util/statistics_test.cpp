@@ -16,14 +16,14 @@ std::vector<double> Shuffled(int count) {
   return values;
 }
 
-TEST(Statistics, FindsTheValueOfARank) {
+TEST(Statistics, FindsValueOfRank) {
   std::vector<int> values = {5, 1, 4, 2, 3};
   for (std::size_t rank = 0; rank < 5; ++rank) {
     EXPECT_EQ(NthSmallest(values, rank), static_cast<int>(rank) + 1);
   }
 }
 
-TEST(Statistics, MediansDifferForEvenNumbersOnly) {
+TEST(Statistics, MediansDifferForEvenCountsOnly) {
   EXPECT_EQ(UpperMedian(Shuffled(5)), 20.0);
   EXPECT_EQ(MeanMedian(Shuffled(5)), 20.0);
   EXPECT_EQ(UpperMedian(Shuffled(6)), 30.0);
@@ -32,7 +32,7 @@ TEST(Statistics, MediansDifferForEvenNumbersOnly) {
   EXPECT_EQ(MeanMedian(Shuffled(1)), 0.0);
 }
 
-TEST(Statistics, QuantilesRoundDownToTheNearestOrInterpolate) {
+TEST(Statistics, QuantilesRoundDownRoundOrInterpolate) {
   const std::vector<double> values = Shuffled(11);  // a tenth of the range from one to the next
   EXPECT_EQ(LowerQuantile(values, 0.57), 50.0);
   EXPECT_EQ(NearestQuantile(values, 0.57), 60.0);

@@ -5,7 +5,7 @@
 namespace sqslam {
 namespace {
 
-TEST(Thinned, TakesEvenStepsFromTheFirstItem) {
+TEST(Thinned, TakesEvenStepsFromFirstItem) {
   EXPECT_EQ(Thinned(std::vector<int>{0, 1, 2, 3, 4, 5, 6}, 3), (std::vector<int>{0, 3, 6}));
   EXPECT_EQ(Thinned(std::vector<int>{0, 1, 2, 3, 4, 5, 6}, 6), (std::vector<int>{0, 2, 4, 6}));
   EXPECT_EQ(Thinned(std::vector<int>{4, 5, 6}, 1), (std::vector<int>{4}));

@@ -21,7 +21,7 @@ TEST(WorkerThread, DoesAllJobsInOrder) {
   EXPECT_TRUE(std::is_sorted(done.begin(), done.end()));
 }
 
-TEST(WorkerThread, DoesWhatWaitsWhenDestroyed) {
+TEST(WorkerThread, CompletesWaitingJobsWhenDestroyed) {
   std::atomic<int> done = 0;
   {
     WorkerThread<int> worker(10, [&done](int) { ++done; });
@@ -32,7 +32,7 @@ TEST(WorkerThread, DoesWhatWaitsWhenDestroyed) {
   EXPECT_EQ(done, 10);
 }
 
-TEST(WorkerThread, AnErrorEndsTheWorkAndReachesTheCaller) {
+TEST(WorkerThread, RethrowsErrorToCaller) {
   std::atomic<int> done = 0;
   WorkerThread<int> worker(1, [&done](int job) {
     if (job == 2) {
