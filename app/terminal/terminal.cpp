@@ -29,7 +29,7 @@ namespace sqslam::app {
 using Clock = std::chrono::steady_clock;
 namespace {
 
-volatile std::sig_atomic_t interrupted = 0;  // global: set by a signal handler
+volatile std::sig_atomic_t interrupted = 0;  // global: written by a signal handler
 
 void Handle(int) { interrupted = 1; }
 
@@ -68,12 +68,12 @@ class CleanMessage : public spdlog::custom_flag_formatter {
   std::unique_ptr<custom_flag_formatter> clone() const override { return std::make_unique<CleanMessage>(); }
 };
 
-// Cuts the middle out of an overlong message, such as one with a path of thousands of characters.
+// Cuts the middle out of an overlong message, for example with a path of thousands of characters.
 std::string Shortened(const std::string& message) {
-  constexpr std::size_t kEnd = 1000;
-  return message.size() <= 2 * kEnd
-             ? message
-             : fmt::format("{} ... {}", message.substr(0, kEnd), message.substr(message.size() - kEnd));
+  constexpr std::size_t kKeptBytes = 1000;  // at either end
+  return message.size() <= 2 * kKeptBytes ? message
+                                          : fmt::format("{} ... {}", message.substr(0, kKeptBytes),
+                                                        message.substr(message.size() - kKeptBytes));
 }
 
 }  // namespace
@@ -91,8 +91,8 @@ int ExitCodeOf(const std::function<int()>& work, const std::function<void(const 
     fail(e.what());
     return 4;
   } catch (const std::filesystem::filesystem_error& e) {  // overlong path, loop of symbolic links
-    constexpr std::size_t kShown = 200;
-    fail(fmt::format("{}: {}", e.path1().string().substr(0, kShown), e.code().message()));
+    constexpr std::size_t kMaxShown = 200;                // bytes of the path
+    fail(fmt::format("{}: {}", e.path1().string().substr(0, kMaxShown), e.code().message()));
     return 3;
   } catch (const std::system_error& e) {  // failed writes, for example to a full disk
     fail(e.what());
@@ -142,7 +142,7 @@ std::string ShownCommandLine(std::vector<std::string> words) {
   return ShellLine(words);
 }
 
-// fmt::print would throw in the middle of the work. RunAndFlush finds what could not be written.
+// fmt::print would throw in the middle of the work. RunAndFlush reports failed writes.
 void PrintLine(const std::string& line) {
   std::fputs((line + '\n').c_str(), stdout);
   std::fflush(stdout);
@@ -156,13 +156,13 @@ std::string DurationText(double seconds) {
                        : fmt::format("{}:{:02}", whole / 60, whole % 60);
 }
 
-InterruptGuard::InterruptGuard() : on_closed_pipe_(std::signal(SIGPIPE, SIG_IGN)) {
+InterruptGuard::InterruptGuard() : previous_pipe_handler_(std::signal(SIGPIPE, SIG_IGN)) {
   interrupted = 0;
   Install(Handle);
 }
 InterruptGuard::~InterruptGuard() {
   Install(SIG_DFL);
-  std::signal(SIGPIPE, on_closed_pipe_);
+  std::signal(SIGPIPE, previous_pipe_handler_);
 }
 bool InterruptGuard::Interrupted() const { return interrupted != 0; }
 

@@ -10,7 +10,8 @@
 
 namespace sqslam::app {
 
-// Runs `work` and returns its exit code. An exception goes to `fail` as one line and sets the exit code.
+// Runs `work` and returns its exit code. An exception is passed to `fail` as one line and determines the
+// code.
 int ExitCodeOf(const std::function<int()>& work, const std::function<void(const std::string&)>& fail);
 
 // Runs `work` as the body of main(): warnings and errors go to stderr, one line each. Libraries that print on
@@ -22,21 +23,21 @@ std::vector<std::string> CommandWords();
 
 // Returns the command line of this process, quoted for a shell and without passwords in stream addresses.
 std::string CommandLine();
-std::string ShownCommandLine(std::vector<std::string> words);  // for other `words`, at least one
+std::string ShownCommandLine(std::vector<std::string> words);  // of other words, at least one
 
-// Prints a line to stdout, flushed: a reader may follow the pipe. What cannot be written is an error at the
-// end of RunProgram.
+// Prints a line to stdout, flushed: a reader may follow the pipe. RunProgram reports failed writes at its
+// end.
 void PrintLine(const std::string& line);
 
-// Prints a line to stderr, without control characters. What cannot be written, because the terminal was
-// closed or a disk is full, is dropped: work must not be lost for it.
+// Prints a line to stderr, without control characters. Ignores failed writes: a closed terminal or a full
+// disk must not end the work.
 void PrintNotice(const std::string& line);
 
 // Returns "1:02:07"; "2:07" if it is less than an hour.
 std::string DurationText(double seconds);
 
-// While it exists, the first SIGINT (Ctrl-C), SIGTERM or SIGHUP sets a flag; the second ends the program. A
-// reader of our outputs that goes away ends nothing.
+// While it exists, the first SIGINT (Ctrl-C), SIGTERM or SIGHUP sets a flag; the second ends the program.
+// SIGPIPE is ignored: a reader that closes the pipe does not end the program.
 class InterruptGuard {
  public:
   InterruptGuard();
@@ -47,14 +48,14 @@ class InterruptGuard {
   bool Interrupted() const;
 
  private:
-  void (*on_closed_pipe_)(int);  // before
+  void (*previous_pipe_handler_)(int);
 };
 
 // A progress line on stderr: rewritten in place on a terminal, one line every few seconds in a log file,
 // nothing if `quiet`. Serves several steps in a row, each with its own total.
 class Progress {
  public:
-  // `unit` is what is counted, in the singular.
+  // `unit`: name of the counted items, in the singular.
   explicit Progress(bool quiet, std::string unit = "frame");
 
   ~Progress() { Finish(); }
@@ -63,7 +64,7 @@ class Progress {
 
   // `total`: of this step, which ends when all is done; 0: endless (a live camera).
   void Update(std::int64_t done, std::int64_t total, const std::string& state = "");
-  // As the callback of work that goes on while it returns true.
+  // For use as the callback of work that continues while it returns true.
   bool operator()(std::int64_t done, std::int64_t total, const std::string& state = "") {
     return Update(done, total, state), true;
   }
@@ -82,7 +83,7 @@ class Progress {
   Clock::time_point last_;                  // when a line was printed
 };
 
-// Progress of work that Ctrl-C ends, given to it as a callback.
+// Progress, as the callback of work that Ctrl-C ends.
 struct StoppableProgress : Progress {
   using Progress::Progress;
 

@@ -1,4 +1,4 @@
-// Fits superquadrics to all things on a table, or to one thing: fit_cloud CLOUD
+// Fits superquadrics to all objects of a cloud: fit_cloud CLOUD
 
 #include <iostream>
 
@@ -14,8 +14,8 @@ int main(int argc, char** argv) {
   try {
     const sqslam::PointCloud cloud = sqslam::ReadPointCloud(argv[1]);  // .ply, or text with x y z
     sqslam::MultiFitOptions options;
-    options.clusters = 0;        // as many as there are
-    options.fit.upright = true;  // they stand: only yaw is free
+    options.clusters = 0;        // all objects
+    options.fit.upright = true;  // standing objects: only yaw is free
     for (const sqslam::SuperquadricFit& fit : sqslam::FitSuperquadrics(cloud.points, options)) {
       const auto& [shape, T_cloud_object] = fit.superquadric;
       std::cout << "half size " << shape.half_size.transpose() << ", exponents " << shape.e1 << ' '

@@ -10,8 +10,8 @@ inline constexpr double kDegreesPerRadian = 180.0 / std::numbers::pi;
 inline constexpr double kRadiansPerDegree = std::numbers::pi / 180.0;
 inline constexpr double kGoldenAngle = 2.399963229728653;  // radians; so many turns spread points evenly
 
-// Wraps an angle modulo 90 degrees to [-pi/4, pi/4): a superquadric rotated by a quarter turn with a_x and
-// a_y swapped is the same.
+// Wraps an angle modulo 90 degrees to [-pi/4, pi/4): a quarter turn with a_x and a_y swapped does not change
+// a superquadric.
 inline double WrapQuarter(double yaw) {
   const double wrapped = std::remainder(yaw, std::numbers::pi / 2.0);
   return wrapped >= std::numbers::pi / 4.0 ? wrapped - std::numbers::pi / 2.0 : wrapped;

@@ -37,7 +37,7 @@ Box2d WithMovedEdges(const Box2d& box, const auto& move) {
 // Index of an edge in arrays with one value per edge.
 enum BoxEdge : std::size_t { kLeftEdge, kTopEdge, kRightEdge, kBottomEdge };
 
-// True if a pixel is more than `margin` (px) outside one of the edges that count.
+// Returns true if a pixel is more than `margin` (px) outside one of the edges that count.
 inline bool IsBeyondEdge(const Box2d& box, const std::array<bool, 4>& counts, const Eigen::Vector2d& pixel,
                          double margin) {
   return (counts[kLeftEdge] && pixel.x() < box.x - margin) ||
@@ -46,20 +46,20 @@ inline bool IsBeyondEdge(const Box2d& box, const std::array<bool, 4>& counts, co
          (counts[kBottomEdge] && pixel.y() > box.y + box.height + margin);
 }
 
-// Area of the intersection.
+// Returns the area of the intersection.
 inline double SharedArea(const Box2d& a, const Box2d& b) {
   const double w = std::min(a.x + a.width, b.x + b.width) - std::max(a.x, b.x);
   const double h = std::min(a.y + a.height, b.y + b.height) - std::max(a.y, b.y);
   return w <= 0.0 || h <= 0.0 ? 0.0 : w * h;
 }
 
-// Intersection over union in [0, 1]; 0 for empty boxes.
+// Returns the intersection over union in [0, 1]; 0 for empty boxes.
 inline double IoU(const Box2d& a, const Box2d& b) {
   const double shared = SharedArea(a, b);
   return shared > 0.0 ? shared / (a.Area() + b.Area() - shared) : 0.0;
 }
 
-// Intersection over the smaller area in [0, 1]; 0 for empty boxes.
+// Returns the intersection over the smaller area in [0, 1]; 0 for empty boxes.
 inline double ShareOfSmaller(const Box2d& a, const Box2d& b) {
   const double shared = SharedArea(a, b);
   return shared > 0.0 ? shared / std::min(a.Area(), b.Area()) : 0.0;

@@ -19,7 +19,8 @@ Eigen::Vector2d Distort(const std::array<double, 5>& d, const Eigen::Vector2d& n
           y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y};
 }
 
-// Returns how far from the centre a fisheye lens shows a ray at `angle` to the axis, focal lengths.
+// Returns the distance from the centre at which a fisheye lens shows a ray at `angle` to the axis, in focal
+// lengths.
 double FisheyeRadius(const std::array<double, 5>& k, double angle) {
   const double a2 = angle * angle;
   return angle * (1.0 + a2 * (k[0] + a2 * (k[1] + a2 * (k[2] + a2 * k[3]))));
@@ -32,14 +33,14 @@ Eigen::Vector2d DistortFisheye(const std::array<double, 5>& k, const Eigen::Vect
 
 // Bisects the angle: stays finite where strong coefficients fold the lens model over.
 Eigen::Vector2d UndistortFisheye(const std::array<double, 5>& k, const Eigen::Vector2d& target) {
-  constexpr double kWidest = 85.0 * std::numbers::pi / 180.0;
+  constexpr double kMaxAngle = 85.0 * std::numbers::pi / 180.0;
   constexpr int kHalvings = 50;
   const double radius = target.norm();
   if (radius <= 1e-12) {
     return target;
   }
   double low = 0.0;
-  double high = kWidest;
+  double high = kMaxAngle;
   for (int i = 0; i < kHalvings; ++i) {
     const double middle = 0.5 * (low + high);
     (FisheyeRadius(k, middle) < radius ? low : high) = middle;
@@ -93,7 +94,7 @@ Eigen::Vector2d Camera::Undistort(const Eigen::Vector2d& pixel) const {
     return pixel;
   }
   constexpr int kIterations = 20;
-  constexpr double kFoldedError = 1e-12;  // squared, focal lengths; smaller errors are rounding
+  constexpr double kMinFoldedError = 1e-12;  // squared, focal lengths; smaller errors are rounding
   const Eigen::Vector2d target = Unproject(pixel).head<2>();
   if (lens == LensModel::kFisheye) {
     return Project(UndistortFisheye(distortion, target).homogeneous());
@@ -105,7 +106,7 @@ Eigen::Vector2d Camera::Undistort(const Eigen::Vector2d& pixel) const {
     // Beyond the radius at which the lens model folds over (strong negative k1 alone, far from the centre) no
     // ray has this pixel and the iteration diverges: the result is finite, but meaningless.
     const double error = step.squaredNorm();
-    if (error > last_error && error > kFoldedError) {
+    if (error > last_error && error > kMinFoldedError) {
       break;
     }
     last_error = error;

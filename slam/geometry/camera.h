@@ -34,15 +34,16 @@ struct Camera {
     return (Eigen::Matrix3d() << fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0).finished();
   }
 
-  // True if a pixel is inside the image.
+  // Returns true if a pixel is inside the image.
   bool InImage(const Eigen::Vector2d& pixel) const {
     return pixel.x() >= 0.0 && pixel.y() >= 0.0 && pixel.x() < width && pixel.y() < height;
   }
 
-  // True if an undistorted pixel is inside the image: that of a fisheye lens, or the one without distortion.
+  // Returns true if an undistorted pixel is inside the image: the distorted image of a fisheye lens, the
+  // undistorted one otherwise.
   bool Shows(const Eigen::Vector2d& pixel) const;
 
-  // Returns left, top, right and bottom of what Shows() is true for, undistorted pixels.
+  // Returns left, top, right and bottom of the undistorted pixels for which Shows() is true.
   std::array<double, 4> ShownBounds() const;
 
   // Projects a point in the camera frame (z > 0) to its undistorted pixel.
@@ -53,7 +54,7 @@ struct Camera {
   // Projects a point in the camera frame (z > 0) to its distorted pixel.
   Eigen::Vector2d ProjectDistorted(const Eigen::Vector3d& p_camera) const;
 
-  // Distorted pixel -> undistorted pixel (same K), by iteration.
+  // Returns the undistorted pixel (same K) of a distorted one, by iteration.
   Eigen::Vector2d Undistort(const Eigen::Vector2d& pixel) const;
 
   // Returns the viewing ray (z = 1) of an undistorted pixel.

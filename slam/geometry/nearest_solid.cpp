@@ -42,7 +42,7 @@ double IoU(const Radii& truth, const Solid& solid) {
 }
 
 // Maximises the IoU by coordinate search over the half sizes with decreasing steps; returns the IoU.
-double Grow(const Radii& truth, Solid& solid) {
+double MaximizeIoU(const Radii& truth, Solid& solid) {
   double best = IoU(truth, solid);
   for (double step = 0.3; step > 0.002; step *= 0.5) {
     for (bool better = true; better;) {
@@ -65,18 +65,18 @@ double Grow(const Radii& truth, Solid& solid) {
 }  // namespace
 
 PosedSuperquadric NearestOfKind(SolidKind kind, const PosedSuperquadric& superquadric) {
-  constexpr double kMuchBetter = 0.03;
+  constexpr double kMinGain = 0.03;
   if (kind == SolidKind::kSuperquadric) {
     return superquadric;
   }
   const Radii truth = RadiiOf(superquadric.shape);
   Solid best{kind, superquadric.shape.half_size, 1.0, 1.0, {}};  // in the object's frame
-  const double straight = Grow(truth, best);
+  const double straight = MaximizeIoU(truth, best);
   if (kind == SolidKind::kCuboid && superquadric.shape.e2 > 1.0) {
     Solid turned = best;
     turned.half_size.head<2>().setConstant(best.half_size.head<2>().mean());
     turned.T_map_object.rotation = Eigen::AngleAxisd(std::numbers::pi / 4.0, Eigen::Vector3d::UnitZ());
-    if (Grow(truth, turned) > straight + kMuchBetter) {
+    if (MaximizeIoU(truth, turned) > straight + kMinGain) {
       best = turned;
     }
   }

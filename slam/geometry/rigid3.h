@@ -35,9 +35,9 @@ struct Rigid3d {
   bool operator==(const Rigid3d&) const = default;
 };
 
-// Returns the smallest rotation from the direction of `a` to that of `b`, neither zero; for opposite
-// directions half a turn about a perpendicular axis. (Eigen's FromTwoVectors compiles a singular value
-// decomposition for that.)
+// Returns the smallest rotation from the direction of `a` to the direction of `b`, neither zero; for opposite
+// directions half a turn about a perpendicular axis. Eigen's FromTwoVectors would compile a singular value
+// decomposition.
 inline Eigen::Quaterniond RotationBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   const Eigen::Vector3d from = a.normalized();
   const Eigen::Vector3d to = b.normalized();
@@ -67,7 +67,7 @@ struct Sim3d {
             scale * (rotation * S_b_c.translation) + translation};
   }
 
-  // Transforms the pose of a frame c that keeps its own unit of length: the position moves, the axes rotate.
+  // Transforms the pose of a frame c that keeps its own unit of length.
   Rigid3d operator*(const Rigid3d& T_b_c) const {
     return {(rotation * T_b_c.rotation).normalized(), *this * T_b_c.translation};
   }

@@ -79,10 +79,11 @@ class Contour {
 };
 
 // Returns an upper bound on the distance, in pixels, between the curve and the chord of two contour points:
-// that of the intersection of their tangents. Empty if these do not intersect there.
+// the distance of the intersection of their tangents. Empty if the tangents do not intersect between the
+// points.
 std::optional<double> Deviation(const ContourPoint& a, const ContourPoint& b, const Camera& camera) {
-  constexpr double kNear = 1e-9;
-  if (a.ray.z() < kNear * a.ray.norm() || b.ray.z() < kNear * b.ray.norm()) {
+  constexpr double kMinDepth = 1e-9;  // share of the distance
+  if (a.ray.z() < kMinDepth * a.ray.norm() || b.ray.z() < kMinDepth * b.ray.norm()) {
     return std::nullopt;
   }
   const Eigen::Vector2d from = camera.Project(a.ray);
@@ -95,7 +96,7 @@ std::optional<double> Deviation(const ContourPoint& a, const ContourPoint& b, co
   if (corner.norm() < 1e-12 && a.tangent.dot(b.tangent) > 0.0) {
     return 0.0;  // the same tangent: a straight piece
   }
-  if (std::abs(corner.z()) < kNear * corner.norm()) {
+  if (std::abs(corner.z()) < kMinDepth * corner.norm()) {
     return std::nullopt;
   }
   const Eigen::Vector2d side = camera.Project(corner) - from;
@@ -109,9 +110,9 @@ std::optional<double> Deviation(const ContourPoint& a, const ContourPoint& b, co
 // Planes through the camera centre that bound the view, with inward normals.
 using ViewPlanes = std::array<Eigen::Vector3d, 5>;
 
-// True if one plane hides the whole curve between two points: both points, and the intersection of their
-// tangents.
-bool Hidden(const ContourPoint& a, const ContourPoint& b, const ViewPlanes& planes) {
+// Returns true if one plane hides the whole curve between two points: both points and the intersection of
+// their tangents.
+bool IsHidden(const ContourPoint& a, const ContourPoint& b, const ViewPlanes& planes) {
   Eigen::Vector3d corner = a.tangent.cross(b.tangent);
   corner *= corner.dot(a.ray.normalized() + b.ray.normalized()) < 0.0 ? -1.0 : 1.0;
   return std::ranges::any_of(planes, [&](const Eigen::Vector3d& plane) {
@@ -122,7 +123,7 @@ bool Hidden(const ContourPoint& a, const ContourPoint& b, const ViewPlanes& plan
 void Refine(const Contour& contour, const ContourPoint& a, const ContourPoint& b, const Camera& camera,
             const ViewPlanes& planes, double tolerance, int depth, std::vector<Eigen::Vector3d>& rays) {
   const std::optional<double> deviation = Deviation(a, b, camera);
-  if ((deviation && *deviation <= tolerance) || Hidden(a, b, planes) || depth >= kMaxDepth ||
+  if ((deviation && *deviation <= tolerance) || IsHidden(a, b, planes) || depth >= kMaxDepth ||
       rays.size() >= kMaxPoints) {
     rays.push_back(b.ray);
     return;

@@ -17,7 +17,7 @@ bool SpansAPlane(const Eigen::Matrix3Xd& points) {
   const Eigen::Vector3d mean = points.rowwise().mean();
   const Eigen::Matrix3Xd centered = points.colwise() - mean;
   const Eigen::Vector3d variance = EigenSystemOf(Eigen::Matrix3d(centered * centered.transpose())).values;
-  // Written so that NaN fails; the second condition rejects points that differ by rounding only.
+  // NaN fails both conditions; the second one rejects points that differ by rounding only.
   return variance[1] > kMinSpreadRatio * kMinSpreadRatio * variance[2] &&
          variance[2] > 1e-24 * (1.0 + points.squaredNorm());
 }
@@ -46,7 +46,7 @@ std::optional<Sim3d> AlignSimilarity(const std::vector<Eigen::Vector3d>& source,
 
 std::optional<Sim3d> AlignPoses(const std::vector<Rigid3d>& source, const std::vector<Rigid3d>& target) {
   constexpr int kRounds = 10;
-  constexpr double kLeast = 1e-12;  // of the mean squares: exact poses
+  constexpr double kMinError = 1e-12;  // mean square, for exact poses
   const auto positions = [](const std::vector<Rigid3d>& poses) {
     std::vector<Eigen::Vector3d> all(poses.size());
     std::ranges::transform(poses, all.begin(), &Rigid3d::translation);
@@ -64,7 +64,7 @@ std::optional<Sim3d> AlignPoses(const std::vector<Rigid3d>& source, const std::v
   }
   for (int round = 0; round < kRounds; ++round) {
     Eigen::Matrix3d moved = Eigen::Matrix3d::Zero(), turned = Eigen::Matrix3d::Zero();
-    double position_error = kLeast, turn_error = kLeast, extent = 0.0;
+    double position_error = kMinError, turn_error = kMinError, extent = 0.0;
     for (std::size_t i = 0; i < source.size(); ++i) {
       const Eigen::Vector3d a = source[i].translation - from, b = target[i].translation - to;
       const Eigen::Matrix3d A(source[i].rotation), B(target[i].rotation);

@@ -13,9 +13,9 @@ namespace {
 // sign(base) |base|^exponent. cos(pi/2) is 6e-17 in floating point, and its power 0.1 would be 0.024 instead
 // of 0: rounding errors of an exact zero must be zeroed first.
 double SignedPower(double base, double exponent) {
-  constexpr double kZero = 4.0 * std::numeric_limits<double>::epsilon();
+  constexpr double kRoundingError = 4.0 * std::numeric_limits<double>::epsilon();
   const double magnitude = std::abs(base);
-  return magnitude < kZero ? 0.0 : std::copysign(std::pow(magnitude, exponent), base);
+  return magnitude < kRoundingError ? 0.0 : std::copysign(std::pow(magnitude, exponent), base);
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 #include <cmath>
 
 // The norm whose unit sphere is a superquadric, with its derivatives. Both Eq. 2 of the paper and the support
-// function are two nested p-norms, that of the horizontal section and, with its value, that of the profile:
+// function are two nested p-norms, first of the horizontal section, then of its value and the profile:
 // |(|(x, y)|_p2, z)|_p1, where p = 2 / e for Eq. 2 and p = 2 / (2 - e), the dual norm, for the support
 // function. All forms factor out the larger of two terms, so that powers of 20 (e = 0.1) do not overflow, and
 // the derivative by a coordinate that is zero is zero.
@@ -69,11 +69,11 @@ struct PNormWithSlope {
   double by_p = 0.0;
 
   PNormWithSlope(double x, double y, double p) {
-    constexpr double kZero = 1e-300;  // of the larger one: smaller values count as zero
+    constexpr double kMinRatio = 1e-300;  // smaller ratios count as zero
     const double a = std::abs(x);
     const double b = std::abs(y);
     value = std::max(a, b);
-    if (std::min(a, b) <= kZero * value) {
+    if (std::min(a, b) <= kMinRatio * value) {
       by_x = a > b ? std::copysign(1.0, x) : 0.0;
       by_y = b > a ? std::copysign(1.0, y) : 0.0;
       return;

@@ -14,7 +14,7 @@
 namespace sqslam::app {
 namespace {
 
-TEST(RunChild, ALostExitCodeIsAnError) {
+TEST(RunChild, ReportsLostExitCode) {
   const TemporaryFolder folder;
   const auto never = [] { return false; };
   std::signal(SIGCHLD, SIG_IGN);  // the system then reaps children itself
@@ -43,7 +43,7 @@ class Terminal {
   int keyboard_ = -1;
 };
 
-TEST(Progress, GoesOnWhenItsTerminalIsClosed) {
+TEST(Progress, ContinuesWhenTerminalIsClosed) {
   Terminal terminal;
   {
     Progress progress(false);
@@ -61,7 +61,7 @@ TEST(Progress, GoesOnWhenItsTerminalIsClosed) {
   }
 }
 
-TEST(InterruptGuard, AClosedPipeEndsNothingWhileItExists) {
+TEST(InterruptGuard, IgnoresClosedPipe) {
   int ends[2];
   ASSERT_EQ(pipe(ends), 0);
   ::close(ends[0]);
@@ -73,7 +73,7 @@ TEST(InterruptGuard, AClosedPipeEndsNothingWhileItExists) {
   ::close(ends[1]);
 }
 
-TEST(DurationText, HasHoursOnlyIfThereAreAny) {
+TEST(DurationText, ShowsHoursOnlyWhenNeeded) {
   EXPECT_EQ(DurationText(31.6), "0:32");
   EXPECT_EQ(DurationText(3599.6), "1:00:00");
 }

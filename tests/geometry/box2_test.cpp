@@ -5,7 +5,7 @@
 namespace sqslam {
 namespace {
 
-TEST(IsBeyondEdge, OnlyOutsideOfEdgesThatCount) {
+TEST(IsBeyondEdge, ChecksOnlyEdgesThatCount) {
   const Box2d box{100.0, 100.0, 50.0, 40.0};
   const std::array<bool, 4> all_but_bottom = {true, true, true, false};
   const auto beyond = [&](double x, double y) { return IsBeyondEdge(box, all_but_bottom, {x, y}, 2.0); };

@@ -17,9 +17,9 @@ struct Lens {
 
 class LensTest : public ::testing::TestWithParam<Lens> {};
 
-// The extractor takes distortion off each keypoint once; all that follows is a pinhole. Putting it on again
-// has to give the keypoint back, everywhere in the image.
-TEST_P(LensTest, UndistortedPixelsDistortBackToWhereTheyWere) {
+// The extractor undistorts each keypoint once; later stages use a pinhole camera. Distorting it again must
+// return the keypoint, everywhere in the image.
+TEST_P(LensTest, UndistortInvertsDistortion) {
   const Camera& camera = GetParam().camera;
   double worst = 0.0;
   for (int y = 0; y < camera.height; y += 7) {
@@ -32,7 +32,7 @@ TEST_P(LensTest, UndistortedPixelsDistortBackToWhereTheyWere) {
   EXPECT_LT(worst, 0.01);
 }
 
-TEST_P(LensTest, PointsAreFoundWhereTheLensShowsThem) {
+TEST_P(LensTest, ProjectsPointsAsOpenCvDoes) {
   const Camera& camera = GetParam().camera;
   for (const double x : {-0.5, -0.2, 0.0, 0.3, 0.5}) {
     for (const double y : {-0.35, 0.0, 0.1, 0.35}) {
@@ -56,8 +56,8 @@ INSTANTIATE_TEST_SUITE_P(
         Lens{"pinhole", {640, 480, 525.0, 525.0, 320.0, 240.0, {}, 30.0}}),
     [](const auto& info) { return std::string(info.param.name); });
 
-// -0.5 alone folds the image over at 0.54 focal lengths from the centre: beyond that no ray has a pixel.
-TEST(Camera, WhereTheLensModelFoldsOverUndistortionStaysFinite) {
+// k1 = -0.5 folds the image 0.54 focal lengths from the centre: no ray has a pixel beyond.
+TEST(Camera, UndistortStaysFiniteWhenLensFolds) {
   const Camera camera{640, 480, 400.0, 400.0, 320.0, 240.0, {-0.5, 0.0, 0.0, 0.0, 0.0}, 30.0};
   for (const int x : {0, 40, 320, 600, 639}) {
     for (const int y : {0, 240, 479}) {
@@ -73,7 +73,7 @@ const Camera& WideLens() {
   return lens;
 }
 
-TEST(FisheyeLens, IsOpenCvs) {
+TEST(FisheyeLens, AgreesWithOpenCv) {
   const Camera& lens = WideLens();
   const cv::Matx33d K(lens.fx, 0.0, lens.cx, 0.0, lens.fy, lens.cy, 0.0, 0.0, 1.0);
   const cv::Vec4d k(lens.distortion[0], lens.distortion[1], lens.distortion[2], lens.distortion[3]);
@@ -94,7 +94,7 @@ TEST(FisheyeLens, IsOpenCvs) {
   }
 }
 
-TEST(FisheyeLens, ShowsWhatIsOutsideTheImageWithoutDistortion) {
+TEST(FisheyeLens, ShowsPixelsOutsideUndistortedImage) {
   const Camera& lens = WideLens();
   EXPECT_TRUE(lens.HasDistortion());
   const Eigen::Vector2d at_border = lens.Undistort({2.0, 241.0});  // 76 degrees to the left
@@ -108,7 +108,7 @@ TEST(FisheyeLens, ShowsWhatIsOutsideTheImageWithoutDistortion) {
   EXPECT_EQ(pinhole.ShownBounds()[2], 640.0);
 }
 
-TEST(FisheyeLens, StaysFiniteBeyondAHalfSphere) {
+TEST(FisheyeLens, StaysFiniteBeyondHemisphere) {
   Camera lens = WideLens();
   lens.fx = lens.fy = 120.0;  // the corners would be 190 degrees off the axis
   for (const Eigen::Vector2d& pixel : {Eigen::Vector2d(0.0, 0.0), Eigen::Vector2d(639.0, 479.0)}) {
@@ -118,7 +118,7 @@ TEST(FisheyeLens, StaysFiniteBeyondAHalfSphere) {
   EXPECT_LT(lens.Undistort({0.0, 0.0}).norm(), 3000.0);
 }
 
-TEST(FisheyeLens, TurnsWithItsImages) {
+TEST(FisheyeLens, RotatesWithImages) {
   const Camera& lens = WideLens();
   const Camera turned = TurnedCamera(lens, 1);
   const Eigen::Vector3d point(0.9, -0.4, 1.0);

@@ -7,7 +7,7 @@
 namespace sqslam {
 namespace {
 
-TEST(EigenSystem, RebuildsTheMatrixWithAscendingValues) {
+TEST(EigenSystem, RebuildsMatrixWithAscendingValues) {
   Eigen::Matrix4d m;
   m << 4.0, 1.0, -2.0, 0.5, 1.0, 3.0, 0.0, 0.2, -2.0, 0.0, 5.0, 1.0, 0.5, 0.2, 1.0, -1.0;
   const EigenSystem<4> system = EigenSystemOf(m);
@@ -20,7 +20,7 @@ TEST(EigenSystem, RebuildsTheMatrixWithAscendingValues) {
             Eigen::Vector2d(2.0, 3.0));
 }
 
-TEST(RotationBetween, IsTheSmallestTurnOppositeDirectionsIncluded) {
+TEST(RotationBetween, GivesSmallestRotationEvenWhenOpposite) {
   const Eigen::Vector3d a(0.3, -2.0, 1.0), b(4.0, 0.1, 0.7);
   const Eigen::Quaterniond turn = RotationBetween(a, b);
   EXPECT_TRUE((turn * a.normalized()).isApprox(b.normalized(), 1e-12));

@@ -14,8 +14,8 @@ double IoUWith(const PosedSuperquadric& a, const PosedSuperquadric& b) {
   return IoU(Solid::FromSuperquadric(a), Solid::FromSuperquadric(b));
 }
 
-// A square upright pillar that was fitted with its edges on the axes.
-TEST(NearestOfKind, ACuboidForAnExponentAboveOneHasTheSizeOfTheThing) {
+// A square upright pillar, fitted with its edges on the axes.
+TEST(NearestOfKind, CuboidKeepsSizeWhenExponentExceedsOne) {
   const PosedSuperquadric pillar{{{1.0, 1.0, 2.0}, 0.1, 1.9}, {}};
   PosedSuperquadric of_same_size = pillar;
   of_same_size.shape.e2 = 0.1;
@@ -28,7 +28,7 @@ TEST(NearestOfKind, ACuboidForAnExponentAboveOneHasTheSizeOfTheThing) {
   EXPECT_NEAR(nearest.shape.half_size.z(), 2.0, 0.05);
 }
 
-TEST(NearestOfKind, NothingOfThatKindAndOrientationIsNearer) {
+TEST(NearestOfKind, MaximisesIoUForOrientation) {
   const Rigid3d pose{Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitZ())), {3.0, 2.0, 1.0}};
   for (const auto& [e1, e2] : {std::pair(0.1, 0.1), {1.0, 1.0}, {1.7, 0.6}, {0.4, 1.8}}) {
     const PosedSuperquadric solid{{{0.5, 0.2, 0.3}, e1, e2}, pose};
@@ -48,7 +48,7 @@ TEST(NearestOfKind, NothingOfThatKindAndOrientationIsNearer) {
   }
 }
 
-TEST(NearestOfKind, WhatIsOfTheKindStaysAsItIs) {
+TEST(NearestOfKind, KeepsSolidsOfSameKind) {
   const PosedSuperquadric ball{{{0.5, 0.2, 0.3}, 1.0, 1.0}, {}};
   EXPECT_TRUE(
       NearestOfKind(SolidKind::kEllipsoid, ball).shape.half_size.isApprox(ball.shape.half_size, 0.01));

@@ -75,7 +75,7 @@ double Outside(const std::vector<Eigen::Vector2d>& polygon, const Eigen::Vector2
 
 class SilhouetteOfShape : public testing::TestWithParam<std::array<double, 2>> {};
 
-TEST_P(SilhouetteOfShape, IsTheHullOfTheProjectedSurface) {
+TEST_P(SilhouetteOfShape, EqualsHullOfProjectedSurface) {
   const auto [e1, e2] = GetParam();
   for (const Eigen::Vector3d& half_size :
        {Eigen::Vector3d(0.3, 0.2, 0.15), Eigen::Vector3d(0.4, 0.3, 0.01)}) {
@@ -103,7 +103,7 @@ INSTANTIATE_TEST_SUITE_P(Shapes, SilhouetteOfShape,
                          testing::Values(std::array{1.0, 1.0}, std::array{0.1, 0.1}, std::array{0.1, 1.0},
                                          std::array{1.9, 0.3}, std::array{0.6, 1.9}, std::array{1.9, 1.9}));
 
-TEST(SilhouetteTest, OfASphereIsItsConic) {
+TEST(SilhouetteTest, SphereGivesConic) {
   const double radius = 0.25;
   const PosedSuperquadric ball = {{Eigen::Vector3d::Constant(radius), 1.0, 1.0},
                                   {Eigen::Quaterniond::Identity(), {0.4, 0.1, 2.0}}};
@@ -116,7 +116,7 @@ TEST(SilhouetteTest, OfASphereIsItsConic) {
   }
 }
 
-TEST(SilhouetteTest, OfATableThatReachesBehindTheCameraHoldsAllThatIsSeen) {
+TEST(SilhouetteTest, ContainsVisiblePartOfTableBehindCamera) {
   const PosedSuperquadric table = {{{1.5, 1.0, 0.05}, 0.1, 0.1}, {}};
   const Rigid3d pose = LookAt({1.0, 0.2, 0.4}, {-0.5, 0.0, 0.0});
   const std::vector<Eigen::Vector2d> outline = Silhouette(table, kCamera, pose);
@@ -133,7 +133,7 @@ TEST(SilhouetteTest, OfATableThatReachesBehindTheCameraHoldsAllThatIsSeen) {
   EXPECT_GT(Outside(outline, sky), 10.0);
 }
 
-TEST(SilhouetteTest, IsEmptyWhereNothingIsSeen) {
+TEST(SilhouetteTest, ReturnsNothingWhenInvisible) {
   const PosedSuperquadric box = {{{0.2, 0.2, 0.2}, 0.1, 0.1}, {}};
   EXPECT_TRUE(
       Silhouette(box, kCamera, {Eigen::Quaterniond::Identity(), {0.05, 0.0, 0.1}}).empty());  // from inside
@@ -141,7 +141,7 @@ TEST(SilhouetteTest, IsEmptyWhereNothingIsSeen) {
   EXPECT_TRUE(Silhouette(box, kCamera, LookAt({2.0, 0.0, 0.0}, {2.0, 2.0, 0.0})).empty());           // beside
 }
 
-TEST(SilhouetteTest, DistortedOutlineIsWhereTheLensShowsIt) {
+TEST(SilhouetteTest, DistortedOutlineFollowsLens) {
   Camera lens = kCamera;
   lens.distortion = {-0.25, 0.08, 0.001, -0.0005, 0.0};
   const PosedSuperquadric box = {{{0.5, 0.4, 0.3}, 0.1, 0.1}, {}};

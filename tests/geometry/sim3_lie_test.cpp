@@ -35,7 +35,7 @@ std::vector<Vector7d> Tangents() {
   return tangents;
 }
 
-TEST(Sim3Lie, ExpAgreesWithTheMatrixExponential) {
+TEST(Sim3Lie, ExpAgreesWithMatrixExponential) {
   for (const Vector7d& x : Tangents()) {
     Eigen::Matrix4d generator = Eigen::Matrix4d::Zero();
     generator.topLeftCorner<3, 3>() = Skew(x.head<3>()) + x[6] * Eigen::Matrix3d::Identity();
@@ -46,7 +46,7 @@ TEST(Sim3Lie, ExpAgreesWithTheMatrixExponential) {
   }
 }
 
-TEST(Sim3Lie, LogUndoesExp) {
+TEST(Sim3Lie, LogInvertsExp) {
   for (const Vector7d& x : Tangents()) {
     const Vector7d found = LogSim3(ExpSim3(x));
     EXPECT_LT((found.head<3>() - x.head<3>()).norm(), 1e-13 * (1.0 + 10.0 * x.head<3>().norm()))
@@ -57,7 +57,7 @@ TEST(Sim3Lie, LogUndoesExp) {
   }
 }
 
-TEST(Sim3Lie, ExpUndoesLogAcrossTheSignOfTheQuaternion) {
+TEST(Sim3Lie, ExpInvertsLogForBothQuaternionSigns) {
   const Sim3d S{
       0.5, Eigen::Quaterniond(Eigen::AngleAxisd(3.0, Eigen::Vector3d(1, -2, 2).normalized())), {3, -4, 5}};
   const Sim3d same{0.5, Eigen::Quaterniond(-S.rotation.coeffs()), S.translation};
@@ -65,7 +65,7 @@ TEST(Sim3Lie, ExpUndoesLogAcrossTheSignOfTheQuaternion) {
   EXPECT_TRUE(LogSim3(same).isApprox(LogSim3(S), 1e-12));
 }
 
-TEST(Sim3Lie, AdjointMovesTangentsThroughAProduct) {
+TEST(Sim3Lie, AdjointMovesTangentsThroughProduct) {
   std::mt19937 random(5);
   for (int i = 0; i < 20; ++i) {
     const Sim3d S = ExpSim3(RandomTangent(random, 3.0, 4.0, 1.0));
@@ -75,7 +75,7 @@ TEST(Sim3Lie, AdjointMovesTangentsThroughAProduct) {
   }
 }
 
-TEST(Sim3Lie, LeftJacobianAgreesWithNumericOne) {
+TEST(Sim3Lie, LeftJacobianAgreesWithDifferences) {
   std::mt19937 random(6);
   constexpr double kStep = 1e-6;
   for (const double size : {0.0, 1e-6, 0.3, 2.0}) {
@@ -91,7 +91,7 @@ TEST(Sim3Lie, LeftJacobianAgreesWithNumericOne) {
   }
 }
 
-TEST(Sim3d, ProductAndInverseActAsOnPoints) {
+TEST(Sim3d, ProductAndInverseActLikeOnPoints) {
   std::mt19937 random(7);
   const Sim3d S_a_b = ExpSim3(RandomTangent(random, 2.0, 3.0, 1.0));
   const Sim3d S_b_c = ExpSim3(RandomTangent(random, 2.0, 3.0, 1.0));

@@ -30,7 +30,7 @@ std::vector<Vector3d> Mapped(const Sim3d& S, const std::vector<Vector3d>& points
   return mapped;
 }
 
-TEST(AlignSimilarity, RecoversTheSimilarity) {
+TEST(AlignSimilarity, RecoversSimilarity) {
   for (const int count : {3, 4, 100}) {
     const auto source = RandomPoints(count);
     const auto S = AlignSimilarity(source, Mapped(kTruth, source));
@@ -41,7 +41,7 @@ TEST(AlignSimilarity, RecoversTheSimilarity) {
   }
 }
 
-TEST(AlignSimilarity, ADisturbedResultStillHasTheLeastSquaredError) {
+TEST(AlignSimilarity, MinimisesSquaredErrorOfNoisyPoints) {
   const auto source = RandomPoints(30);
   auto target = Mapped(kTruth, source);
   const auto noise = RandomPoints(30);
@@ -72,20 +72,20 @@ TEST(AlignSimilarity, ADisturbedResultStillHasTheLeastSquaredError) {
   }
 }
 
-TEST(AlignSimilarity, AMirroredTargetGivesARotationNotAReflection) {
+TEST(AlignSimilarity, ReturnsRotationForMirroredTarget) {
   const auto source = RandomPoints(20);
   auto target = source;
   for (Vector3d& p : target) {
     p.x() = -p.x();
   }
   const auto S = AlignSimilarity(source, target);
-  if (S.has_value()) {  // there may be none; if there is one it is proper
+  if (S.has_value()) {  // may be empty
     EXPECT_NEAR(S->rotation.toRotationMatrix().determinant(), 1.0, 1e-9);
     EXPECT_GT(S->scale, 0.0);
   }
 }
 
-TEST(AlignSimilarity, DegenerateInputHasNoAnswer) {
+TEST(AlignSimilarity, ReturnsNothingForDegenerateInput) {
   const std::vector<Vector3d> line = {{0, 0, 0}, {1, 1, 1}, {2, 2, 2}, {5, 5, 5}};
   const std::vector<Vector3d> point(4, Vector3d(1, 2, 3));
   const auto good = RandomPoints(4);
@@ -100,8 +100,8 @@ TEST(AlignSimilarity, DegenerateInputHasNoAnswer) {
   EXPECT_FALSE(AlignSimilarity(broken, good).has_value());
 }
 
-// A camera that moves almost along x and looks aside; the positions of its map are a little wrong.
-TEST(AlignPoses, OrientationsTellTheTurnAboutALineThatPositionsLeaveOpen) {
+// A camera that moves almost along x and looks sideways; the positions in its map have small errors.
+TEST(AlignPoses, OrientationsDetermineRotationAboutLine) {
   const auto noise = RandomPoints(200);
   std::vector<Rigid3d> source, target;
   std::vector<Vector3d> source_positions, target_positions;
@@ -125,7 +125,7 @@ TEST(AlignPoses, OrientationsTellTheTurnAboutALineThatPositionsLeaveOpen) {
   EXPECT_LT((by_poses->translation - kTruth.translation).norm(), 2e-3);
 }
 
-TEST(AlignPoses, RecoversExactPosesAndNothingFromPositionsOnALine) {
+TEST(AlignPoses, RecoversExactPosesUnlessOnLine) {
   std::vector<Rigid3d> source, target, line;
   for (const Vector3d& p : RandomPoints(5)) {
     source.push_back({Eigen::Quaterniond(Eigen::AngleAxisd(p.x(), Vector3d::UnitZ())), p});

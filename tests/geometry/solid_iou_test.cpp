@@ -35,7 +35,7 @@ void ExpectIoU(double expected, const Solid& a, const Solid& b) {
   EXPECT_NEAR(IoU(a, b) / expected, 1.0, 0.005) << "expected " << expected << ", is " << IoU(a, b);
 }
 
-TEST(SolidIoU, ShiftedBoxesOverlapByTheirProduct) {
+TEST(SolidIoU, ShiftedBoxesOverlapByProductOfSides) {
   for (const double shift : {0.0, 0.011, 0.1, 0.37, 0.5, 0.73, 0.9}) {
     const double intersection = (1 - shift) * 8;
     ExpectIoU(intersection / (16 - intersection), Cuboid({1, 1, 1}),
@@ -45,7 +45,7 @@ TEST(SolidIoU, ShiftedBoxesOverlapByTheirProduct) {
   ExpectIoU(corner / (2 - corner), Cuboid({0.5, 0.5, 0.5}), Cuboid({0.5, 0.5, 0.5}, Pose({0.7, 0.6, -0.5})));
 }
 
-TEST(SolidIoU, BoxesShiftedInTheirOwnTurnedFrameKeepTheirIoU) {
+TEST(SolidIoU, RotatedFrameKeepsIoU) {
   const Rigid3d turned = Pose({0.3, -1, 2}, 0.7, {1, 2, 3});
   for (const double shift : {0.05, 0.31, 0.62}) {
     const Rigid3d moved = turned * Pose({2 * shift, 0, 0});
@@ -67,25 +67,25 @@ TEST(SolidIoU, ConcentricSolidsCompareByVolume) {
   }
 }
 
-TEST(SolidIoU, TwoSpheresShareALens) {
+TEST(SolidIoU, SpheresShareLens) {
   for (const double d : {0.2, 1.0, 1.7}) {
     const double lens = kPi * (4 + d) * (2 - d) * (2 - d) / 12;
     ExpectIoU(lens / (8 * kPi / 3 - lens), Ellipsoid({1, 1, 1}), Ellipsoid({1, 1, 1}, Pose({0, d, 0})));
   }
 }
 
-TEST(SolidIoU, ACubeTurnedByFortyFiveDegreesSharesAnOctagonalPrism) {
+TEST(SolidIoU, RotatedCubeSharesOctagonalPrism) {
   const double octagon = 8 * (std::sqrt(2.0) - 1);  // of the square of side 2
   ExpectIoU(octagon / (8 - octagon), Cuboid({1, 1, 1}), Cuboid({1, 1, 1}, Pose({0, 0, 0}, kPi / 4)));
   ExpectIoU(octagon / (8 - octagon), Cuboid({1, 1, 0.01}), Cuboid({1, 1, 0.01}, Pose({0, 0, 0}, kPi / 4)));
 }
 
-TEST(SolidIoU, CrossedPlatesShareTheirSmallCore) {
+TEST(SolidIoU, CrossedPlatesShareCore) {
   const double core = 0.1 * 0.1 * 2;
   ExpectIoU(core / (2 * 0.4 - core), Cuboid({1, 0.05, 1}), Cuboid({0.05, 1, 1}));
 }
 
-TEST(SolidIoU, ApartOrDegenerateSolidsShareNothing) {
+TEST(SolidIoU, ReturnsZeroForSeparateOrDegenerateSolids) {
   EXPECT_EQ(IoU(Cuboid({1, 1, 1}), Cuboid({1, 1, 1}, Pose({2.1, 0, 0}))), 0.0);
   EXPECT_EQ(IoU(Ellipsoid({1, 1, 1}), Ellipsoid({1, 1, 1}, Pose({1.5, 1.5, 0}))), 0.0);
   EXPECT_EQ(IoU(Cuboid({1, 1, 0}), Cuboid({1, 1, 1})), 0.0);
@@ -152,7 +152,7 @@ TEST(SolidIoU, AgreesWithMonteCarlo) {
   }
 }
 
-TEST(SolidIoU, PairsOfAllShapesConvergeWithinTheLastDepth) {
+TEST(SolidIoU, ConvergesForAllShapes) {
   // Thin, tilted and barely touching: the octree's hardest cases.
   const Solid sheet = Cuboid({0.15, 0.1, 0.002}, Pose({0, 0, 0}, 0.3));
   const Solid tilted = Shaped({0.15, 0.1, 0.002}, 0.1, 0.1, Pose({0.01, 0, 0.001}, 0.3, {0.02, 0.01, 1}));

@@ -7,7 +7,7 @@ namespace {
 
 const double kPowers[] = {1.0526, 1.3, 2.0, 5.0, 20.0};
 
-TEST(PNorm, AllFormsAgreeWithThePowersWrittenOut) {
+TEST(PNorm, FormsAgreeWithDirectPowers) {
   for (const double p : kPowers) {
     for (const auto& [x, y] : {std::pair(0.3, 0.8), {-2.0, 0.7}, {0.4, -0.4}, {-1e-3, -5.0}}) {
       SCOPED_TRACE(testing::Message() << p << ' ' << x << ' ' << y);
@@ -20,7 +20,7 @@ TEST(PNorm, AllFormsAgreeWithThePowersWrittenOut) {
 }
 
 // Oracle: central differences.
-TEST(PNorm, DerivativesAreThoseOfNumericDifferences) {
+TEST(PNorm, DerivativesAgreeWithDifferences) {
   constexpr double kStep = 1e-6;
   const auto norm = [](double x, double y, double p) { return SuperellipseNorm(x, y, 2.0 / p); };
   for (const double p : kPowers) {
@@ -40,7 +40,7 @@ TEST(PNorm, DerivativesAreThoseOfNumericDifferences) {
   }
 }
 
-TEST(PNorm, IsFiniteAtZeroAndForNumbersOfAnySize) {
+TEST(PNorm, StaysFiniteForZeroAndExtremes) {
   for (const double p : kPowers) {
     for (const double x : {0.0, 5e-324, 1e-300, 1e-20, 1.0, 1e20, 1e300}) {
       for (const double y : {0.0, 5e-324, -1e-300, 1e-20, -1.0, 1e20, 1e300}) {
@@ -61,7 +61,7 @@ TEST(PNorm, IsFiniteAtZeroAndForNumbersOfAnySize) {
 }
 
 // Hoelder: x . y <= |x|_p |y|_q, with equality where y is the gradient of the norm at x.
-TEST(SuperquadricNorm, GradientLiesOnTheDualSurface) {
+TEST(SuperquadricNorm, GradientLiesOnDualSurface) {
   for (const double e1 : {0.1, 0.7, 1.0, 1.9}) {
     for (const double e2 : {0.1, 0.7, 1.0, 1.9}) {
       const Eigen::Vector3d u(0.3, -0.8, 1.3);

@@ -31,7 +31,7 @@ void ForEveryShape(Check&& check) {
   }
 }
 
-TEST(Superquadric, ParametricPointsLieOnTheSurface) {
+TEST(Superquadric, ParametricPointsLieOnSurface) {
   ForEveryShape([](const Superquadric& shape) {
     for (int i = -8; i <= 8; ++i) {
       for (int j = -8; j <= 8; ++j) {
@@ -56,7 +56,7 @@ TEST(Superquadric, PolesAndAxisPointsAreExactForSmallExponents) {
 }
 
 // Oracle: F written down as printed in Eq. 2.
-TEST(Superquadric, InsideOutsideFunctionIsThePrintedEquation) {
+TEST(Superquadric, InsideOutsideFunctionMatchesEquation2) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> coordinate(-1.5, 1.5);
   ForEveryShape([&](const Superquadric& shape) {
@@ -72,7 +72,7 @@ TEST(Superquadric, InsideOutsideFunctionIsThePrintedEquation) {
 }
 
 // Oracle: central differences of the parametric surface.
-TEST(Superquadric, NormalIsOrthogonalToNumericTangentsAndPointsOut) {
+TEST(Superquadric, NormalPointsOutAndIsOrthogonalToTangents) {
   ForEveryShape([](const Superquadric& shape) {
     constexpr double kStep = 1e-6;
     for (int i = -7; i <= 7; i += 2) {
@@ -91,7 +91,7 @@ TEST(Superquadric, NormalIsOrthogonalToNumericTangentsAndPointsOut) {
   });
 }
 
-TEST(Superquadric, RadialScaleIsANorm) {
+TEST(Superquadric, RadialScaleObeysNormAxioms) {
   std::mt19937 random(2);
   std::uniform_real_distribution<double> coordinate(-1, 1);
   ForEveryShape([&](const Superquadric& shape) {
@@ -104,7 +104,7 @@ TEST(Superquadric, RadialScaleIsANorm) {
   });
 }
 
-TEST(Superquadric, RadialDistanceOfASphereIsTheEuclideanDistance) {
+TEST(Superquadric, RadialDistanceEqualsEuclideanDistanceForSpheres) {
   const Superquadric sphere = Shape({2, 2, 2}, 1, 1);
   EXPECT_NEAR(sphere.RadialDistance({0, 3, 4}), 3.0, 1e-12);
   EXPECT_NEAR(sphere.RadialDistance({0.6, 0, 0.8}), -1.0, 1e-12);
@@ -112,7 +112,7 @@ TEST(Superquadric, RadialDistanceOfASphereIsTheEuclideanDistance) {
   EXPECT_EQ(Shape({3, 1, 2}, 0.4, 0.4).RadialDistance(Vector3d::Zero()), -1.0);
 }
 
-TEST(Superquadric, NothingOverflowsOrBecomesNanAtTheEndsOfTheRange) {
+TEST(Superquadric, StaysFiniteAtExponentLimits) {
   const std::vector<double> coordinates = {0.0, 5e-324, 1e-300, 1e-20, 1.0, 1e20, 1e300};
   for (const double e1 : {0.1, 1.9}) {
     for (const double e2 : {0.1, 1.9}) {
@@ -170,7 +170,7 @@ TEST(Superquadric, SurfaceAreaOfSphereSpheroidBoxAndOctahedron) {
 }
 
 // Oracle: the triangles of a fine tessellation of Eq. 1, whose area grows towards the true one.
-TEST(Superquadric, SurfaceAreaAgreesWithATessellation) {
+TEST(Superquadric, SurfaceAreaAgreesWithTessellation) {
   for (const auto& [e1, e2] : {std::pair{0.1, 0.1}, {0.6, 0.6}, {1.0, 0.4}, {1.5, 0.8}, {1.2, 1.7}}) {
     const Superquadric shape = Shape({0.3, 0.7, 1.1}, e1, e2);
     constexpr int kSteps = 400;
@@ -189,7 +189,7 @@ TEST(Superquadric, SurfaceAreaAgreesWithATessellation) {
 }
 
 // Oracle: central differences.
-TEST(Superquadric, GradientOfTheRadialDistanceIsThatOfNumericDifferences) {
+TEST(Superquadric, RadialDistanceGradientAgreesWithDifferences) {
   std::mt19937 random(4);
   std::uniform_real_distribution<double> coordinate(-1.5, 1.5);
   ForEveryShape([&](const Superquadric& shape) {
@@ -221,7 +221,7 @@ TEST(Superquadric, GradientOfTheRadialDistanceIsThatOfNumericDifferences) {
   });
 }
 
-TEST(Superquadric, GradientOfTheRadialDistanceIsFiniteOnTheAxesAndAtTheCentre) {
+TEST(Superquadric, RadialDistanceGradientStaysFiniteOnAxes) {
   ForEveryShape([](const Superquadric& shape) {
     EXPECT_EQ(shape.RadialDistanceWithGradient(Vector3d::Zero()).value, -0.3);
     for (int axis = 0; axis < 3; ++axis) {
@@ -247,7 +247,7 @@ PosedSuperquadric FromParameters(const SuperquadricParameters& parameters) {
 }
 
 // The farthest of many surface points, against the closed form.
-TEST(Superquadric, SupportPointIsTheFarthestOfTheSurface) {
+TEST(Superquadric, SupportPointMaximisesExtent) {
   const PosedSuperquadric posed =
       FromParameters((SuperquadricParameters() << 1, 1, 1, 1, 1, 0.2, -0.5, 2.5, 4.0, -5.0, 6.0).finished());
   ForEveryShape([&](const Superquadric& shape) {
@@ -270,7 +270,7 @@ TEST(Superquadric, SupportPointIsTheFarthestOfTheSurface) {
   });
 }
 
-TEST(Superquadric, SupportPointOfABoxIsTheMiddleOfItsFace) {
+TEST(Superquadric, SupportPointHitsMiddleOfBoxFace) {
   const Superquadric box = Shape({1, 2, 3}, 0.0, 0.0);
   EXPECT_EQ(box.SupportPoint({0, 0, 2}), Vector3d(0, 0, 3));
   EXPECT_EQ(box.SupportPoint({0.5, -0.1, 0}), Vector3d(1, -2, 0));
@@ -280,7 +280,7 @@ TEST(Superquadric, SupportPointOfABoxIsTheMiddleOfItsFace) {
   EXPECT_NEAR((ball.SupportPoint({0, 3, 4}) - Vector3d(0, 1.2, 1.6)).norm(), 0.0, 1e-12);
 }
 
-TEST(Superquadric, MovesWithItsFrame) {
+TEST(Superquadric, MovesWithFrame) {
   const Sim3d S{2.5, Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Vector3d(1, 2, 3).normalized())), {1, -2, 3}};
   const PosedSuperquadric solid = FromParameters(
       (SuperquadricParameters() << 0.3, 0.7, 1.1, 0.4, 1.6, 0.2, -0.5, 2.5, 4.0, -5.0, 6.0).finished());

@@ -8,7 +8,7 @@ namespace sqslam::testing {
 namespace {
 
 constexpr double kDotsPerMm = 4.0;
-constexpr int kRays = 3;          // each way in a pixel
+constexpr int kRays = 3;          // per pixel and direction
 constexpr double kMargin = 12.0;  // mm of white paper around the board
 
 cv::Mat Paper(const CalibrationBoard& board) {

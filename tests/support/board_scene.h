@@ -10,7 +10,7 @@
 
 namespace sqslam::testing {
 
-// Takes pictures of a printed board, ray by ray, several to a pixel.
+// Renders a printed board, with several rays per pixel.
 class BoardScene {
  public:
   BoardScene(const CalibrationBoard& board, const Camera& camera);
@@ -25,8 +25,8 @@ class BoardScene {
   std::vector<Eigen::Vector2f> rays_;  // x and y at z = 1
 };
 
-// Poses all over the image and tilted to all sides, the same for the same index.
-// With a reach above 1 the board sticks out of the image where it lies in its corners.
+// Returns poses all over the image and tilted to all sides, determined by the index. With a reach above 1 the
+// board extends beyond the image in its corners.
 Rigid3d BoardPose(const CalibrationBoard& board, const Camera& camera, int index, double reach = 1.0);
 
 }  // namespace sqslam::testing

@@ -7,10 +7,10 @@
 
 namespace sqslam::testing {
 
-// A video as phones write them: each picture shown at a time of its own, with a rotation flag. MP4, H.264
+// A video like those of phones: individual display times for all pictures, and a rotation flag. MP4, H.264
 // (MPEG-4 where FFmpeg has no x264).
 struct FilmOptions {
-  int quarter_turns = 0;       // clockwise, that a player has to turn the pictures by
+  int quarter_turns = 0;       // clockwise, to be applied by a player
   bool index_first = false;    // the file's index at its start, so that a cut-off file can still be read
   const char* quality = "12";  // x264's crf: 0 is exact
 };

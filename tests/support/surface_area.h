@@ -19,7 +19,7 @@ struct CurveNode {
 };
 
 // The quarter curve as (cos t, sin t) over its norm: unlike Eq. 1 its derivatives are bounded for every
-// exponent. The substitution t = pi/4 v^3 (from either axis) flattens what is left, the kink on the axes for
+// exponent. The substitution t = pi/4 v^3 (from either axis) flattens the remaining kink on the axes for
 // e -> 2.
 inline std::vector<CurveNode> QuarterCurve(double e) {
   using Gauss = boost::math::quadrature::gauss<double, 30>;

@@ -38,7 +38,7 @@ bool InImage(const Camera& camera, const Eigen::Vector2d& pixel) {
   return pixel.x() >= 0.0 && pixel.y() >= 0.0 && pixel.x() < camera.width && pixel.y() < camera.height;
 }
 
-// The drift by the time that the camera on the ring has turned by `angle` degrees.
+// The drift of the camera at `angle` degrees on the ring.
 Sim3d DriftAt(const RingMapOptions& options, double angle) {
   return {std::exp(options.scale_drift * angle),
           Eigen::Quaterniond(Eigen::AngleAxisd(options.rotation_drift * angle * kRadians,
@@ -46,7 +46,7 @@ Sim3d DriftAt(const RingMapOptions& options, double angle) {
           {0.0, 0.0, 0.0}};
 }
 
-// Replaces what the wall shows from 202 to 218 degrees by what it shows from 22 to 38.
+// Replaces the wall from 202 to 218 degrees by the wall from 22 to 38 degrees.
 void RepeatOnTheOppositeSide(SyntheticWorld& world, std::vector<double>& bearings) {
   const std::vector<double> all = std::exchange(bearings, {});
   const std::vector<Eigen::Vector3d> points = std::exchange(world.points, {});
@@ -184,7 +184,7 @@ SyntheticMap MakeRingMap(const RingMapOptions& options) {
   if (options.repeated) {
     RepeatOnTheOppositeSide(ring, bearings);
   }
-  std::map<std::pair<std::size_t, int>, PointId> known;  // by point and how often the camera has come round
+  std::map<std::pair<std::size_t, int>, PointId> known;  // by point and lap
   for (int k = 0; k < options.keyframes; ++k) {
     const double angle = kRingStep * k;
     const Rigid3d& T_camera_world = ring.T_camera_map.emplace_back(PoseOnRing(angle));

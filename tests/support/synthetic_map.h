@@ -14,13 +14,12 @@ namespace sqslam::testing {
 struct Sight {
   double pixel_noise = 0.0;  // px, standard deviation
   int flipped_bits = 0;      // of each descriptor
-  int clutter = 0;           // keypoints that show nothing of the world, after all others
+  int clutter = 0;           // keypoints without a point of the world, after all others
   int octave = 0;            // of all keypoints
   std::uint64_t seed = 1;
 };
 
-// Points with random descriptors, and the camera that looks at them: the truth behind every synthetic map.
-// One unit of length counts as a metre.
+// Points with random descriptors and a camera: the ground truth of every synthetic map. Lengths in metres.
 struct SyntheticWorld {
   Camera camera{640, 480, 500.0, 500.0, 320.0, 240.0, {}, 30.0};
   std::vector<Eigen::Vector3d> points;  // world frame
@@ -34,9 +33,9 @@ struct SyntheticWorld {
   View See(const Rigid3d& T_camera_world, const Sight& sight = {}) const;
 };
 
-// A map with its truth. The map frame is that of the world, unless drift has bent the map.
+// A map with its ground truth. Map frame and world frame are equal, unless drift has bent the map.
 struct SyntheticMap : SyntheticWorld {
-  std::vector<Rigid3d> T_camera_map;  // the truth, by keyframe
+  std::vector<Rigid3d> T_camera_map;  // ground truth, by keyframe
   Map map;
 };
 
@@ -62,22 +61,22 @@ Rigid3d Turn(double radians, const Eigen::Vector3d& axis);
 Eigen::Vector3d PlaneUp();
 
 struct RingMapOptions {
-  int keyframes = 28;            // 15 degrees apart, so that the last ones see again what the first saw
-  double scale_drift = 3e-4;     // logarithm of the scale, per degree of the way
-  double rotation_drift = 0.03;  // degrees per degree
-  bool repeated = false;         // 16 degrees of the wall look like those on the opposite side
-  KeyframeId first_id = 0;       // of the keyframes; of the points, a thousand times that
+  int keyframes = 28;                       // 15 degrees apart, so that the last ones overlap with the first
+  double scale_drift = 3e-4;                // logarithm of the scale, per degree of the ring
+  double rotation_drift = 0.03;             // degrees per degree
+  bool repeated = false;                    // 16 degrees of the wall look like those on the opposite side
+  KeyframeId first_id = 0;                  // of the keyframes; points start at a thousand times this id
   std::shared_ptr<IdSource> ids = nullptr;  // null: a source of its own
 };
 
 // One lap on the ring without drift.
 inline RingMapOptions ExactRing() { return {.keyframes = 24, .scale_drift = 0.0, .rotation_drift = 0.0}; }
 
-// A camera that turned on a ring, looking outward at a wall of points, and did not notice that it came back:
-// points that it saw twice are two map points, and the map is bent by drift.
+// Map of a camera that moved around a ring, looking outward at a wall of points, without closing the loop:
+// points seen at both ends are two map points each, and the map is bent by drift.
 SyntheticMap MakeRingMap(const RingMapOptions& options);
 
-// T_camera_world on the ring after a turn by so many degrees.
+// T_camera_world on the ring, `degrees` from its start.
 Rigid3d PoseOnRing(double degrees);
 
 // Root mean square distance of the keyframes' centres from the truth after the best similarity transform.
@@ -92,8 +91,8 @@ double LargestReprojectionError(const Map& map, const Camera& camera);
 // The same features, all of them found in one octave.
 FrameFeaturesPtr WithOctave(const FrameFeatures& features, int octave);
 
-// References from points to keyframes that are not returned, and the other way round; keypoints and keyframes
-// that a point counts twice. 0 in a sound map.
+// Number of references between points and keyframes that lack their counterpart, and of duplicate keypoints
+// and keyframes of a point. 0 in a consistent map.
 int CountBrokenReferences(const Map& map);
 
 // Words for random descriptors, the same in every run; and the words of each keyframe of a map.

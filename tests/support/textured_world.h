@@ -36,8 +36,7 @@ class TexturedWorld {
   std::vector<Panel> panels_;  // far to near
 };
 
-// Bends frames of a pinhole camera to what a lens at the same place shows; black where the camera shows
-// nothing.
+// Distorts frames of a pinhole camera as a lens at the same place would; black outside the pinhole's image.
 class ThroughLens {
  public:
   ThroughLens(const Camera& lens, const Camera& pinhole);

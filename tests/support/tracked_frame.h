@@ -6,7 +6,7 @@
 
 namespace sqslam::testing {
 
-// A frame that tracking knows nothing of but its features.
+// A frame with features only.
 inline TrackedFrame NewFrame(FrameFeaturesPtr features, std::int64_t index = 0) {
   TrackedFrame frame;
   frame.index = index;
@@ -16,7 +16,7 @@ inline TrackedFrame NewFrame(FrameFeaturesPtr features, std::int64_t index = 0) 
   return frame;
 }
 
-// A keyframe as if it had just been tracked as a frame.
+// A keyframe in the state of a frame that has just been tracked.
 inline TrackedFrame AsTracked(const Map& map, KeyframeId id) {
   const Keyframe& keyframe = map.At(id);
   TrackedFrame frame = NewFrame(keyframe.features, keyframe.frame_index);
