@@ -251,7 +251,7 @@ std::vector<BoardArea> BoardAreas(const CalibrationBoard& board) {
 std::optional<BoardView> FindBoard(const cv::Mat& gray, const CalibrationBoard& board) {
   BoardView view;
   const bool found = board.kind == BoardKind::kChessboard ? FindChessboard(gray, board, view)
-                                                                       : FindCharuco(gray, board, view);
+                                                          : FindCharuco(gray, board, view);
   if (found) {
     DropOutliers(board, view);
   }

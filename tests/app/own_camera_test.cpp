@@ -72,8 +72,7 @@ TEST(Calibrate, HintsWhenInnerCornersWereCounted) {
 TEST(Calibrate, FindsItsPrintedBoard) {
   const TemporaryFolder folder;
   const fs::path sheet = folder.Path() / "board.png";
-  for (const BoardKind kind :
-       {BoardKind::kChessboard, BoardKind::kCharuco}) {
+  for (const BoardKind kind : {BoardKind::kChessboard, BoardKind::kCharuco}) {
     const std::string name = kind == BoardKind::kCharuco ? "charuco" : "chessboard";
     ASSERT_EQ(RunProgram("calibrate --board " + name + " --print-board " + sheet.string()).exit_code, 0);
     CalibrationBoard board;

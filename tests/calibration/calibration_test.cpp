@@ -81,8 +81,7 @@ TEST_P(CalibrationTest, RecoversCamera) {
 
 INSTANTIATE_TEST_SUITE_P(Boards, CalibrationTest, ::testing::Values(Chessboard(), Charuco()),
                          [](const auto& info) {
-                           return info.param.kind == BoardKind::kCharuco ? "charuco"
-                                                                                      : "chessboard";
+                           return info.param.kind == BoardKind::kCharuco ? "charuco" : "chessboard";
                          });
 
 TEST(Calibration, DropsAndNamesOutlierViews) {
