@@ -33,7 +33,7 @@ AtlasViewPtr MainPart(const AtlasView& atlas, std::int64_t main) {
 }  // namespace
 
 struct Localizer::Impl {
-  Impl(const KeptMap& map, const std::string& name, const SystemOptions& options)
+  Impl(const SavedMap& map, const std::string& name, const SystemOptions& options)
       : tracking(OnlyTracking(options.tracking)),
         vocabulary(LoadVocabularyFor(map, name, options)),
         pose_tracker(map.camera, tracking),
@@ -72,7 +72,7 @@ struct Localizer::Impl {
   Localization result;
 };
 
-Localizer::Localizer(const KeptMap& map, const std::string& name, const SystemOptions& options)
+Localizer::Localizer(const SavedMap& map, const std::string& name, const SystemOptions& options)
     : impl_(std::make_unique<Impl>(map, name, options)) {}
 
 Localizer::~Localizer() = default;

@@ -7,7 +7,7 @@
 #include "slam/geometry/camera.h"
 #include "slam/io/frame.h"
 #include "slam/io/trajectory.h"
-#include "slam/snapshot/kept_map.h"
+#include "slam/snapshot/saved_map.h"
 #include "slam/system.h"
 #include "slam/system_options.h"
 #include "slam/util/run_counters.h"
@@ -15,7 +15,7 @@
 
 namespace sqslam {
 
-// Poses of frames in a kept map.
+// Poses of frames in a saved map.
 struct Localization {
   struct Pose : TimedPose {
     std::string image_path;
@@ -34,7 +34,7 @@ class Localizer {
   // `options`: of the run that made the map. `name`: of the map, at the beginning of messages. Throws
   // InputError if the map is broken or was made with another vocabulary than that of the options, UsageError
   // if these name none.
-  Localizer(const KeptMap& map, const std::string& name, const SystemOptions& options);
+  Localizer(const SavedMap& map, const std::string& name, const SystemOptions& options);
   ~Localizer();
   Localizer(const Localizer&) = delete;
   Localizer& operator=(const Localizer&) = delete;

@@ -35,7 +35,7 @@ struct System::Impl {
     return [this, on_kept](std::string state) { on_kept(Kept(std::move(state))); };
   }
 
-  KeptMap Kept(std::string state) const {
+  SavedMap Kept(std::string state) const {
     return {mapper.GetCamera(), vocabulary ? vocabulary->Fingerprint() : "", std::move(state)};
   }
 
@@ -47,7 +47,7 @@ struct System::Impl {
     }
   }
 
-  void BeginIn(const KeptMap& map, const std::string& name) {
+  void BeginIn(const SavedMap& map, const std::string& name) {
     const std::int64_t main = mapper.Restore(map.state, name, ids).submap;
     views.BeginWith(view.Get());
     tracker.BeginIn(view.Get(), main);
@@ -146,7 +146,7 @@ System::System(const Camera& camera, const SystemOptions& options, SnapshotCallb
   impl_->BeginMapping();
 }
 
-System::System(const KeptMap& map, const std::string& name, const SystemOptions& options,
+System::System(const SavedMap& map, const std::string& name, const SystemOptions& options,
                SnapshotCallback on_snapshot, KeptCallback on_kept)
     : impl_(std::make_unique<Impl>(map.camera, options, LoadVocabularyFor(map, name, options),
                                    std::move(on_snapshot), on_kept)) {

@@ -13,7 +13,7 @@
 #include "slam/io/frame.h"
 #include "slam/io/trajectory.h"
 #include "slam/mapping/finished_map.h"
-#include "slam/snapshot/kept_map.h"
+#include "slam/snapshot/saved_map.h"
 #include "slam/snapshot/snapshot.h"
 #include "slam/system_options.h"
 #include "slam/tracking/tracking_report.h"
@@ -34,8 +34,8 @@ struct RunResult {
   std::vector<FinishedMap> others;  // submaps that could not be merged with it, each in its own frame
   std::string no_map_reason;        // one line, if there is no map: static camera, no texture, ...
   std::map<std::string, StageTimes::Summary> timing_ms;
-  KeptMap kept;  // the map and the others, to continue from; its state is empty if there is no map
-  std::optional<AddedFrames> added;  // if a kept map was extended
+  SavedMap kept;  // the map and the others, to continue from; its state is empty if there is no map
+  std::optional<AddedFrames> added;  // if a saved map was extended
 };
 
 // The public interface of the SLAM core.
@@ -52,15 +52,15 @@ struct RunResult {
 class System {
  public:
   using SnapshotCallback = std::function<void(MapSnapshotPtr)>;
-  using KeptCallback = std::function<void(KeptMap)>;
+  using KeptCallback = std::function<void(SavedMap)>;
 
   System(const Camera& camera, const SystemOptions& options, SnapshotCallback on_snapshot,
          KeptCallback on_kept = {});
 
-  // Extends a kept map, starting lost in it: until relocalised there, the camera builds a separate submap.
+  // Extends a saved map, starting lost in it: until relocalised there, the camera builds a separate submap.
   // Frames and times continue after those of the map, unless they are later anyway. `name`: of the map, at
   // the beginning of messages. Throws InputError as Localizer does.
-  System(const KeptMap& map, const std::string& name, const SystemOptions& options,
+  System(const SavedMap& map, const std::string& name, const SystemOptions& options,
          SnapshotCallback on_snapshot, KeptCallback on_kept = {});
   ~System();
   System(const System&) = delete;

@@ -25,7 +25,7 @@ std::shared_ptr<const Vocabulary> LoadVocabulary(const SystemOptions& options) {
       Vocabulary::Load(name == "auto" ? DataPath("assets/vocabulary.bin") : std::filesystem::path(name)));
 }
 
-std::shared_ptr<const Vocabulary> LoadVocabularyFor(const KeptMap& map, const std::string& name,
+std::shared_ptr<const Vocabulary> LoadVocabularyFor(const SavedMap& map, const std::string& name,
                                                     const SystemOptions& options) {
   std::shared_ptr<const Vocabulary> words = LoadVocabulary(options);
   if (!words) {
@@ -40,13 +40,13 @@ std::shared_ptr<const Vocabulary> LoadVocabularyFor(const KeptMap& map, const st
   return words;
 }
 
-Map MainMapOf(const KeptMap& map, const std::string& name, const SystemOptions& options) {
+Map MainMapOf(const SavedMap& map, const std::string& name, const SystemOptions& options) {
   StageTimes times;
   Mapper mapper(map.camera, OptionsOfMapper(options), nullptr, {[](const AtlasViewPtr&) {}, {}, {}}, times);
   return std::move(mapper).MapOf(mapper.Restore(map.state, name, std::make_shared<IdSource>()).submap);
 }
 
-RunResult MergeMaps(const KeptMap& first, const std::string& first_name, const KeptMap& second,
+RunResult MergeMaps(const SavedMap& first, const std::string& first_name, const SavedMap& second,
                     const std::string& second_name, const SystemOptions& options) {
   const std::shared_ptr<const Vocabulary> vocabulary = LoadVocabularyFor(first, first_name, options);
   LoadVocabularyFor(second, second_name, options);

@@ -198,7 +198,7 @@ ArrayEnd FollowArray(const ArrayWork& work, const SlurmOptions& options, const A
         reported.erase(word);
         fs::remove(work.failure(word));
       }
-      std::ranges::for_each(work.results, RemoveDrafts);
+      std::ranges::for_each(work.results, RemoveTemporaryFiles);
       WriteAttempts(counts, attempts);
       const std::string job = jobs.Submit(next);
       print(fmt::format("job {} of {} {} handed to Slurm", job, next.size(),

@@ -21,7 +21,7 @@ std::vector<std::string> Wrap(const std::string& text, std::size_t width) {
   std::vector<std::string> lines(1);
   std::istringstream words(text);
   for (std::string word; words >> word;) {
-    if (!lines.back().empty() && Characters(lines.back()) + 1 + Characters(word) > width) {
+    if (!lines.back().empty() && CountCharacters(lines.back()) + 1 + CountCharacters(word) > width) {
       lines.emplace_back();
     }
     lines.back() += (lines.back().empty() ? "" : " ") + word;
@@ -36,7 +36,7 @@ struct Item {
 
 // Breaks an example command that is too long for a line with backslashes; an option stays with its value.
 std::string WrapCommand(const std::string& command, std::size_t width) {
-  if (Characters(command) + kIndent <= width) {
+  if (CountCharacters(command) + kIndent <= width) {
     return command;
   }
   std::string text;
@@ -44,12 +44,12 @@ std::string WrapCommand(const std::string& command, std::size_t width) {
   for (std::size_t at = 0; at < command.size();) {
     const std::size_t end = std::min(command.find(" -", at + 1), command.size());
     const std::string part = command.substr(at, end - at);
-    if (at > 0 && used + Characters(part) + 2 > width) {
+    if (at > 0 && used + CountCharacters(part) + 2 > width) {
       text += fmt::format(" \\\n{:{}}", "", kContinued - 1);
       used = kContinued - 1;
     }
     text += part;
-    used += Characters(part);
+    used += CountCharacters(part);
     at = end;
   }
   return text;
@@ -62,8 +62,8 @@ std::string FormatItem(const Item& item, std::size_t column, std::size_t width) 
   if (item.right.empty()) {
     return text + "\n";
   }
-  std::size_t used = Characters(text.substr(text.rfind('\n') + 1));
-  if (used + 2 > column && used + 2 + Characters(item.right) <= width) {
+  std::size_t used = CountCharacters(text.substr(text.rfind('\n') + 1));
+  if (used + 2 > column && used + 2 + CountCharacters(item.right) <= width) {
     return text + "  " + item.right + "\n";
   }
   if (used + 2 > column) {
@@ -81,7 +81,7 @@ std::string FormatItem(const Item& item, std::size_t column, std::size_t width) 
 std::string FormatItems(const std::vector<Item>& items, std::size_t width) {
   std::size_t column = 0;
   for (const Item& item : items) {
-    const std::size_t wanted = kIndent + Characters(item.left) + 2;
+    const std::size_t wanted = kIndent + CountCharacters(item.left) + 2;
     if (!item.right.empty() && wanted <= width / 2) {
       column = std::max(column, wanted);
     }

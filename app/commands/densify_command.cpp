@@ -91,7 +91,7 @@ int DensifyOnSlurm(const DensifyArguments& a, const DensifyRequest& request) {
   const auto settings = [&] {
     return fmt::format("{} pieces of {}", *a.cluster.shards, DepthFingerprint(request));
   };
-  const fs::path result = NamedPath(a.result);
+  const fs::path result = AbsolutePath(a.result);
   return DoOnSlurm({result.filename(), result / "dense.sqmap", settings, make, join}, a.cluster, a.quiet);
 }
 

@@ -158,7 +158,7 @@ int Experiment(const ExperimentArguments& arguments) {
   ThrowIf<UsageError>(arguments.submit_only && arguments.where == "here",
                       "--submit-only: expected --on slurm");
   const fs::path output = arguments.output.empty() ? config.output : arguments.output;
-  const fs::path folder = NamedPath(output);
+  const fs::path folder = AbsolutePath(output);
   if (arguments.dry_run) {
     PrintPlan(PlanExperiment(config, {folder}));
     return 0;

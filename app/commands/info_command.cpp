@@ -114,7 +114,7 @@ void PrintInfo(const InfoArguments& a) {
   }
   fmt::print("map        {}\nsequence   {}\nwritten by sqslam {}\nsnapshots  {}\n", path.string(),
              reader.Info().sequence_path.empty() ? "images of two inputs"
-                                                 : WithoutControls(reader.Info().sequence_path),
+                                                 : ReplaceControls(reader.Info().sequence_path),
              reader.Info().program_version, reader.Size());
   fmt::print("lengths    {}\n",
              reader.Info().scale ? "metres: " + ScaleText(*reader.Info().scale) : "map units (sqslam scale)");

@@ -182,9 +182,9 @@ RunRequest RunArguments::Request() const {
   }
   request.output =
       output.empty()
-          ? FreeResultFolder("out", request.live_camera ? fmt::format("camera{}", *request.live_camera)
-                                    : request.IsLive()  ? "stream"
-                                                        : NameOfInput(input))
+          ? UnusedResultFolder("out", request.live_camera ? fmt::format("camera{}", *request.live_camera)
+                                      : request.IsLive()  ? "stream"
+                                                          : NameOfInput(input))
           : fs::path(output);
   request.options = Options();
   request.dense = dense;

@@ -82,7 +82,7 @@ int RunLocalize(const LocalizeArguments& a) {
       .sequence = a.Request(),
       .range = a.Range(),
       .map = a.map,
-      .output = a.output.empty() ? FreeResultFolder("out", NameOfInput(a.input)) : fs::path(a.output),
+      .output = a.output.empty() ? UnusedResultFolder("out", NameOfInput(a.input)) : fs::path(a.output),
       .set = a.set};
   TerminalRun host({"", false}, a.quiet);
   const LocalizedRun run = LocalizeSequence(request, host);
@@ -108,7 +108,7 @@ struct MergeArguments {
 };
 
 void Merge(const MergeArguments& a) {
-  const fs::path output = a.output.empty() ? FreeResultFolder("out", "merged") : fs::path(a.output);
+  const fs::path output = a.output.empty() ? UnusedResultFolder("out", "merged") : fs::path(a.output);
   TerminalRun host({"", !a.no_render}, a.quiet);
   const FinishedRun run = MergeResults(a.first, a.second, output, host);
   PrintSummary(a.quiet, "{} frames, {} keyframes, {} points, {} objects in one map\nresult: {}\n",

@@ -113,7 +113,7 @@ FinishedRun MapSequence(const DemoArguments& arguments, const fs::path& sequence
 int Demo(const DemoArguments& arguments) {
   arguments.scene.Frames();  // throws on invalid ranges before anything is written
   const fs::path output =
-      arguments.output.empty() ? FreeResultFolder("out", "demo") : fs::path(arguments.output);
+      arguments.output.empty() ? UnusedResultFolder("out", "demo") : fs::path(arguments.output);
   CreateResultFolder(output);
   const fs::path sequence = output / "desk";
   const fs::path result = output / "result";

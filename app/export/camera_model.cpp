@@ -226,9 +226,9 @@ void WriteTransforms(const std::filesystem::path& file, const CameraModel& model
                                  {"fl_y", c.fy},
                                  {"cx", c.cx + kPixelCentre},
                                  {"cy", c.cy + kPixelCentre}};
-  constexpr std::array<const char*, 5> kUsual = {"k1", "k2", "p1", "p2", "k3"};
+  constexpr std::array<const char*, 5> kBrownConrady = {"k1", "k2", "p1", "p2", "k3"};
   constexpr std::array<const char*, 4> kFisheye = {"k1", "k2", "k3", "k4"};
-  const std::span<const char* const> names = fisheye ? std::span<const char* const>(kFisheye) : kUsual;
+  const std::span<const char* const> names = fisheye ? std::span<const char* const>(kFisheye) : kBrownConrady;
   for (std::size_t i = 0; i < names.size(); ++i) {
     root[names[i]] = c.distortion[i];
   }

@@ -95,7 +95,7 @@ std::string MapViewPage(const RecordingReader& reader, const fs::path& recording
                         const std::vector<std::vector<Eigen::Vector3d>>& true_path) {
   const fs::path sequence = reader.Info().sequence_path;
   const std::string title =
-      NamedPath(sequence.empty() ? recording.parent_path() : sequence).filename().string();
+      AbsolutePath(sequence.empty() ? recording.parent_path() : sequence).filename().string();
   const MapView view =
       ReadMapView(reader, ReadHistory(reader), recording, {.title = title, .true_path = true_path});
   return HtmlPage(title, MapViewElements(view), "", "sq-alone");

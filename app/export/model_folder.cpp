@@ -15,7 +15,7 @@
 #include "slam/io/input_images.h"
 #include "slam/io/result_files.h"
 #include "slam/io/sequence.h"
-#include "slam/run/known_map.h"
+#include "slam/run/map_to_extend.h"
 #include "slam/snapshot/recording.h"
 #include "slam/system_parts.h"
 #include "slam/util/atomic_file.h"
@@ -28,7 +28,7 @@ namespace {
 
 constexpr const char* kMasks = "masks";  // folder
 
-Sequence OpenMapped(const KnownMap& known, const fs::path& moved_to) {
+Sequence OpenMapped(const MapToExtend& known, const fs::path& moved_to) {
   const RecordingReader recording(known.recording);
   SequenceRequest request;
   request.path = moved_to.empty() ? fs::path(recording.Info().sequence_path) : moved_to;
@@ -124,7 +124,7 @@ ImageFiles ListImages(const Map& map, const Sequence& sequence, ModelSummary& su
 
 ModelSummary ExportModel(const ModelRequest& request, const std::function<void(int, int)>& progress) {
   const fs::path& folder = request.folder;
-  const KnownMap known = ReadKnownMap(request.result);
+  const MapToExtend known = ReadKnownMap(request.result);
   const Sequence sequence = OpenMapped(known, request.sequence);
   const Map map = MainMapOf(known.map, known.recording.string(), known.options);
   ModelSummary summary;

@@ -235,7 +235,7 @@ void WriteReport(const ReportInputs& inputs) {
       inputs.sequence.empty() && data.recording ? data.recording->Info().sequence_path : inputs.sequence;
   const std::string title =
       inputs.title.empty()
-          ? NamedPath(sequence.empty() ? inputs.result : fs::path(sequence)).filename().string()
+          ? AbsolutePath(sequence.empty() ? inputs.result : fs::path(sequence)).filename().string()
           : inputs.title;
   std::string body;
   const Output out = std::back_inserter(body);

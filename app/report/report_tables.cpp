@@ -203,9 +203,9 @@ void AppendComparison(std::string& page, const ReportData& data, const LabelColo
     fmt::format_to(out, "<p class=\"note\">Objects with {} or more detections in the map: {} of {}.</p>\n",
                    count.min_detections, count.mapped, count.total);
   }
-  fmt::format_to(
-      out, "<p class=\"note\">Landmarks without ground truth: {}. Duplicates: {}.</p></section>\n",
-      MappedNames(evaluation, evaluation.extra), MappedNames(evaluation, evaluation.objects.duplicates));
+  fmt::format_to(out, "<p class=\"note\">Landmarks without ground truth: {}. Duplicates: {}.</p></section>\n",
+                 MappedNames(evaluation, evaluation.extra),
+                 MappedNames(evaluation, evaluation.objects.duplicates));
 }
 
 void AppendTiming(std::string& page, const ReportData& data) {

@@ -17,9 +17,9 @@ namespace fs = std::filesystem;
 namespace {
 
 TruePath LayOver(const MapSnapshot& map, const fs::path& sequence) {
-  const std::optional<TruePath> path = LayTruePath(ReadTruePoses(sequence), map);
+  const std::optional<TruePath> path = AlignTruePath(ReadTruePoses(sequence), map);
   if (!path) {
-    throw InputError(CannotBeLaid(sequence));
+    throw InputError(TruePathError(sequence));
   }
   return *path;
 }
@@ -72,7 +72,7 @@ RecordingReader OpenMap(const fs::path& recording, const ObjectArguments& a, Hid
       });
 }
 
-std::string CannotBeLaid(const fs::path& sequence) {
+std::string TruePathError(const fs::path& sequence) {
   return fmt::format(
       "{}: its true poses cannot be aligned with the map, expected at least three at the times of keyframes, "
       "not on one line",

@@ -51,8 +51,8 @@ SceneLayers ReadLayers(const LayerArguments& arguments, const RecordingReader& r
 // which each vertex is seen. Throws InputError that names the file if it is broken.
 SurfaceMeshPtr ReadMesh(const std::filesystem::path& recording, bool growing);
 
-// Returns the error message for true poses that LayTruePath cannot align to a map.
-std::string CannotBeLaid(const std::filesystem::path& sequence);
+// Returns the error message for true poses that AlignTruePath cannot align to a map.
+std::string TruePathError(const std::filesystem::path& sequence);
 
 // ReadPointCloud, but throws InputError on an empty cloud and warns about points that are not finite.
 PointCloud ReadDenseCloud(const std::filesystem::path& file);

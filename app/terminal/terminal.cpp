@@ -62,7 +62,7 @@ int RunAndFlush(const std::function<int()>& work) {
 class CleanMessage : public spdlog::custom_flag_formatter {
  public:
   void format(const spdlog::details::log_msg& message, const std::tm&, spdlog::memory_buf_t& line) override {
-    const std::string clean = WithoutControls({message.payload.data(), message.payload.size()});
+    const std::string clean = ReplaceControls({message.payload.data(), message.payload.size()});
     line.append(clean.data(), clean.data() + clean.size());
   }
   std::unique_ptr<custom_flag_formatter> clone() const override { return std::make_unique<CleanMessage>(); }
@@ -148,7 +148,7 @@ void PrintLine(const std::string& line) {
   std::fflush(stdout);
 }
 
-void PrintNotice(const std::string& line) { std::fputs((WithoutControls(line) + '\n').c_str(), stderr); }
+void PrintNotice(const std::string& line) { std::fputs((ReplaceControls(line) + '\n').c_str(), stderr); }
 
 std::string DurationText(double seconds) {
   const auto whole = static_cast<long>(seconds + 0.5);

@@ -170,16 +170,16 @@ class SurfaceBuilder {
 
 // Removes the triangles marked in `drop`, and unused vertices.
 SurfaceMesh RemoveTriangles(const SurfaceMesh& mesh, const std::vector<bool>& drop) {
-  constexpr std::uint32_t kNone = 0xFFFFFFFF;
+  constexpr std::uint32_t kUnused = 0xFFFFFFFF;
   SurfaceMesh kept;
-  std::vector<std::uint32_t> places(mesh.vertices.size(), kNone);
+  std::vector<std::uint32_t> places(mesh.vertices.size(), kUnused);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     if (drop[t]) {
       continue;
     }
     kept.triangles.push_back(mesh.triangles[t]);
     for (std::uint32_t& corner : kept.triangles.back()) {
-      if (places[corner] == kNone) {
+      if (places[corner] == kUnused) {
         places[corner] = static_cast<std::uint32_t>(kept.vertices.size());
         kept.vertices.push_back(mesh.vertices[corner]);
         kept.rgb.push_back(mesh.rgb[corner]);

@@ -38,7 +38,7 @@ void CloudPieces::Join(double min_pixels) {
   DisjointSets sets(cubes_.size());
   for (std::int32_t i = 0; i < static_cast<std::int32_t>(cubes_.size()); ++i) {
     const auto join = [&](const Cube& other) {
-      if (const std::uint32_t found = IndexOf(other); found != KeyIndex<4>::kNone) {
+      if (const std::uint32_t found = IndexOf(other); found != KeyIndex<4>::kNotFound) {
         sets.Join(i, static_cast<std::int32_t>(found));
       }
     };
@@ -67,7 +67,7 @@ void CloudPieces::DropSmall(DepthMap& map) const {
         continue;
       }
       const std::uint32_t cube = IndexOf(CubeOf(map, x, y));
-      if (cube == KeyIndex<4>::kNone || small_[cube]) {  // none: a recording rounds depths
+      if (cube == KeyIndex<4>::kNotFound || small_[cube]) {  // none: a recording rounds depths
         map.depth.at<float>(y, x) = 0.0F;
         map.views.at<std::uint8_t>(y, x) = 0;
       }

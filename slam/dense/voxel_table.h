@@ -58,7 +58,7 @@ class VoxelTable {
     const std::uint64_t hash = Index::HashOf(key);
     const auto& [index, values] = shards_[hash % kShards];
     const std::uint32_t number = index.Find(hash, key);
-    return number != Index::kNone ? &values[number] : nullptr;
+    return number != Index::kNotFound ? &values[number] : nullptr;
   }
 
   const std::vector<Value>& Values(std::size_t shard) const { return shards_[shard].second; }

@@ -213,7 +213,7 @@ std::string Joined(const std::vector<Table>& tables, Write write) {
 
 std::vector<std::string> ShortNames(const std::vector<std::filesystem::path>& paths) {
   std::vector<std::string> names =
-      ToVector(paths, [](const auto& path) { return NamedPath(path).filename().string(); });
+      ToVector(paths, [](const auto& path) { return AbsolutePath(path).filename().string(); });
   if (std::set<std::string>(names.begin(), names.end()).size() < names.size()) {
     std::transform(paths.begin(), paths.end(), names.begin(), [](const auto& path) { return path.string(); });
   }

@@ -98,14 +98,14 @@ std::string ToText(const Table& table) {
   std::vector<std::size_t> widths(table.columns.size(), 0);
   for (const auto& line : lines) {
     for (std::size_t i = 0; i < line.size(); ++i) {
-      widths[i] = std::max(widths[i], Characters(line[i]));
+      widths[i] = std::max(widths[i], CountCharacters(line[i]));
     }
   }
   std::string text = Heading(table) + "\n";
   for (const auto& line : lines) {
     std::string row;
     for (std::size_t i = 0; i < line.size(); ++i) {
-      const std::string padding(widths[i] - Characters(line[i]), ' ');
+      const std::string padding(widths[i] - CountCharacters(line[i]), ' ');
       row += fmt::format("  {}{}{}", right[i] ? padding : "", line[i], right[i] ? "" : padding);
     }
     text += row.substr(0, row.find_last_not_of(' ') + 1) + "\n";

@@ -101,8 +101,8 @@ std::vector<Trajectory> SplitAtGaps(const Trajectory& trajectory) {
   return pieces;
 }
 
-std::optional<TruePath> LayTruePath(const Trajectory& truth, const MapSnapshot& map,
-                                    double max_time_difference) {
+std::optional<TruePath> AlignTruePath(const Trajectory& truth, const MapSnapshot& map,
+                                      double max_time_difference) {
   const Trajectory keyframes = KeyframesOf(map);
   const std::optional<TrajectoryError> error = ComputeTrajectoryError(keyframes, truth, max_time_difference);
   if (!error) {

@@ -50,7 +50,7 @@ struct TruePath : TrajectoryError {
 // Aligns the truth with the keyframes by the best similarity, as `sqslam eval` does with the frames (Umeyama;
 // at most `max_time_difference` seconds between a pose and its truth). The path covers the time span of the
 // map. Empty if fewer than three keyframes have a true pose or if these lie on one line.
-std::optional<TruePath> LayTruePath(const Trajectory& truth, const MapSnapshot& map,
-                                    double max_time_difference = 0.02);
+std::optional<TruePath> AlignTruePath(const Trajectory& truth, const MapSnapshot& map,
+                                      double max_time_difference = 0.02);
 
 }  // namespace sqslam

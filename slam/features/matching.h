@@ -12,8 +12,8 @@ namespace sqslam {
 // Number of differing bits, 0 to 256.
 int HammingDistance(const Descriptor& a, const Descriptor& b);
 
-inline constexpr int kStrictDistance = 50;  // bits: nothing else restricts the match
-inline constexpr int kLooseDistance = 100;  // bits: geometry already restricts the candidates
+inline constexpr int kMaxUnguidedDistance = 50;  // bits: nothing else restricts the match
+inline constexpr int kMaxGuidedDistance = 100;   // bits: geometry already restricts the candidates
 
 // The two nearest descriptors to a given one; of equals the first.
 struct NearestTwo {

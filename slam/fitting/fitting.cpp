@@ -87,7 +87,7 @@ using Clusters = std::vector<std::vector<std::size_t>>;
 
 constexpr std::size_t kNeighbours = 8;
 constexpr std::size_t kDenseNeighbours = 9;  // itself included
-constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+constexpr std::size_t kNoCluster = std::numeric_limits<std::size_t>::max();
 
 // Adapts the points with the given indices to nanoflann.
 struct View {
@@ -228,9 +228,9 @@ Clusters ClusterPoints(const std::vector<Vector3d>& points, const std::vector<st
     dense[i] = Within(tree, at(i), radius).size() >= kDenseNeighbours;
   }
   Clusters clusters;
-  std::vector<std::size_t> cluster_of(indices.size(), kNone);
+  std::vector<std::size_t> cluster_of(indices.size(), kNoCluster);
   for (std::size_t first = 0; first < indices.size(); ++first) {
-    if (!dense[first] || cluster_of[first] != kNone) {
+    if (!dense[first] || cluster_of[first] != kNoCluster) {
       continue;
     }
     std::vector<std::size_t> pending = {first};
@@ -239,7 +239,7 @@ Clusters ClusterPoints(const std::vector<Vector3d>& points, const std::vector<st
       const std::size_t i = pending.back();
       pending.pop_back();
       for (const auto& [j, square] : Within(tree, at(i), radius)) {
-        if (dense[j] && cluster_of[j] == kNone) {
+        if (dense[j] && cluster_of[j] == kNoCluster) {
           cluster_of[j] = clusters.size();
           pending.push_back(j);
         }
@@ -252,9 +252,9 @@ Clusters ClusterPoints(const std::vector<Vector3d>& points, const std::vector<st
     if (!dense[i]) {
       const Matches matches = Within(tree, at(i), radius);
       const auto near = std::ranges::find_if(matches, [&](const auto& m) { return dense[m.first]; });
-      cluster = near == matches.end() ? kNone : cluster_of[near->first];
+      cluster = near == matches.end() ? kNoCluster : cluster_of[near->first];
     }
-    if (cluster != kNone) {
+    if (cluster != kNoCluster) {
       clusters[cluster].push_back(indices[i]);
     }
   }

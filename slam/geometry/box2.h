@@ -25,7 +25,7 @@ struct Box2d {
 };
 
 // Returns the box through the transformed midpoints of the box's edges.
-Box2d WithMovedEdges(const Box2d& box, const auto& move) {
+Box2d MoveEdges(const Box2d& box, const auto& move) {
   const Eigen::Vector2d center = box.Center();
   const double left = move(Eigen::Vector2d(box.x, center.y())).x();
   const double right = move(Eigen::Vector2d(box.x + box.width, center.y())).x();
@@ -60,7 +60,7 @@ inline double IoU(const Box2d& a, const Box2d& b) {
 }
 
 // Returns the intersection over the smaller area in [0, 1]; 0 for empty boxes.
-inline double ShareOfSmaller(const Box2d& a, const Box2d& b) {
+inline double IntersectionOverSmaller(const Box2d& a, const Box2d& b) {
   const double shared = SharedArea(a, b);
   return shared > 0.0 ? shared / std::min(a.Area(), b.Area()) : 0.0;
 }

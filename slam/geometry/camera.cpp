@@ -128,7 +128,7 @@ Camera ResizedCamera(const Camera& camera, int width, int height) {
   return resized;
 }
 
-Camera TurnedCamera(const Camera& camera, int quarter_turns) {
+Camera RotatedCamera(const Camera& camera, int quarter_turns) {
   Camera turned = camera;
   for (int i = 0; i < ((quarter_turns % 4) + 4) % 4; ++i) {  // (x, y) -> (height - 1 - y, x)
     const Camera before = turned;

@@ -68,7 +68,7 @@ Camera ResizedCamera(const Camera& camera, int width, int height);
 
 // Returns the camera of the same images rotated clockwise by quarter turns. For an odd number rows become
 // columns, and the readout time is unknown.
-Camera TurnedCamera(const Camera& camera, int quarter_turns);
+Camera RotatedCamera(const Camera& camera, int quarter_turns);
 
 // Returns the angle between the rays of the left and the right border in the principal point's row, without
 // distortion; radians.

@@ -48,7 +48,7 @@ double CoverageOf(const FrameFeatures& features, const Camera& camera) {
 std::vector<TwoViewMatch> MatchFrames(const FrameFeatures& a, const FrameFeatures& b) {
   constexpr double kRatio = 0.8;
   std::vector<TwoViewMatch> matches;
-  for (const auto& [i, j] : MatchAll(a, b, {}, {}, kStrictDistance, kRatio)) {
+  for (const auto& [i, j] : MatchAll(a, b, {}, {}, kMaxUnguidedDistance, kRatio)) {
     matches.push_back(
         {a.keypoints[static_cast<std::size_t>(i)].pixel, b.keypoints[static_cast<std::size_t>(j)].pixel});
   }

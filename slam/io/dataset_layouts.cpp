@@ -252,7 +252,7 @@ std::vector<SequenceFrame> ListDataset(SequenceFormat format, const fs::path& fo
 std::string PresetOf(SequenceFormat format, const fs::path& folder) {
   if (format == SequenceFormat::kTum) {
     std::smatch match;
-    const std::string name = NamedPath(folder).filename().string();
+    const std::string name = AbsolutePath(folder).filename().string();
     return std::regex_search(name, match, std::regex("freiburg[123]")) ? "tum-" + match.str() : "";
   }
   const bool known = format == SequenceFormat::kIclNuim || format == SequenceFormat::kScenesV2 ||

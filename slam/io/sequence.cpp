@@ -117,7 +117,7 @@ Camera VideoCamera(Camera camera, const VideoIndex& video, const fs::path& path)
                         camera.width, camera.height);
     spdlog::info("{}: rotated by {} degrees as its metadata says, together with its calibration",
                  path.string(), 90 * video.quarter_turns);
-    camera = TurnedCamera(camera, video.quarter_turns);
+    camera = RotatedCamera(camera, video.quarter_turns);
   }
   camera.fps = video.fps;
   return camera;

@@ -277,18 +277,18 @@ void Map::Absorb(Map&& other) {
 }
 
 void Map::Renumber(const IdShift& shift) {
-  RaiseKeys(keyframes_, shift.keyframe);
+  ShiftKeys(keyframes_, shift.keyframe);
   for (auto& [id, keyframe] : keyframes_) {
     keyframe.id += shift.keyframe;
     keyframe.parent += keyframe.parent == kNoKeyframe ? 0 : shift.keyframe;
     keyframe.frame_index += shift.frame;
     keyframe.timestamp += shift.time;
-    RaiseKeys(keyframe.covisibility, shift.keyframe);
+    ShiftKeys(keyframe.covisibility, shift.keyframe);
     for (PointId& point : keyframe.points) {
       point += point == kNoPoint ? 0 : shift.point;
     }
   }
-  RaiseKeys(removed_, shift.keyframe);
+  ShiftKeys(removed_, shift.keyframe);
   for (auto& [id, removed] : removed_) {
     removed.pose.reference += shift.keyframe;
   }

@@ -82,7 +82,7 @@ std::vector<std::pair<int, int>> MatchAlongEpipolarLines(const Map& map, const C
       }
       nearest.Add(HammingDistance(descriptor1, keyframe2.features->descriptors[j]), j);
     }
-    if (const int j = nearest.best.index; nearest.best.distance <= kStrictDistance) {
+    if (const int j = nearest.best.index; nearest.best.distance <= kMaxUnguidedDistance) {
       taken[j] = true;
       matches.emplace_back(i, j);
       angles.emplace_back(keypoint1.angle, keyframe2.features->keypoints[j].angle);

@@ -52,7 +52,7 @@ std::vector<Sim3Match> MatchDescriptors(const Side& current, const Side& known) 
   std::vector<Sim3Match> matches;
   for (const auto& [i, j] :
        MatchAll(*current.keyframe.features, *known.keyframe.features, HavePoints(current.keyframe.points),
-                HavePoints(known.keyframe.points), kStrictDistance, kRatio)) {
+                HavePoints(known.keyframe.points), kMaxUnguidedDistance, kRatio)) {
     if (current.PointAt(i) != known.PointAt(j)) {
       matches.push_back(MakeMatch(current, i, known, j));
     }

@@ -157,9 +157,9 @@ void Mapper::OptimizeGlobally(bool with_objects, bool with_frames) {
   }
   const std::vector<ObjectTerm> terms =
       with_objects ? active_->ObjectTerms(options.joint_objects) : std::vector<ObjectTerm>();
-  const BundleAdjustmentReport report = GlobalBundleAdjustment(
-      active_->Map(), camera_, kFinalIterations, {terms, options.joint_objects},
-      active_->FramesBetween(with_frames ? options.final_frames : 0));
+  const BundleAdjustmentReport report =
+      GlobalBundleAdjustment(active_->Map(), camera_, kFinalIterations, {terms, options.joint_objects},
+                             active_->FramesBetween(with_frames ? options.final_frames : 0));
   active_->CorrectObjects(report.objects, camera_);
 }
 
@@ -204,7 +204,8 @@ std::vector<FinishedMap> Mapper::Finish(const std::function<bool()>& stop) {
     }
     FinishSubmap(*submap);
     finished.push_back({MakeSnapshot(), submap->FrameTrajectory(), submap->KeyframeTrajectory(),
-                        finished.empty() ? learnt_camera_ : std::nullopt, submap->Objects().LeftOut()});
+                        finished.empty() ? learnt_camera_ : std::nullopt,
+                        submap->Objects().CountUnrepresentable()});
   }
   active_ = ranked.front();
   outputs_.publish_snapshot(finished.front().snapshot);

@@ -65,7 +65,7 @@ void Mapper::State::Renumber(const IdShift& shift) {
     raised_edges.insert({a + shift.keyframe, b + shift.keyframe});
   }
   loop_edges = std::move(raised_edges);
-  RaiseKeys(origins, shift.submap);
+  ShiftKeys(origins, shift.submap);
   for (auto& [number, origin] : origins) {
     origin.submap += shift.submap;
   }

@@ -60,8 +60,8 @@ void Submap::Save(ByteWriter& writer) const {
 void Submap::Renumber(const IdShift& shift) {
   number_ += shift.submap;
   map_->Renumber(shift);
-  RaiseKeys(young_points_, shift.point);
-  RaiseKeys(frames_, shift.frame);
+  ShiftKeys(young_points_, shift.point);
+  ShiftKeys(frames_, shift.frame);
   for (auto& [index, frame] : frames_) {
     frame.timestamp += shift.time;
     frame.pose.reference += shift.keyframe;

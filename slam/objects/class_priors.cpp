@@ -131,7 +131,7 @@ const ClassPrior& ClassPriors::Of(const std::string& label) const {
   return it == by_label_.end() ? unknown_ : it->second;
 }
 
-std::optional<MetricScale> ScaleWithout(std::optional<int> id, const std::vector<SizedObject>& objects) {
+std::optional<MetricScale> ScaleExcluding(std::optional<int> id, const std::vector<SizedObject>& objects) {
   constexpr int kLeast = 3;
   constexpr int kRounds = 10;
   std::vector<SizedObject> others;

@@ -69,7 +69,7 @@ struct SizedObject {
 };
 
 // Estimates the map's scale from all objects but `id`, with Cauchy weights; empty if fewer than three remain.
-std::optional<MetricScale> ScaleWithout(std::optional<int> id, const std::vector<SizedObject>& objects);
+std::optional<MetricScale> ScaleExcluding(std::optional<int> id, const std::vector<SizedObject>& objects);
 
 // Mean of the logarithms of the three full sizes.
 double LogSize(const Superquadric& shape);

@@ -172,7 +172,7 @@ void Landmark::DropPartsBoxedWithTheWhole() {
   std::vector<BoxView> kept;
   for (const BoxView& view : views) {
     if (!kept.empty() && kept.back().frame_index == view.frame_index &&
-        ShareOfSmaller(kept.back().box, view.box) >= kPart) {
+        IntersectionOverSmaller(kept.back().box, view.box) >= kPart) {
       kept.back() = kept.back().box.Area() >= view.box.Area() ? kept.back() : view;
     } else {
       kept.push_back(view);

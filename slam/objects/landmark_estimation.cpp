@@ -95,7 +95,8 @@ void CompleteHiddenDepth(Landmark& landmark, const std::vector<BoxView>& views,
   }
   landmark.superquadric.shape = completed;
   const Eigen::Vector3d axis = landmark.superquadric.T_map_object.rotation * Eigen::Vector3d::Unit(thin);
-  const bool along = axis.dot(WayToMiddle(*hider, landmark.superquadric.T_map_object.translation)) > 0.0;
+  const bool along =
+      axis.dot(DirectionToTableAxis(*hider, landmark.superquadric.T_map_object.translation)) > 0.0;
   const double middle = along ? seen.low + usual : seen.high - usual;
   landmark.superquadric.T_map_object.translation += middle * axis;
   Eigen::Matrix<double, 9, 1> effect = Eigen::Matrix<double, 9, 1>::Zero();
@@ -148,7 +149,7 @@ void EstimateFromBoxes(Landmark& landmark, const std::vector<BoxView>& views,
         RefineLandmark(landmark, views, IsThoroughNow(landmark, context), context);
     if (fit && LogSizeSigma(fit->superquadric.shape, fit->covariance) < kKnownSize) {
       landmark.estimated = true;
-      TakeFit(landmark, *fit, views, context);
+      ApplyFit(landmark, *fit, views, context);
       return;
     }
   }
@@ -190,8 +191,8 @@ std::vector<BoxView> HeldOutViews(const std::vector<BoxView>& all, const std::ve
   return Thinned(others, count);
 }
 
-void TakeFit(Landmark& landmark, const StandingFit& fit, const std::vector<BoxView>& views,
-             const EstimationContext& context) {
+void ApplyFit(Landmark& landmark, const StandingFit& fit, const std::vector<BoxView>& views,
+              const EstimationContext& context) {
   landmark.visible = fit.superquadric;
   landmark.superquadric = fit.superquadric;
   landmark.support = fit.support;
@@ -203,7 +204,7 @@ void TakeFit(Landmark& landmark, const StandingFit& fit, const std::vector<BoxVi
   JudgeReliability(landmark, views, context);
 }
 
-std::optional<SizedObject> SizedBy(const Landmark& landmark, const ClassPriors& classes) {
+std::optional<SizedObject> KnownSizeOf(const Landmark& landmark, const ClassPriors& classes) {
   constexpr double kMapped = 0.15;  // standard deviation of the logarithm of a mapped size
   const ClassPrior& known = classes.Of(landmark.labels.Best());
   const Eigen::Vector3d& half = landmark.superquadric.shape.half_size;
@@ -215,10 +216,11 @@ std::optional<SizedObject> SizedBy(const Landmark& landmark, const ClassPriors& 
                      std::hypot(known.size_sigma, kMapped)};
 }
 
-std::vector<SizedObject> SizedAmong(std::span<const Landmark* const> landmarks, const ClassPriors& classes) {
+std::vector<SizedObject> KnownSizesAmong(std::span<const Landmark* const> landmarks,
+                                         const ClassPriors& classes) {
   std::vector<SizedObject> sized;
   for (const Landmark* landmark : landmarks) {
-    if (const std::optional<SizedObject> size = SizedBy(*landmark, classes)) {
+    if (const std::optional<SizedObject> size = KnownSizeOf(*landmark, classes)) {
       sized.push_back(*size);
     }
   }
@@ -293,7 +295,7 @@ void EstimateLandmark(Landmark& landmark, const EstimationContext& context) {
     const PosedSuperquadric cloud = SuperquadricAtYaw(points, paper_yaw, options.size_shape, false);
     const double agreement = BoxAgreement(refined.superquadric, views, context.camera);
     if (agreement > 0.9 * BoxAgreement(cloud, views, context.camera)) {
-      TakeFit(landmark, refined, views, context);
+      ApplyFit(landmark, refined, views, context);
       return;
     }
   }

@@ -36,8 +36,8 @@ void EstimateLandmark(Landmark& landmark, const EstimationContext& context);
 
 // Makes `fit` the landmark's estimate and updates what is derived from it. `views`: those that it was fitted
 // to.
-void TakeFit(Landmark& landmark, const StandingFit& fit, const std::vector<BoxView>& views,
-             const EstimationContext& context);
+void ApplyFit(Landmark& landmark, const StandingFit& fit, const std::vector<BoxView>& views,
+              const EstimationContext& context);
 
 // Returns the surrounding object that hides the lower edge in the most boxes; null if none hides it in half
 // of them.
@@ -55,10 +55,11 @@ std::vector<BoxView> HeldOutViews(const std::vector<BoxView>& all, const std::ve
 
 // Estimates the map's scale from an object whose class has a metric size; empty for others, and for one that
 // has its depth from its class.
-std::optional<SizedObject> SizedBy(const Landmark& landmark, const ClassPriors& classes);
+std::optional<SizedObject> KnownSizeOf(const Landmark& landmark, const ClassPriors& classes);
 
 // The same for those of the landmarks that have one.
-std::vector<SizedObject> SizedAmong(std::span<const Landmark* const> landmarks, const ClassPriors& classes);
+std::vector<SizedObject> KnownSizesAmong(std::span<const Landmark* const> landmarks,
+                                         const ClassPriors& classes);
 
 // Mean IoU of the superquadric's projections and the boxes of the views, in [0, 1].
 double BoxAgreement(const PosedSuperquadric& superquadric, const std::vector<BoxView>& views,

@@ -75,11 +75,11 @@ Box2d ClipToShown(const Box2d& box, const Camera& camera) { return ClipTo(camera
 Box2d UndistortBox(const Box2d& box, const Camera& camera) {
   return !camera.HasDistortion()
              ? box
-             : WithMovedEdges(box, [&](const Eigen::Vector2d& pixel) { return camera.Undistort(pixel); });
+             : MoveEdges(box, [&](const Eigen::Vector2d& pixel) { return camera.Undistort(pixel); });
 }
 
 Box2d DistortBox(const Box2d& box, const Camera& camera) {
-  return !camera.HasDistortion() ? box : WithMovedEdges(box, [&](const Eigen::Vector2d& pixel) {
+  return !camera.HasDistortion() ? box : MoveEdges(box, [&](const Eigen::Vector2d& pixel) {
     return camera.ProjectDistorted(camera.Unproject(pixel));
   });
 }

@@ -109,7 +109,7 @@ RefinementInput InputOf(const Landmark& landmark, const std::vector<BoxView>& vi
   input.yaws = YawsOfAllLines(landmark, context);
   input.scale = context.scale;
   input.support_sigma = 0.5 * context.supports->Tolerance();
-  input.top_height = context.surroundings.stood_on;
+  input.top_height = context.surroundings.top_height;
   const bool bottom_seen = IsBottomSeen(views);
   input.may_show_back = input.prior.back && landmark.estimated && !bottom_seen &&
                         HiderOfBottom(landmark, views, context) != nullptr;

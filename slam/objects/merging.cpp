@@ -122,7 +122,7 @@ bool ShowsPartOf(const Landmark& part, const Landmark& whole, double shared, con
   const auto inside = std::ranges::count_if(views, [&](const BoxView& view) {
     const auto box = ProjectToBox(whole.superquadric, view.T_map_camera, camera);
     const Box2d own = UndistortBox(view.box, camera);
-    return box && own.Area() <= box->Area() && ShareOfSmaller(own, *box) >= kInside;
+    return box && own.Area() <= box->Area() && IntersectionOverSmaller(own, *box) >= kInside;
   });
   return static_cast<double>(inside) >= kViews * static_cast<double>(views.size());
 }
@@ -139,8 +139,9 @@ bool IsBoxedTwice(const Landmark& a, const Landmark& b) {
   if (together < kFewest) {
     return false;
   }
-  const int nested = CountFrames(
-      a, b, all, [](const Box2d& one, const Box2d& other) { return ShareOfSmaller(one, other) >= kNested; });
+  const int nested = CountFrames(a, b, all, [](const Box2d& one, const Box2d& other) {
+    return IntersectionOverSmaller(one, other) >= kNested;
+  });
   if (nested < kNested * together) {
     return false;
   }
@@ -159,11 +160,12 @@ int FramesSeenApart(const Landmark& a, const Landmark& b, bool parts_are_one, in
   constexpr double kOneThing = 0.4;  // IoU
   constexpr double kPart = 0.6;      // of the smaller box
   return CountFrames(a, b, enough, [&](const Box2d& box_a, const Box2d& box_b) {
-    return IoU(box_a, box_b) < kOneThing && !(parts_are_one && ShareOfSmaller(box_a, box_b) >= kPart);
+    return IoU(box_a, box_b) < kOneThing &&
+           !(parts_are_one && IntersectionOverSmaller(box_a, box_b) >= kPart);
   });
 }
 
-bool ShareTheirPlace(const Landmark& a, const Landmark& b, const Camera& camera) {
+bool OccupySamePlace(const Landmark& a, const Landmark& b, const Camera& camera) {
   constexpr double kShared = 0.6;       // of the smaller volume
   constexpr double kLeastShared = 0.3;  // the same, if no frame shows them apart, of two labels, or if each
                                         // explains the other's boxes
@@ -185,8 +187,8 @@ bool ShareTheirPlace(const Landmark& a, const Landmark& b, const Camera& camera)
          AgreementWith(a, b, camera) >= kAgrees && AgreementWith(b, a, camera) >= kAgrees;
 }
 
-bool IsRatherOneWithAThird(const Landmark& a, const Landmark& b, const std::map<int, Landmark>& landmarks,
-                           const Camera& camera) {
+bool IsBetterExplainedByAnother(const Landmark& a, const Landmark& b,
+                                const std::map<int, Landmark>& landmarks, const Camera& camera) {
   const auto& [rarer, other] = RarerFirst(a, b);
   const std::string label = rarer.labels.Best();
   if (label == other.labels.Best()) {
@@ -199,7 +201,7 @@ bool IsRatherOneWithAThird(const Landmark& a, const Landmark& b, const std::map<
   });
 }
 
-bool AreSameObject(const Landmark& a, const Landmark& b, const ObjectOptions& all, const Camera& camera) {
+bool AreDuplicates(const Landmark& a, const Landmark& b, const ObjectOptions& all, const Camera& camera) {
   constexpr double kPart = 0.75;  // of the smaller volume
   const AssociationRules rules = RulesOf(all);
   const AssociationParts& parts = rules.parts;

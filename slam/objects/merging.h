@@ -14,18 +14,18 @@ namespace sqslam {
 // superquadrics overlap enough (less if they never appear in one image), or the boxes of the rarer one show
 // parts of the other (same label). The association method selects the tests (see AssociationParts);
 // `objects.method: paper` has the t-test alone.
-bool AreSameObject(const Landmark& a, const Landmark& b, const ObjectOptions& all, const Camera& camera);
+bool AreDuplicates(const Landmark& a, const Landmark& b, const ObjectOptions& all, const Camera& camera);
 
 // True if two landmarks fill the same space, once both are refined from all their boxes. Two things cannot,
 // so this outweighs frames in which their boxes were apart: one of them may hold boxes of a third. But two
 // that nearly all frames show are two: stacked books. Of two labels, each must also explain the other's
 // boxes: a detector calls a chair a bench from one side.
-bool ShareTheirPlace(const Landmark& a, const Landmark& b, const Camera& camera);
+bool OccupySamePlace(const Landmark& a, const Landmark& b, const Camera& camera);
 
 // True if of two labels the rarer landmark is rather one with a third of its own label: the boxes of a part
 // of a table agree with the chair before it, but better with the table.
-bool IsRatherOneWithAThird(const Landmark& a, const Landmark& b, const std::map<int, Landmark>& landmarks,
-                           const Camera& camera);
+bool IsBetterExplainedByAnother(const Landmark& a, const Landmark& b,
+                                const std::map<int, Landmark>& landmarks, const Camera& camera);
 
 // Counts frames, up to `enough`, in which both have a box and the boxes clearly differ: IoU below 0.4 and,
 // with `parts_are_one`, neither within the other, as the back of a chair in the chair.

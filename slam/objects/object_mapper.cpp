@@ -37,7 +37,7 @@ void Renumber(int id_shift, std::int64_t point_shift, std::int64_t frame_shift, 
   for (auto& [frame, view] : landmark.lines) {
     frame += frame_shift;
   }
-  RaiseKeys(landmark.votes, point_shift);
+  ShiftKeys(landmark.votes, point_shift);
   for (auto& [point, p_map] : landmark.points) {
     point += point_shift;
   }
@@ -125,7 +125,7 @@ struct ObjectMapper::Impl {
 
   void Estimate(const std::vector<int>& ids, const PoseLookup& poses, EstimationContext& context) {
     for (const int id :
-         LargestFirst(landmarks, ids, classes, ScaleWithout({}, SizedAmong(Shown(), classes)))) {
+         LargestFirst(landmarks, ids, classes, ScaleExcluding({}, KnownSizesAmong(Shown(), classes)))) {
       Landmark& landmark = landmarks.at(id);
       if (poses) {
         landmark.ForEachPose([&](std::int64_t frame, Rigid3d& T_map_camera) {
@@ -133,7 +133,7 @@ struct ObjectMapper::Impl {
         });
       }
       context.surroundings = SurroundingsOf(landmark, Shown(), classes);
-      context.scale = ScaleWithout(id, SizedAmong(Shown(), classes));
+      context.scale = ScaleExcluding(id, KnownSizesAmong(Shown(), classes));
       EstimateLandmark(landmark, context);
       if (options.representation == Representation::kQuadric) {
         const std::vector<BoxView> views = SpreadViews(landmark.views, options.refinement.max_views);
@@ -171,9 +171,9 @@ struct ObjectMapper::Impl {
     for (auto a = landmarks.begin(); a != landmarks.end(); ++a) {
       for (auto b = std::next(a); b != landmarks.end(); ++b) {
         const bool refined = options.method == ObjectMethod::kRefined;
-        if ((AreSameObject(a->second, b->second, options, *last_camera) &&
-             !(refined && IsRatherOneWithAThird(a->second, b->second, landmarks, *last_camera))) ||
-            (all_refined && refined && ShareTheirPlace(a->second, b->second, *last_camera))) {
+        if ((AreDuplicates(a->second, b->second, options, *last_camera) &&
+             !(refined && IsBetterExplainedByAnother(a->second, b->second, landmarks, *last_camera))) ||
+            (all_refined && refined && OccupySamePlace(a->second, b->second, *last_camera))) {
           merges.emplace_back(b->first, a->first);
           merged_into[b->first] = a->first;
           a->second.Absorb(std::move(b->second));
@@ -390,18 +390,18 @@ std::vector<SnapshotObject> ObjectMapper::Objects() const {
   return objects;
 }
 
-int ObjectMapper::LeftOut() const {
+int ObjectMapper::CountUnrepresentable() const {
   return static_cast<int>(std::ranges::count_if(impl_->landmarks, [&](const auto& landmark) {
     return impl_->IsPublished(landmark.second) && !impl_->Represented(landmark.second);
   }));
 }
 
 void ObjectMapper::Renumber(int id_shift, std::int64_t point_shift, std::int64_t frame_shift) {
-  RaiseKeys(impl_->landmarks, id_shift);
+  ShiftKeys(impl_->landmarks, id_shift);
   for (auto& [id, landmark] : impl_->landmarks) {
     sqslam::Renumber(id_shift, point_shift, frame_shift, landmark);
   }
-  RaiseKeys(impl_->merged_into, id_shift);
+  ShiftKeys(impl_->merged_into, id_shift);
   for (auto& [from, to] : impl_->merged_into) {
     to += id_shift;
   }
@@ -412,7 +412,7 @@ void ObjectMapper::Renumber(int id_shift, std::int64_t point_shift, std::int64_t
   for (int& id : impl_->deleted) {
     id += id_shift;
   }
-  RaiseKeys(impl_->known, id_shift);
+  ShiftKeys(impl_->known, id_shift);
   impl_->newest_frame += frame_shift;
   impl_->Publish();
 }

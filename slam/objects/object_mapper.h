@@ -62,9 +62,9 @@ class ObjectMapper {
   void Absorb(ObjectMapper&& other);
 
   // Returns the objects good enough to show, by id, in the chosen representation, without those that it
-  // cannot represent (boxes that determine no quadric), which LeftOut() counts.
+  // cannot represent (boxes that determine no quadric), which CountUnrepresentable() counts.
   std::vector<SnapshotObject> Objects() const;
-  int LeftOut() const;
+  int CountUnrepresentable() const;
   std::shared_ptr<const ObjectMapView> View() const;
   std::vector<std::vector<LineView>> Lines() const;            // of each landmark
   std::unordered_map<std::int64_t, int> PointObjects() const;  // map point id -> id of a shown object

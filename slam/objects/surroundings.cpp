@@ -147,7 +147,7 @@ Surroundings SurroundingsOf(const Landmark& landmark, std::span<const Landmark* 
     }
   }
   if (!tops.empty()) {
-    result.stood_on = UpperMedian(std::move(tops));
+    result.top_height = UpperMedian(std::move(tops));
   }
   return result;
 }
@@ -219,7 +219,7 @@ std::array<bool, 4> HiddenEdges(const BoxView& view, const PosedSuperquadric& ob
              : EdgesHiddenBy(UndistortBox(view.box, camera), depth, view.T_map_camera, camera, other);
 }
 
-Eigen::Vector3d WayToMiddle(const PosedSuperquadric& table, const Eigen::Vector3d& p_map) {
+Eigen::Vector3d DirectionToTableAxis(const PosedSuperquadric& table, const Eigen::Vector3d& p_map) {
   const Eigen::Vector3d p = table.T_map_object.Inverse() * p_map;
   const Eigen::Array2d half = table.shape.half_size.head<2>();
   const Eigen::Array2d reach = half - half.minCoeff();

@@ -22,7 +22,7 @@ struct Surroundings {
   std::vector<PosedSuperquadric> others;   // all of them, which have tops of their own
   std::vector<PosedSuperquadric> hiders;   // larger ones that may hide it: MayHide()
   std::optional<double> hidden_support;    // support of the nearest of these, which it may share
-  std::optional<double> stood_on;          // height of its top, on which smaller ones stand
+  std::optional<double> top_height;        // height of its top, on which smaller ones stand
   bool holds_larger = false;               // it encloses a better known object of a larger class
 };
 
@@ -52,6 +52,6 @@ std::array<bool, 4> HiddenEdges(const BoxView& view, const PosedSuperquadric& ob
 
 // Returns the horizontal way from `p_map` to the middle line of a table, which runs along the table and ends
 // as far from its ends as from its sides: what stands at the table faces this way.
-Eigen::Vector3d WayToMiddle(const PosedSuperquadric& table, const Eigen::Vector3d& p_map);
+Eigen::Vector3d DirectionToTableAxis(const PosedSuperquadric& table, const Eigen::Vector3d& p_map);
 
 }  // namespace sqslam

@@ -5,7 +5,7 @@
 #include "slam/io/cameras.h"
 #include "slam/io/result_files.h"
 #include "slam/io/trajectory.h"
-#include "slam/run/known_map.h"
+#include "slam/run/map_to_extend.h"
 #include "slam/run/run_pipeline.h"
 #include "slam/snapshot/recording.h"
 #include "slam/util/atomic_file.h"
@@ -62,7 +62,7 @@ bool LocalizeFrames(Localizer& localizer, FrameSource& frames, std::int64_t tota
 }  // namespace
 
 LocalizedRun LocalizeSequence(const LocalizeRequest& request, RunHost& host) {
-  KnownMap map = ReadKnownMap(request.map);
+  MapToExtend map = ReadKnownMap(request.map);
   for (const std::string& assignment : request.set) {
     SetOption(assignment, map.options);
   }

@@ -1,6 +1,6 @@
 #include "slam/io/cameras.h"
-#include "slam/run/known_map.h"
 #include "slam/run/map_files.h"
+#include "slam/run/map_to_extend.h"
 #include "slam/run/run_pipeline.h"
 #include "slam/snapshot/recording.h"
 #include "slam/system_parts.h"
@@ -14,8 +14,8 @@ namespace fs = std::filesystem;
 FinishedRun MergeResults(const fs::path& first, const fs::path& second, const fs::path& output,
                          RunHost& host) {
   const Stopwatch stopwatch;
-  const KnownMap a = ReadKnownMap(first);
-  const KnownMap b = ReadKnownMap(second);
+  const MapToExtend a = ReadKnownMap(first);
+  const MapToExtend b = ReadKnownMap(second);
   CheckSameCamera(b.recording, b.map.camera, a);
   FinishedRun run{
       output, "", MergeMaps(a.map, a.recording.string(), b.map, b.recording.string(), a.options), {}};
@@ -31,7 +31,7 @@ FinishedRun MergeResults(const fs::path& first, const fs::path& second, const fs
               [&] {
                 RecordingWriter(output / "map.sqmap", {run.sequence, SQSLAM_VERSION, DumpOptions(a.options)})
                     .Add(*run.result.map.snapshot);
-                KeepInRecording(output / "map.sqmap", run.result.kept);
+                SaveMapInRecording(output / "map.sqmap", run.result.kept);
               },
               [&] {
                 if (const auto scale = ReadMapScale(a.recording)) {

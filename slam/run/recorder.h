@@ -6,8 +6,8 @@
 #include <utility>
 #include <variant>
 
-#include "slam/snapshot/kept_map.h"
 #include "slam/snapshot/recording.h"
+#include "slam/snapshot/saved_map.h"
 #include "slam/snapshot/snapshot.h"
 #include "slam/util/worker_thread.h"
 
@@ -23,7 +23,7 @@ class Recorder {
           if (const auto* snapshot = std::get_if<MapSnapshotPtr>(&item)) {
             writer_.Add(**snapshot);
           } else {
-            KeepInRecording(path, *std::get<KeptMapPtr>(item));
+            SaveMapInRecording(path, *std::get<SavedMapPtr>(item));
           }
         }) {}
 
@@ -38,7 +38,7 @@ class Recorder {
   }
 
   // Queues the live map, which replaces the previous one.
-  void Keep(KeptMap map) { writing_.Offer(std::make_shared<const KeptMap>(std::move(map))); }
+  void Keep(SavedMap map) { writing_.Offer(std::make_shared<const SavedMap>(std::move(map))); }
 
   // Writes all that is queued and closes the file. Throws the first failed write (InputError on a full disk);
   // nothing after it was written.
@@ -58,8 +58,8 @@ class Recorder {
  private:
   static constexpr std::size_t kMaxQueued = 16;  // one snapshot of a large map takes tens of megabytes
 
-  using KeptMapPtr = std::shared_ptr<const KeptMap>;
-  using Item = std::variant<MapSnapshotPtr, KeptMapPtr>;
+  using SavedMapPtr = std::shared_ptr<const SavedMap>;
+  using Item = std::variant<MapSnapshotPtr, SavedMapPtr>;
 
   RecordingWriter writer_;  // used by the thread while it runs, then by Close()
   WorkerThread<Item> writing_;

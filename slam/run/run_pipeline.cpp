@@ -13,8 +13,8 @@
 #include "slam/io/trajectory.h"
 #include "slam/run/auto_camera.h"
 #include "slam/run/detection_feed.h"
-#include "slam/run/known_map.h"
 #include "slam/run/map_files.h"
+#include "slam/run/map_to_extend.h"
 #include "slam/run/pace.h"
 #include "slam/run/recorder.h"
 #include "slam/run/warning_log.h"
@@ -283,7 +283,7 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
         }
         host.Mapped(map);
       },
-      [&](KeptMap map) { recorder.Keep(std::move(map)); });
+      [&](SavedMap map) { recorder.Keep(std::move(map)); });
   const int dropped = Play(request, input, recorder, feed, *system, live.get(), host);
   feed.Finish(*system);
   // A run that the host had ended before is completed all the same: live runs always end like that.
@@ -320,7 +320,7 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
   }
   AttemptAll({[&] { WriteCamera(run.output / "camera.yaml", camera.camera, camera.Text()); },
               [&] { WriteMapFiles(run.output, run.result); }, [&] { recorder.Close(); },
-              [&] { KeepInRecording(run.output / "map.sqmap", run.result.kept); },
+              [&] { SaveMapInRecording(run.output / "map.sqmap", run.result.kept); },
               [&] { JoinSequences(input, run); }, [&] { Scale(request, input, run, host); },
               [&] { MakeDense(request, run, live_depth, host); }, [&] { Draw(run, host); },
               [&] { host.Film(run); },

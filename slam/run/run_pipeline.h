@@ -13,7 +13,7 @@
 #include "slam/io/live_source.h"
 #include "slam/io/sequence.h"
 #include "slam/localizer.h"
-#include "slam/run/known_map.h"
+#include "slam/run/map_to_extend.h"
 #include "slam/run/run_host.h"
 #include "slam/run/scale_estimation.h"
 #include "slam/system_options.h"
@@ -46,8 +46,8 @@ struct RunRequest {
 
 // The frames of a run, the map that it extends, and the detector.
 struct RunInput {
-  Sequence sequence;              // without frames for a live camera
-  std::optional<KnownMap> known;  // empty for a new map
+  Sequence sequence;                 // without frames for a live camera
+  std::optional<MapToExtend> known;  // empty for a new map
   std::unique_ptr<FrameStream> frames;
   std::shared_ptr<ObjectDetector> detector;  // null if the sequence has boxes or there is no detector
 };
@@ -82,7 +82,7 @@ struct LocalizedRun {
   bool interrupted = false;
 };
 
-// Locates the frames of a sequence in a kept map, which stays unchanged. Writes trajectory.txt, stats.json,
+// Locates the frames of a sequence in a saved map, which stays unchanged. Writes trajectory.txt, stats.json,
 // camera.yaml and, for display, a map.sqmap of the map with the poses as its keyframes. Throws InputError and
 // UsageError before anything is written, and NoMapError (with stats.json written) if no frame was found.
 LocalizedRun LocalizeSequence(const LocalizeRequest& request, RunHost& host);

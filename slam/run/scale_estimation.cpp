@@ -11,7 +11,7 @@
 
 #include "slam/estimation/reprojection_error.h"
 #include "slam/io/input_images.h"
-#include "slam/run/known_map.h"
+#include "slam/run/map_to_extend.h"
 #include "slam/snapshot/recording.h"
 #include "slam/system_parts.h"
 #include "slam/util/options.h"
@@ -298,7 +298,7 @@ MapScale EstimateScale(const fs::path& recording, const ScaleReference& referenc
   const MapSnapshotPtr map = reader.Last();
   const double unit = reader.Info().scale ? reader.Info().scale->metres : 1.0;
   const auto live = [&] {
-    const KnownMap known = ReadKnownMap(recording);
+    const MapToExtend known = ReadKnownMap(recording);
     return MainMapOf(known.map, recording.string(), known.options);
   };
   MapScale scale;

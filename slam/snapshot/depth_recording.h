@@ -45,7 +45,7 @@ class DepthRecording {
   // Takes over the estimates of another recording of the same map and scale, bit by bit.
   void TakeEstimates(const std::filesystem::path& recording);
 
-  void PutEstimate(const DepthMap& map, const std::string& settings);  // drops an older kept map
+  void PutEstimate(const DepthMap& map, const std::string& settings);  // drops an older saved map
   void PutKept(const DepthMap& map);                                   // of a keyframe with an estimate
   void Remove(std::int64_t keyframe);
 

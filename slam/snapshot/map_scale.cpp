@@ -54,7 +54,7 @@ std::optional<MapScale> ParseScale(const std::string& text) {
   try {
     const auto json = nlohmann::json::parse(text);
     MapScale scale{json.at("metres"), json.at("deviation"),
-                   WithoutControls(json.at("source").get<std::string>())};
+                   ReplaceControls(json.at("source").get<std::string>())};
     return IsPossible(scale) ? std::optional(std::move(scale)) : std::nullopt;
   } catch (const nlohmann::json::exception&) {
     return std::nullopt;

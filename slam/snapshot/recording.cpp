@@ -276,8 +276,8 @@ RecordingReader::RecordingReader(const fs::path& path, Edit edit) : impl_(std::m
   impl_->path = path;
   impl_->edit = std::move(edit);
   impl_->db = sqlite::OpenRecording(path, SQLITE_OPEN_READONLY);
-  impl_->info = {impl_->Meta("sequence_path"), WithoutControls(impl_->Meta("program_version")),
-                 LinesWithoutControls(impl_->Meta("config")), ReadMapScale(path)};
+  impl_->info = {impl_->Meta("sequence_path"), ReplaceControls(impl_->Meta("program_version")),
+                 ReplaceControlsInLines(impl_->Meta("config")), ReadMapScale(path)};
   Statement select(impl_->db.get(), path, "SELECT frame_index, timestamp FROM snapshots ORDER BY id");
   while (select.Next()) {
     impl_->frames.emplace_back(select.Int(0), select.Real(1));

@@ -13,7 +13,7 @@
 namespace sqslam {
 
 struct RecordingInfo {
-  std::string sequence_path;  // the sequence that was mapped; as stored: to be shown WithoutControls()
+  std::string sequence_path;  // the sequence that was mapped; as stored: to be shown ReplaceControls()
   std::string program_version;
   std::string config;                  // the whole configuration as YAML
   std::optional<MapScale> scale = {};  // if known, snapshots are read in metres

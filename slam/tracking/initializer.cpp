@@ -52,7 +52,7 @@ std::vector<std::pair<int, int>> Initializer::MatchToStart(const FrameFeatures& 
     predictions.push_back({static_cast<int>(i), expected_[i], options_.search_radius, keypoint.octave,
                            &start_->features->descriptors[i], keypoint.angle});
   }
-  const auto matches = MatchPredictions(predictions, features, {}, kStrictDistance, 0.9);
+  const auto matches = MatchPredictions(predictions, features, {}, kMaxUnguidedDistance, 0.9);
   for (const auto& [i, keypoint] : matches) {
     expected_[i] = features.keypoints[keypoint].pixel;
   }

@@ -21,7 +21,7 @@ constexpr int kMaxLocalKeyframes = 40;  // whose points are searched in each fra
 std::vector<std::pair<int, int>> MatchDescriptors(const FrameFeatures& known,
                                                   const std::vector<PointId>& points,
                                                   const TrackedFrame& frame, double ratio) {
-  return MatchAll(known, *frame.features, HavePoints(points), {}, kStrictDistance, ratio);
+  return MatchAll(known, *frame.features, HavePoints(points), {}, kMaxUnguidedDistance, ratio);
 }
 
 }  // namespace
@@ -93,7 +93,7 @@ bool PoseTracker::TrackMotion(const TrackingView& view, const TrackedFrame& last
                              keypoint.octave, &last.features->descriptors[i], keypoint.angle});
     }
     frame.ClearPoints();
-    const auto matches = MatchPredictions(predictions, *frame.features, {}, kLooseDistance, 0.9);
+    const auto matches = MatchPredictions(predictions, *frame.features, {}, kMaxGuidedDistance, 0.9);
     for (const auto& [i, keypoint] : matches) {
       frame.points[keypoint] = last.points[i];
     }
@@ -224,7 +224,8 @@ bool PoseTracker::LocateNear(const TrackingView& view, const Rigid3d& T_camera_m
     }
   }
   std::vector<std::pair<PointId, int>> matches;
-  for (const auto& [id, keypoint] : MatchPredictions(predictions, *frame.features, {}, kLooseDistance, 0.8)) {
+  for (const auto& [id, keypoint] :
+       MatchPredictions(predictions, *frame.features, {}, kMaxGuidedDistance, 0.8)) {
     matches.emplace_back(id, keypoint);
   }
   SeenPoints seen;
@@ -291,8 +292,9 @@ bool PoseTracker::LocateAmong(const TrackingView& view, const std::set<KeyframeI
 bool PoseTracker::ConfirmPose(const TrackingView& view, int min_inliers, TrackedFrame& frame,
                               SeenPoints& seen) const {
   constexpr double kRadiusFactor = 3.0;
-  const LocalSearch wide{kRadiusFactor, kStrictDistance, false, std::min(min_inliers, options_.min_inliers)};
-  const LocalSearch again{1.0, kStrictDistance, true, min_inliers};
+  const LocalSearch wide{kRadiusFactor, kMaxUnguidedDistance, false,
+                         std::min(min_inliers, options_.min_inliers)};
+  const LocalSearch again{1.0, kMaxUnguidedDistance, true, min_inliers};
   return TrackLocalMap(view, wide, frame, seen) && TrackLocalMap(view, again, frame, seen);
 }
 

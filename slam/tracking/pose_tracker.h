@@ -49,9 +49,9 @@ const ViewKeyframe& ExistingKeyframe(const TrackingView& view, KeyframeId id);
 
 // Parameters of the search for map points around their predicted positions.
 struct LocalSearch {
-  double radius_factor = 1.0;         // widens the search
-  int max_distance = kLooseDistance;  // bits
-  bool discard_matches = false;       // discards earlier matches and keeps only the pose
+  double radius_factor = 1.0;             // widens the search
+  int max_distance = kMaxGuidedDistance;  // bits
+  bool discard_matches = false;           // discards earlier matches and keeps only the pose
   int min_inliers = 0;
 };
 

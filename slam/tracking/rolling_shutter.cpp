@@ -120,7 +120,7 @@ FrameFeaturesPtr RollingShutter::Correct(const FrameFeaturesPtr& features, const
 
 Box2d RollingShutter::Correct(const Box2d& box, const CameraMotion& motion, double depth) const {
   constexpr double kFarDepth = 1e6;  // map units
-  return WithMovedEdges(box, [&](const Eigen::Vector2d& pixel) -> Eigen::Vector2d {
+  return MoveEdges(box, [&](const Eigen::Vector2d& pixel) -> Eigen::Vector2d {
     const Eigen::Vector3d p_camera =
         (depth > 0.0 ? depth : kFarDepth) * camera_.Unproject(camera_.Undistort(pixel));
     return pixel - Readout() * RowDelay(pixel.y()) * motion.InImage(camera_, p_camera);

@@ -56,7 +56,7 @@ void RemoveLeftovers(const fs::path& path) {
 
 }  // namespace
 
-void RemoveDrafts(const fs::path& folder) {
+void RemoveTemporaryFiles(const fs::path& folder) {
   std::error_code ignored;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
     const std::string name = entry.path().filename().string();
@@ -127,7 +127,7 @@ void CreateResultFolder(const fs::path& path) {
   }
 }
 
-fs::path FreeResultFolder(const fs::path& parent, std::string_view name) {
+fs::path UnusedResultFolder(const fs::path& parent, std::string_view name) {
   fs::path path = parent / name;
   for (int number = 2; fs::exists(path) && !fs::is_empty(path); ++number) {
     path = parent / fmt::format("{}-{}", name, number);

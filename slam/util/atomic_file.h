@@ -32,13 +32,13 @@ class AtomicPath {
 };
 
 // Removes temporary files that killed programs left in this folder. Nobody may be writing there.
-void RemoveDrafts(const std::filesystem::path& folder);
+void RemoveTemporaryFiles(const std::filesystem::path& folder);
 
 // Creates an empty folder for results, with its parents. Throws UsageError if it exists and is not empty
 // (results are never overwritten), and InputError if it cannot be created.
 void CreateResultFolder(const std::filesystem::path& path);
 
 // Returns the first free one of parent/name, parent/name-2, parent/name-3, ...
-std::filesystem::path FreeResultFolder(const std::filesystem::path& parent, std::string_view name);
+std::filesystem::path UnusedResultFolder(const std::filesystem::path& parent, std::string_view name);
 
 }  // namespace sqslam

@@ -21,7 +21,9 @@ fs::path& DataFolder() {
 
 }  // namespace
 
-fs::path NamedPath(const fs::path& path) { return fs::absolute(path / "").lexically_normal().parent_path(); }
+fs::path AbsolutePath(const fs::path& path) {
+  return fs::absolute(path / "").lexically_normal().parent_path();
+}
 
 void SetDataFolder(const fs::path& folder) { DataFolder() = folder; }
 

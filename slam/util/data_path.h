@@ -12,7 +12,7 @@ namespace sqslam {
 std::filesystem::path DataPath(const std::filesystem::path& name);
 
 // Returns the absolute path, ending in the name of the file or folder even for "kitchen/" and ".".
-std::filesystem::path NamedPath(const std::filesystem::path& path);
+std::filesystem::path AbsolutePath(const std::filesystem::path& path);
 
 // Sets the data folder of a program that is not installed beside it. The targets of find_package(sqslam) call
 // it for the programs that link them.

@@ -15,7 +15,7 @@ template <std::size_t kNumbers>
 class KeyIndex {
  public:
   using Key = std::array<std::int32_t, kNumbers>;
-  static constexpr std::uint32_t kNone = 0xFFFFFFFF;
+  static constexpr std::uint32_t kNotFound = 0xFFFFFFFF;
 
   explicit KeyIndex(std::size_t expected = 0) : slots_(std::bit_ceil(2 * expected + 64)) {}
 
@@ -33,14 +33,14 @@ class KeyIndex {
 
   void Prefetch(std::uint64_t hash) const { __builtin_prefetch(&slots_[FirstSlot(hash)]); }
 
-  // Returns the index of a key, kNone if it has none.
+  // Returns the index of a key, kNotFound if it has none.
   std::uint32_t Find(std::uint64_t hash, const Key& key) const { return slots_[SlotOf(hash, key)].index; }
 
   // Returns the index of a key, and true if it is a new one.
   std::pair<std::uint32_t, bool> Insert(const Key& key) { return Insert(HashOf(key), key); }
   std::pair<std::uint32_t, bool> Insert(std::uint64_t hash, const Key& key) {
     Slot& slot = slots_[SlotOf(hash, key)];
-    if (slot.index != kNone) {
+    if (slot.index != kNotFound) {
       return {slot.index, false};
     }
     slot = {key, size_++};
@@ -48,7 +48,7 @@ class KeyIndex {
     if (2 * size_ > slots_.size()) {
       const std::vector<Slot> old = std::exchange(slots_, std::vector<Slot>(2 * slots_.size()));
       for (const Slot& moved : old) {
-        if (moved.index != kNone) {
+        if (moved.index != kNotFound) {
           slots_[SlotOf(HashOf(moved.key), moved.key)] = moved;
         }
       }
@@ -59,12 +59,12 @@ class KeyIndex {
  private:
   struct Slot {
     Key key{};
-    std::uint32_t index = kNone;
+    std::uint32_t index = kNotFound;
   };
   std::size_t FirstSlot(std::uint64_t hash) const { return hash >> 4U & (slots_.size() - 1); }
   std::size_t SlotOf(std::uint64_t hash, const Key& key) const {  // the key's slot, or the free one for it
     std::size_t slot = FirstSlot(hash);
-    while (slots_[slot].index != kNone && slots_[slot].key != key) {
+    while (slots_[slot].index != kNotFound && slots_[slot].key != key) {
       slot = (slot + 1) & (slots_.size() - 1);
     }
     return slot;

@@ -6,7 +6,7 @@
 namespace sqslam {
 
 // Adds a number to every key of a map or set.
-void RaiseKeys(auto& keys, auto shift) {
+void ShiftKeys(auto& keys, auto shift) {
   std::remove_reference_t<decltype(keys)> raised;
   while (!keys.empty()) {
     auto node = keys.extract(keys.begin());

@@ -32,15 +32,15 @@ std::string ReadFile(const std::filesystem::path& path, std::string_view expecte
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-std::string WithoutControls(std::string_view text) {
+std::string ReplaceControls(std::string_view text) {
   std::string clean(text);
   std::ranges::replace_if(
       clean, [](unsigned char c) { return c < 0x20 || c == 0x7f; }, '?');
   return clean;
 }
 
-std::string LinesWithoutControls(std::string_view text) {
-  std::string clean = WithoutControls(text);
+std::string ReplaceControlsInLines(std::string_view text) {
+  std::string clean = ReplaceControls(text);
   std::ranges::transform(text, clean, clean.begin(),
                          [](char raw, char shown) { return raw == '\n' ? raw : shown; });
   return clean;
@@ -48,7 +48,7 @@ std::string LinesWithoutControls(std::string_view text) {
 
 std::string ValidText(std::string_view text) {
   const std::string quoted = JsonText(text, -1);  // checks UTF-8
-  return WithoutControls(nlohmann::json::parse(quoted).get<std::string>());
+  return ReplaceControls(nlohmann::json::parse(quoted).get<std::string>());
 }
 
 std::string CutText(std::string_view text, std::size_t most) {
@@ -61,7 +61,7 @@ std::string CutText(std::string_view text, std::size_t most) {
 
 std::string ValidLabel(std::string_view text) { return CutText(ValidText(text), kMaxLabelBytes); }
 
-std::size_t Characters(std::string_view text) {
+std::size_t CountCharacters(std::string_view text) {
   return static_cast<std::size_t>(std::ranges::count_if(text, [](char c) { return (c & 0xC0) != 0x80; }));
 }
 
@@ -126,7 +126,7 @@ std::vector<TextLine> TextLinesIn(std::string_view text) {
 void ThrowBadLine(const std::filesystem::path& path, const TextLine& line, std::string_view expected) {
   constexpr std::size_t kMaxShown = 80;  // a binary file read as text must not flood the terminal
   const std::string shown =
-      WithoutControls(line.text.substr(0, kMaxShown)) + (line.text.size() > kMaxShown ? "..." : "");
+      ReplaceControls(line.text.substr(0, kMaxShown)) + (line.text.size() > kMaxShown ? "..." : "");
   throw InputError("{}:{}: '{}', expected {}", path.string(), line.number, shown, expected);
 }
 

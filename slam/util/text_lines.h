@@ -24,10 +24,10 @@ std::optional<Number> ParseNumber(std::string_view text) {
 }
 
 // Replaces control characters by question marks, so that no file can send control sequences to the terminal.
-std::string WithoutControls(std::string_view text);
+std::string ReplaceControls(std::string_view text);
 
 // Same for text of several lines, whose ends stay.
-std::string LinesWithoutControls(std::string_view text);
+std::string ReplaceControlsInLines(std::string_view text);
 
 // Returns the text as UTF-8 without control characters, with U+FFFD for each invalid
 // sequence.
@@ -40,7 +40,7 @@ std::string CutText(std::string_view text, std::size_t most);
 std::string ValidLabel(std::string_view text);
 
 // Returns the number of characters of UTF-8 text.
-std::size_t Characters(std::string_view text);
+std::size_t CountCharacters(std::string_view text);
 
 // Returns a line that a shell splits into these words.
 std::string ShellLine(const std::vector<std::string>& words);

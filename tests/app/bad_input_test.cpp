@@ -9,8 +9,8 @@
 
 #include "slam/io/result_files.h"
 #include "slam/io/trajectory.h"
-#include "slam/snapshot/kept_map.h"
 #include "slam/snapshot/recording.h"
+#include "slam/snapshot/saved_map.h"
 #include "tests/app/run_program.h"
 #include "tests/app/written_sequence.h"
 #include "tests/support/textured_world.h"
@@ -183,7 +183,7 @@ TEST_F(BadInput, SavesMapOnCtrlC) {
   EXPECT_GE(ReadTrajectory(Output() / "trajectory.txt").size(), 2u);
   const RunStats stats = ReadStats(Output() / "stats.json");
   EXPECT_TRUE(stats.interrupted);
-  EXPECT_NO_THROW(ReadKeptMap(Output() / "map.sqmap")) << "to go on with";
+  EXPECT_NO_THROW(ReadSavedMap(Output() / "map.sqmap")) << "to go on with";
   EXPECT_LT(stats.frames, static_cast<int>(there_and_back.size()));
 }
 

@@ -15,7 +15,7 @@
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/recording.h"
 #include "slam/util/atomic_file.h"
-#include "tests/app/kept_map.h"
+#include "tests/app/saved_map.h"
 
 namespace sqslam::testing {
 namespace {
@@ -25,7 +25,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 // The texts as COLMAP's documentation describes them, read on their own terms.
-TEST_F(KeptMapCommands, WritesColmapModelWithOurError) {
+TEST_F(SavedMapCommands, WritesColmapModelWithOurError) {
   const ProgramRun run = RunProgram("export " + Map() + " --format colmap -o " + Out("colmap").string());
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const fs::path model = Out("colmap") / "sparse" / "0";
@@ -94,7 +94,7 @@ TEST_F(KeptMapCommands, WritesColmapModelWithOurError) {
   EXPECT_THAT(run.out, HasSubstr(fmt::format("mean reprojection error {:.3f} px", sum / points)));
 }
 
-TEST_F(KeptMapCommands, WritesModelThatColmapReads) {
+TEST_F(SavedMapCommands, WritesModelThatColmapReads) {
   if (std::system("command -v colmap >/dev/null 2>&1") != 0) {
     GTEST_SKIP() << "colmap is not installed (packages-test.txt)";
   }
@@ -120,7 +120,7 @@ TEST_F(KeptMapCommands, WritesModelThatColmapReads) {
 }
 
 // COLMAP goes on with the model: it adjusts it, and triangulates points of its own from its poses.
-TEST_F(KeptMapCommands, WritesModelThatColmapExtends) {
+TEST_F(SavedMapCommands, WritesModelThatColmapExtends) {
   if (std::system("command -v colmap >/dev/null 2>&1") != 0) {
     GTEST_SKIP() << "colmap is not installed (packages-test.txt)";
   }
@@ -186,7 +186,7 @@ TEST(CameraModel, NamesFisheyeLensAsColmapAndNerfstudioDo) {
   EXPECT_FALSE(json.contains("p1"));
 }
 
-TEST_F(KeptMapCommands, WritesNerfstudioCamerasAlongMinusZ) {
+TEST_F(SavedMapCommands, WritesNerfstudioCamerasAlongMinusZ) {
   const ProgramRun run = RunProgram("export " + Map() + " --format nerfstudio -q -o " + Out("nerf").string());
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_EQ(run.out, "");
@@ -210,7 +210,7 @@ TEST_F(KeptMapCommands, WritesNerfstudioCamerasAlongMinusZ) {
 }
 
 // The map of this test has no object, so one is put where the camera looks.
-TEST_F(KeptMapCommands, WritesWhiteMasksOfSolids) {
+TEST_F(SavedMapCommands, WritesWhiteMasksOfSolids) {
   fs::copy(Map(), Out("with-cup"), fs::copy_options::recursive);
   MapSnapshot map = *RecordingReader(Out("with-cup") / "map.sqmap").Last();
   SnapshotObject cup;
@@ -242,7 +242,7 @@ TEST_F(KeptMapCommands, WritesWhiteMasksOfSolids) {
 }
 
 // The images of a resized sequence are written, in the size that the camera of the model has.
-TEST_F(KeptMapCommands, WritesResizedImages) {
+TEST_F(SavedMapCommands, WritesResizedImages) {
   const ProgramRun run = RunProgram("run " + Input() + " --no-render --deterministic --detector none " +
                                     "--resize 0.75 --frames 50 -o " + Out("small").string());
   ASSERT_EQ(run.exit_code, 0) << run.err;
@@ -258,7 +258,7 @@ TEST_F(KeptMapCommands, WritesResizedImages) {
 }
 
 // Once in a folder that is linked, once in one of smaller images, which are written.
-TEST_F(KeptMapCommands, OmitsKeyframesWithUnreadableImages) {
+TEST_F(SavedMapCommands, OmitsKeyframesWithUnreadableImages) {
   const MapSnapshotPtr map = RecordingReader(fs::path(Map()) / "map.sqmap").Last();
   const std::string image = fmt::format("{:04}.jpg", map->keyframes.at(1).frame_index);
   const int left = ReadStats(fs::path(Map()) / "stats.json").keyframes - 1;
@@ -288,7 +288,7 @@ TEST_F(KeptMapCommands, OmitsKeyframesWithUnreadableImages) {
   }
 }
 
-TEST_F(KeptMapCommands, RefusesModelFormatsWithoutLiveMap) {
+TEST_F(SavedMapCommands, RefusesModelFormatsWithoutLiveMap) {
   ExpectRefused("export " + Map() + " --format colmap --meshes", 2, "--format colmap: holds no objects");
   ExpectRefused("export " + Map() + " --images " + Input(), 2, "--images: ");
 }

@@ -153,7 +153,7 @@ class NoMapOfARoom : public NoMap {
                         cv::BORDER_CONSTANT, cv::Scalar(0, 0, 255));
     return turned(cv::Rect(kMargin, kMargin, room_.cols - 2 * kMargin, room_.rows - 2 * kMargin)).clone();
   }
-  Camera TurnedCamera() const {
+  Camera RotatedCamera() const {
     Camera camera = room_camera_;
     camera.width -= 2 * kMargin;
     camera.height -= 2 * kMargin;
@@ -182,10 +182,10 @@ TEST_F(NoMapOfARoom, StaticCameraWithNoisySensorGivesNoMap) {
   ExpectNoMap({room_camera_, WithNoise(std::vector<cv::Mat>(kFrames, room_), kNoise, 3)}, kHardlyMoves);
 }
 
-TEST_F(NoMapOfARoom, TurningCameraGivesNoMap) { ExpectNoMap({TurnedCamera(), TurnedRoom()}, kOnlyTurns); }
+TEST_F(NoMapOfARoom, TurningCameraGivesNoMap) { ExpectNoMap({RotatedCamera(), TurnedRoom()}, kOnlyTurns); }
 
 TEST_F(NoMapOfARoom, TurningCameraWithNoisySensorGivesNoMap) {
-  ExpectNoMap({TurnedCamera(), WithNoise(TurnedRoom(), kNoise, 4)}, kOnlyTurns);
+  ExpectNoMap({RotatedCamera(), WithNoise(TurnedRoom(), kNoise, 4)}, kOnlyTurns);
 }
 
 }  // namespace

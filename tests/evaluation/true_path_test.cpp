@@ -35,7 +35,7 @@ Drive MakeDrive() {
 
 TEST(TruePathTest, PassesThroughKeyframesOfExactMap) {
   const Drive drive = MakeDrive();
-  const auto path = LayTruePath(drive.truth, drive.map);
+  const auto path = AlignTruePath(drive.truth, drive.map);
   ASSERT_TRUE(path);
   EXPECT_EQ(path->pairs, 11);
   EXPECT_LT(path->rmse, 1e-9);
@@ -53,7 +53,7 @@ TEST(TruePathTest, EndsWithMapAndSplitsAtMissingPoses) {
   drive.map.keyframes.resize(7);  // until 6 s
   drive.map.timestamp = 6.5;
   drive.truth.erase(drive.truth.begin() + 31, drive.truth.begin() + 40);
-  const auto path = LayTruePath(drive.truth, drive.map);
+  const auto path = AlignTruePath(drive.truth, drive.map);
   ASSERT_TRUE(path);
   ASSERT_EQ(path->pieces.size(), 2u);
   EXPECT_EQ(path->pieces[0].size(), 31u);
@@ -63,7 +63,7 @@ TEST(TruePathTest, EndsWithMapAndSplitsAtMissingPoses) {
 TEST(TruePathTest, IgnoresOrderOfKeyframes) {
   Drive drive = MakeDrive();
   std::swap(drive.map.keyframes[2], drive.map.keyframes[8]);  // maps that became one
-  const auto path = LayTruePath(drive.truth, drive.map);
+  const auto path = AlignTruePath(drive.truth, drive.map);
   ASSERT_TRUE(path);
   EXPECT_EQ(path->pairs, 11);
   EXPECT_LT(path->rmse, 1e-9);
@@ -74,7 +74,7 @@ TEST(TruePathTest, ReportsErrorOfKeyframes) {
   for (std::size_t i = 0; i < drive.map.keyframes.size(); ++i) {
     drive.map.keyframes[i].T_map_camera.translation.z() += i % 2 == 0 ? 0.004 : -0.004;
   }
-  const auto path = LayTruePath(drive.truth, drive.map);
+  const auto path = AlignTruePath(drive.truth, drive.map);
   ASSERT_TRUE(path);
   EXPECT_NEAR(path->rmse, 0.01, 0.001);  // metres: 2.5 a map unit
 }
@@ -82,8 +82,8 @@ TEST(TruePathTest, ReportsErrorOfKeyframes) {
 TEST(TruePathTest, RequiresThreeCommonPoses) {
   Drive drive = MakeDrive();
   drive.map.keyframes.resize(2);
-  EXPECT_FALSE(LayTruePath(drive.truth, drive.map).has_value());
-  EXPECT_FALSE(LayTruePath({}, MakeDrive().map).has_value());
+  EXPECT_FALSE(AlignTruePath(drive.truth, drive.map).has_value());
+  EXPECT_FALSE(AlignTruePath({}, MakeDrive().map).has_value());
 }
 
 }  // namespace

@@ -63,7 +63,7 @@ class MatchingTest : public ::testing::Test {
 };
 
 TEST_F(MatchingTest, MatchAllFindsRotatedImage) {
-  const auto matches = MatchAll(first_, second_, {}, {}, kStrictDistance, 0.8);
+  const auto matches = MatchAll(first_, second_, {}, {}, kMaxUnguidedDistance, 0.8);
   ASSERT_GE(matches.size(), 100U);
   int right = 0;
   for (const auto& [i, j] : matches) {

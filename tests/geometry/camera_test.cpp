@@ -120,7 +120,7 @@ TEST(FisheyeLens, StaysFiniteBeyondHemisphere) {
 
 TEST(FisheyeLens, RotatesWithImages) {
   const Camera& lens = WideLens();
-  const Camera turned = TurnedCamera(lens, 1);
+  const Camera turned = RotatedCamera(lens, 1);
   const Eigen::Vector3d point(0.9, -0.4, 1.0);
   const Eigen::Vector2d pixel = lens.ProjectDistorted(point);
   const Eigen::Vector2d clockwise(lens.height - 1.0 - pixel.y(), pixel.x());

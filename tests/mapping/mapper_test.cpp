@@ -93,7 +93,7 @@ TEST_F(MapperTest, SavesMapWheneverItHasGrown) {
   ASSERT_EQ(kept_.size(), 1U);
   Mapper other(world_.camera, options_, nullptr,
                {[this](AtlasViewPtr atlas) { atlas_ = std::move(atlas); }, {}, {}}, times_);
-  other.Restore(kept_.front(), "the kept map", std::make_shared<IdSource>());
+  other.Restore(kept_.front(), "the saved map", std::make_shared<IdSource>());
   EXPECT_GE(View().keyframes.size() + View().removed.size(), 10U);
   EXPECT_LT(CenterDistance(View().PoseOf(5).T_camera_map, PoseOnArc(5.0)), 10.0 * kOneMillimetre);
 }

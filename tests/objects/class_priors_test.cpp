@@ -85,12 +85,12 @@ TEST(MetricScale, FollowsTheOthersDespiteAWrongLabel) {
   for (int i = 0; i < 6; ++i) {
     objects.push_back({i, 0.7 + 0.1 * (i % 3 - 1), 0.3});
   }
-  const auto scale = ScaleWithout(0, objects);
+  const auto scale = ScaleExcluding(0, objects);
   ASSERT_TRUE(scale);
   EXPECT_NEAR(scale->log_scale, 0.72, 0.05);
   objects.push_back({9, 4.0, 0.3});  // a box taken for a phone
-  EXPECT_NEAR(ScaleWithout(0, objects)->log_scale, scale->log_scale, 0.1);
-  EXPECT_FALSE(ScaleWithout(1, {objects.begin(), objects.begin() + 3}));
+  EXPECT_NEAR(ScaleExcluding(0, objects)->log_scale, scale->log_scale, 0.1);
+  EXPECT_FALSE(ScaleExcluding(1, {objects.begin(), objects.begin() + 3}));
 }
 
 TEST(Reliability, FallsWithEveryReasonForDoubt) {

@@ -59,16 +59,16 @@ TEST(Merging, MergesPartSeenWithItsWhole) {
   chair.superquadric.shape = {{0.2, 0.2, 0.4}, 0.2, 0.2};
   back.superquadric.shape = {{0.15, 0.05, 0.15}, 0.2, 0.2};
   back.superquadric.T_map_object.translation.z() = 0.2;
-  EXPECT_TRUE(AreSameObject(chair, back, ObjectOptions(), Camera()));
+  EXPECT_TRUE(AreDuplicates(chair, back, ObjectOptions(), Camera()));
   back.superquadric.T_map_object.translation.z() = 0.4;  // half outside
-  EXPECT_FALSE(AreSameObject(chair, back, ObjectOptions(), Camera()));
+  EXPECT_FALSE(AreDuplicates(chair, back, ObjectOptions(), Camera()));
   // One nearly always boxed with the other is another thing, however much the two have in common.
   back.superquadric.T_map_object.translation.z() = 0.2;
   for (int frame = 0; frame < 20; ++frame) {
     chair.Add(ObservationOf("chair", {100, 100, 100, 300}, 200 + frame));
     back.Add(ObservationOf("chair", {105, 100, 90, 100}, 200 + frame));
   }
-  EXPECT_FALSE(AreSameObject(chair, back, ObjectOptions(), Camera()));
+  EXPECT_FALSE(AreDuplicates(chair, back, ObjectOptions(), Camera()));
 }
 
 // A detector that boxes a chair and its back at once, on the same points, while the chair is near, and later
@@ -93,7 +93,7 @@ TEST(Merging, MergesObjectBoxedTwiceForAWhile) {
     chair.estimated = back.estimated = true;
     chair.superquadric.shape = back.superquadric.shape = {{0.2, 0.2, 0.4}, 0.2, 0.2};
     chair.superquadric.T_map_object.translation.x() = 0.45;  // their estimates don't meet
-    EXPECT_EQ(AreSameObject(chair, back, ObjectOptions(), Camera()), same_points);
+    EXPECT_EQ(AreDuplicates(chair, back, ObjectOptions(), Camera()), same_points);
     if (same_points) {
       back.Absorb(std::move(chair));
       EXPECT_EQ(back.views.size(), 130U) << "one box a frame";
@@ -113,7 +113,7 @@ TEST(Merging, MergesCrossingDuplicates) {
   b.superquadric.T_map_object = {Eigen::Quaterniond(Eigen::AngleAxisd(1.3, Eigen::Vector3d::UnitZ())),
                                  {0.03, 0.0, 0.0}};
   a.estimated = b.estimated = true;
-  const auto same = [&] { return AreSameObject(a, b, ObjectOptions(), Camera()); };
+  const auto same = [&] { return AreDuplicates(a, b, ObjectOptions(), Camera()); };
   EXPECT_TRUE(same());
   b.superquadric.T_map_object.translation.x() = 0.06;
   EXPECT_FALSE(same());
@@ -137,7 +137,7 @@ TEST(Merging, MergesOverlappingDuplicatesUnlessSeenTogether) {
       b.Add(ObservationOf("cup", {180, 100, 40, 50}, i == 0 ? first_frame : 50 + i));
     }
     b.superquadric.T_map_object.translation.x() = distance;
-    return AreSameObject(a, b, ObjectOptions(), Camera());
+    return AreDuplicates(a, b, ObjectOptions(), Camera());
   };
   EXPECT_TRUE(same_at(0.15, 50));
   EXPECT_FALSE(same_at(0.19, 50)) << "side by side, as far as anyone can tell";
@@ -168,7 +168,7 @@ Landmark SeenOnFloor(const char* label, const Eigen::Vector3d& half_size, int fi
 TEST(Merging, NeedsAgreeingBoxesForTwoLabels) {
   const Landmark chair = SeenOnFloor("chair", {0.25, 0.25, 0.4}, 0, 40);
   const auto same = [&](const Landmark& other) {
-    return AreSameObject(chair, other, ObjectOptions(), testing::TestCamera());
+    return AreDuplicates(chair, other, ObjectOptions(), testing::TestCamera());
   };
   EXPECT_FALSE(same(SeenOnFloor("dining_table", {0.8, 0.5, 0.36}, 60, 5)));
   EXPECT_TRUE(same(SeenOnFloor("bench", {0.26, 0.27, 0.42}, 60, 5))) << "the chair by another name";
@@ -184,14 +184,15 @@ TEST(Merging, MergesPartOfATableIntoTheTableNotTheChairInFront) {
   const Camera camera = testing::TestCamera();
   const Landmark chair = SeenOnFloor("chair", {0.25, 0.25, 0.4}, 0, 40, -0.1);
   const Landmark part = SeenOnFloor("dining_table", {0.3, 0.3, 0.36}, 60, 20);
-  ASSERT_TRUE(AreSameObject(chair, part, ObjectOptions(), camera));
+  ASSERT_TRUE(AreDuplicates(chair, part, ObjectOptions(), camera));
   std::map<int, Landmark> landmarks = {{1, chair}, {2, part}};
-  EXPECT_FALSE(IsRatherOneWithAThird(chair, part, landmarks, camera)) << "there is no other table";
+  EXPECT_FALSE(IsBetterExplainedByAnother(chair, part, landmarks, camera)) << "there is no other table";
   landmarks.emplace(3, SeenOnFloor("dining_table", {0.32, 0.3, 0.36}, 0, 60, 0.02));
-  EXPECT_TRUE(IsRatherOneWithAThird(chair, part, landmarks, camera));
+  EXPECT_TRUE(IsBetterExplainedByAnother(chair, part, landmarks, camera));
   landmarks.at(3) = SeenOnFloor("dining_table", {0.6, 0.5, 0.36}, 0, 60, 1.0);
-  EXPECT_FALSE(IsRatherOneWithAThird(chair, part, landmarks, camera)) << "another table";
-  EXPECT_FALSE(IsRatherOneWithAThird(chair, SeenOnFloor("chair", {0.2, 0.2, 0.4}, 60, 20), landmarks, camera))
+  EXPECT_FALSE(IsBetterExplainedByAnother(chair, part, landmarks, camera)) << "another table";
+  EXPECT_FALSE(
+      IsBetterExplainedByAnother(chair, SeenOnFloor("chair", {0.2, 0.2, 0.4}, 60, 20), landmarks, camera))
       << "one label";
 }
 
@@ -202,9 +203,9 @@ TEST(Merging, MergesChairCalledBenchFromOneSide) {
   for (int i = 0; i < 8; ++i) {
     bench.views[static_cast<std::size_t>(i)].box.x += 100.0;  // a fifth of them
   }
-  EXPECT_FALSE(AreSameObject(chair, bench, ObjectOptions(), camera));
-  EXPECT_TRUE(ShareTheirPlace(chair, bench, camera));
-  EXPECT_FALSE(ShareTheirPlace(chair, SeenOnFloor("dining_table", {0.5, 0.4, 0.36}, 40, 40), camera))
+  EXPECT_FALSE(AreDuplicates(chair, bench, ObjectOptions(), camera));
+  EXPECT_TRUE(OccupySamePlace(chair, bench, camera));
+  EXPECT_FALSE(OccupySamePlace(chair, SeenOnFloor("dining_table", {0.5, 0.4, 0.36}, 40, 40), camera))
       << "the chair is pushed under it";
 }
 
@@ -214,13 +215,13 @@ TEST(Merging, MergesFlatDuplicatesOfTwoLabelsAtSmallOverlap) {
   const Landmark book = SeenOnFloor("book", {0.3, kHalfDepth, 0.25}, 0, 40);
   Landmark phone = SeenOnFloor("cell_phone", {0.28, kHalfDepth, 0.26}, 60, 40);
   phone.superquadric.T_map_object.translation.y() += 1.7 * kHalfDepth;  // 15 % are shared
-  EXPECT_TRUE(ShareTheirPlace(book, phone, camera));
+  EXPECT_TRUE(OccupySamePlace(book, phone, camera));
   Landmark behind = phone;
   behind.superquadric.T_map_object.translation.y() += 0.5 * kHalfDepth;
-  EXPECT_FALSE(ShareTheirPlace(book, behind, camera));
+  EXPECT_FALSE(OccupySamePlace(book, behind, camera));
   Landmark before = SeenOnFloor("cell_phone", {0.28, kHalfDepth, 0.26}, 20, 40);
   before.superquadric = phone.superquadric;
-  EXPECT_FALSE(ShareTheirPlace(book, before, camera)) << "half of the frames show both";
+  EXPECT_FALSE(OccupySamePlace(book, before, camera)) << "half of the frames show both";
 }
 
 // Two tables in one place, one of which was given boxes of a chair beside it.
@@ -239,19 +240,19 @@ TEST(Merging, MergesDuplicatesAtTheSamePlace) {
     return b;
   };
   Landmark b = see(a, 8);
-  EXPECT_FALSE(AreSameObject(a, b, ObjectOptions(), Camera()));
-  EXPECT_TRUE(ShareTheirPlace(a, b, Camera()));
+  EXPECT_FALSE(AreDuplicates(a, b, ObjectOptions(), Camera()));
+  EXPECT_TRUE(OccupySamePlace(a, b, Camera()));
   b.superquadric.T_map_object.translation.x() = 0.1;  // half of it
-  EXPECT_FALSE(ShareTheirPlace(a, b, Camera()));
-  EXPECT_FALSE(ShareTheirPlace(a, see(a, 11), Camera())) << "too often apart";
+  EXPECT_FALSE(OccupySamePlace(a, b, Camera()));
+  EXPECT_FALSE(OccupySamePlace(a, see(a, 11), Camera())) << "too often apart";
   b.views = see(a, 0).views;
-  EXPECT_TRUE(ShareTheirPlace(a, b, Camera())) << "never apart";
+  EXPECT_TRUE(OccupySamePlace(a, b, Camera())) << "never apart";
   b.superquadric.T_map_object.translation.x() = 0.15;  // a quarter
-  EXPECT_FALSE(ShareTheirPlace(a, b, Camera()));
+  EXPECT_FALSE(OccupySamePlace(a, b, Camera()));
   b = see(a, 0);
   b.labels = LabelVotes();
   b.labels.Add("bowl", 0.9);
-  EXPECT_FALSE(ShareTheirPlace(a, b, Camera()));
+  EXPECT_FALSE(OccupySamePlace(a, b, Camera()));
 }
 
 TEST(Merging, KeepsStackedBooksApartWhenEstimatesOverlap) {
@@ -262,8 +263,8 @@ TEST(Merging, KeepsStackedBooksApartWhenEstimatesOverlap) {
     book.superquadric.T_map_object.translation.z() += 0.02;
     return book;
   };
-  EXPECT_FALSE(ShareTheirPlace(lower, upper(5), camera));
-  EXPECT_TRUE(ShareTheirPlace(lower, upper(30), camera)) << "a quarter of the frames shows both";
+  EXPECT_FALSE(OccupySamePlace(lower, upper(5), camera));
+  EXPECT_TRUE(OccupySamePlace(lower, upper(30), camera)) << "a quarter of the frames shows both";
 }
 
 // A chair seen from two sides, one estimate half its depth behind the other: their boxes agree.
@@ -279,8 +280,8 @@ TEST(Merging, MergesDuplicatesThatExplainEachOthersBoxes) {
     }
     return far;
   };
-  EXPECT_TRUE(ShareTheirPlace(near, behind(0.0), camera));
-  EXPECT_FALSE(ShareTheirPlace(near, behind(0.15), camera)) << "a third is shared, but the boxes differ";
+  EXPECT_TRUE(OccupySamePlace(near, behind(0.0), camera));
+  EXPECT_FALSE(OccupySamePlace(near, behind(0.15), camera)) << "a third is shared, but the boxes differ";
 }
 
 // A screen and what boxes of the picture on it gave: thin, and mostly behind the screen's surface.
@@ -305,7 +306,7 @@ TEST(Merging, MergesPictureOnAScreenIntoTheScreen) {
   };
   see(screen, 0, 20);
   see(picture, 50, 8);
-  const auto same = [&] { return AreSameObject(screen, picture, ObjectOptions(), camera); };
+  const auto same = [&] { return AreDuplicates(screen, picture, ObjectOptions(), camera); };
   ASSERT_LT(OverlapOfSmaller(screen.superquadric, picture.superquadric), MergingOptions().overlap);
   EXPECT_TRUE(same());
   // On another screen behind it.
@@ -315,7 +316,7 @@ TEST(Merging, MergesPictureOnAScreenIntoTheScreen) {
   picture.superquadric.T_map_object.translation.y() = 0.035;
   Landmark sticker = picture;
   see(sticker, 10, 5);
-  EXPECT_FALSE(AreSameObject(screen, sticker, ObjectOptions(), camera));
+  EXPECT_FALSE(AreDuplicates(screen, sticker, ObjectOptions(), camera));
   // The same size, not a part of the screen.
   picture.superquadric.T_map_object.translation.y() = 0.035;
   EXPECT_TRUE(same());
@@ -349,7 +350,7 @@ TEST(Merging, FollowsTheAssociationMethod) {
   const auto merges = [&](AssociationMethod method, const Landmark& b) {
     ObjectOptions options;
     options.association.method = method;
-    return AreSameObject(a, b, options, Camera());
+    return AreDuplicates(a, b, options, Camera());
   };
   for (const auto method : {kIou, kIouPoints, kNonparametric}) {
     EXPECT_FALSE(merges(method, same)) << NameOf(method);

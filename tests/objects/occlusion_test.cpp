@@ -136,11 +136,12 @@ Landmark FittedBehindTheTable(const std::string& label, const PosedSuperquadric&
   context.classes = &classes;
   context.camera = TestCamera();
   context.surroundings.others = {Box({-1.5, 2.8, 0.4}, {0.4, 0.4, 0.4}), Table()};
-  TakeFit(landmark, {fit, 0.0, 0.0, 1e-6 * Eigen::Matrix<double, 9, 9>::Identity()}, landmark.views, context);
+  ApplyFit(landmark, {fit, 0.0, 0.0, 1e-6 * Eigen::Matrix<double, 9, 9>::Identity()}, landmark.views,
+           context);
   return landmark;
 }
 
-TEST(TakeFit, ExtendsChairUnderTheTableWhenOnlyItsBackIsSeen) {
+TEST(ApplyFit, ExtendsChairUnderTheTableWhenOnlyItsBackIsSeen) {
   const PosedSuperquadric back = Box({0.1, 2.8, 0.44}, {0.22, 0.03, 0.44});
   const Landmark chair = FittedBehindTheTable("chair", back, false);
   const Eigen::Vector3d half = chair.superquadric.shape.half_size;
@@ -149,18 +150,18 @@ TEST(TakeFit, ExtendsChairUnderTheTableWhenOnlyItsBackIsSeen) {
   EXPECT_NEAR(std::sqrt(chair.covariance(4, 4)), 0.2 * half.y(), 1e-3) << "as chairs vary";
   EXPECT_EQ(chair.visible.shape.half_size, back.shape.half_size);
   const ClassPriors classes = ClassPriors::Named("default");
-  EXPECT_FALSE(SizedBy(chair, classes)) << "what the class gave says nothing about the map's scale";
-  EXPECT_TRUE(SizedBy(FittedBehindTheTable("chair", back, true), classes));
+  EXPECT_FALSE(KnownSizeOf(chair, classes)) << "what the class gave says nothing about the map's scale";
+  EXPECT_TRUE(KnownSizeOf(FittedBehindTheTable("chair", back, true), classes));
 }
 
-TEST(TakeFit, TurnsChairToTheTableWhenFittedBehindItsBack) {
+TEST(ApplyFit, TurnsChairToTheTableWhenFittedBehindItsBack) {
   const PosedSuperquadric behind = Box({0.1, 3.0, 0.44}, {0.22, 0.2, 0.44});
   const PosedSuperquadric chair = FittedBehindTheTable("chair", behind, false, 2.8).superquadric;
   EXPECT_NEAR(chair.shape.half_size.y(), 0.22 * 0.48 / 0.52, 1e-6);
   EXPECT_NEAR(chair.T_map_object.translation.y() + chair.shape.half_size.y(), 2.8, 0.02) << "the back";
 }
 
-TEST(TakeFit, KeepsDepthWhenSeenWholeOrOfUnknownClass) {
+TEST(ApplyFit, KeepsDepthWhenSeenWholeOrOfUnknownClass) {
   const PosedSuperquadric back = Box({0.1, 2.8, 0.44}, {0.22, 0.03, 0.44});
   const auto depth = [](const Landmark& landmark) { return landmark.superquadric.shape.half_size.y(); };
   EXPECT_EQ(depth(FittedBehindTheTable("chair", back, true)), 0.03) << "its legs are seen";

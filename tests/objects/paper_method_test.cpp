@@ -107,12 +107,12 @@ TEST(PaperMethod, MergesByTheTwoSampleTestAlone) {
     a.views.push_back({frame, {}, {100.0, 100.0, 40.0, 40.0}, {}});
     b.views.push_back({frame, {}, {200.0, 100.0, 40.0, 40.0}, {}});
   }
-  EXPECT_TRUE(AreSameObject(a, b, Paper(), Camera()));
-  EXPECT_FALSE(AreSameObject(a, b, ObjectOptions(), Camera()));
+  EXPECT_TRUE(AreDuplicates(a, b, Paper(), Camera()));
+  EXPECT_FALSE(AreDuplicates(a, b, ObjectOptions(), Camera()));
   b.centroids = Centroids(0.02, 40);
   a.views.resize(1);
   a.estimated = b.estimated = true;  // of one and the same volume
-  EXPECT_FALSE(AreSameObject(a, b, Paper(), Camera()));
+  EXPECT_FALSE(AreDuplicates(a, b, Paper(), Camera()));
 }
 
 // Section "Reprojection": one box that a point falls outside removes it, the next that holds it takes it

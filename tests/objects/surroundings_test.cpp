@@ -47,8 +47,8 @@ TEST(Surroundings, FindsTopByObjectsOnIt) {
   Landmark beside = MappedBox(4, {2.0, 2.0, 0.8}, {0.1, 0.1, 0.1});
   beside.support = 0.69;
   const std::vector<const Landmark*> shown = {&table, &cup, &bin, &beside};
-  EXPECT_EQ(SurroundingsOf(table, shown, ClassPriors()).stood_on, 0.7);
-  EXPECT_EQ(SurroundingsOf(cup, shown, ClassPriors()).stood_on, std::nullopt);
+  EXPECT_EQ(SurroundingsOf(table, shown, ClassPriors()).top_height, 0.7);
+  EXPECT_EQ(SurroundingsOf(cup, shown, ClassPriors()).top_height, std::nullopt);
 }
 
 TEST(Surroundings, PutsCupsOnTheTableNotTheChairUnderIt) {
@@ -56,20 +56,21 @@ TEST(Surroundings, PutsCupsOnTheTableNotTheChairUnderIt) {
   Landmark cup = MappedBox(2, {0.0, 2.3, 0.76}, {0.04, 0.04, 0.05});
   cup.support = 0.71;
   std::vector<const Landmark*> shown = {&chair, &cup};
-  EXPECT_EQ(SurroundingsOf(chair, shown, ClassPriors()).stood_on, 0.71);
+  EXPECT_EQ(SurroundingsOf(chair, shown, ClassPriors()).top_height, 0.71);
   const Landmark top = MappedBox(3, {0.0, 2.0, 0.7}, {0.8, 0.5, 0.01});  // all that is known of a table
   shown.push_back(&top);
-  EXPECT_EQ(SurroundingsOf(chair, shown, ClassPriors()).stood_on, std::nullopt);
+  EXPECT_EQ(SurroundingsOf(chair, shown, ClassPriors()).top_height, std::nullopt);
 }
 
-TEST(WayToMiddle, PointsAcrossTheTableFromItsSideAndAlongItFromItsEnd) {
+TEST(DirectionToTableAxis, PointsAcrossTheTableFromItsSideAndAlongItFromItsEnd) {
   PosedSuperquadric table = MappedBox(1, {1.0, 2.0, 0.35}, {0.8, 0.5, 0.35}).superquadric;
-  EXPECT_TRUE(WayToMiddle(table, {1.2, 2.7, 0.4}).isApprox(Eigen::Vector3d(0.0, -0.7, 0.0)));
-  EXPECT_TRUE(WayToMiddle(table, {1.2, 2.4, 0.4}).isApprox(Eigen::Vector3d(0.0, -0.4, 0.0))) << "under it";
-  EXPECT_TRUE(WayToMiddle(table, {2.1, 2.0, 0.4}).isApprox(Eigen::Vector3d(-0.8, 0.0, 0.0)));
+  EXPECT_TRUE(DirectionToTableAxis(table, {1.2, 2.7, 0.4}).isApprox(Eigen::Vector3d(0.0, -0.7, 0.0)));
+  EXPECT_TRUE(DirectionToTableAxis(table, {1.2, 2.4, 0.4}).isApprox(Eigen::Vector3d(0.0, -0.4, 0.0)))
+      << "under it";
+  EXPECT_TRUE(DirectionToTableAxis(table, {2.1, 2.0, 0.4}).isApprox(Eigen::Vector3d(-0.8, 0.0, 0.0)));
   const Rigid3d turn(Eigen::Quaterniond(Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitZ())), {0.3, -0.2, 0.1});
   table.T_map_object = turn * table.T_map_object;
-  EXPECT_TRUE(WayToMiddle(table, turn * Eigen::Vector3d(1.2, 2.7, 0.4))
+  EXPECT_TRUE(DirectionToTableAxis(table, turn * Eigen::Vector3d(1.2, 2.7, 0.4))
                   .isApprox(turn.rotation * Eigen::Vector3d(0.0, -0.7, 0.0)));
 }
 

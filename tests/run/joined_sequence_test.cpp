@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "slam/io/sequence.h"
-#include "slam/run/known_map.h"
+#include "slam/run/map_to_extend.h"
 #include "tests/io/temporary_folder.h"
 
 namespace sqslam {

@@ -52,7 +52,7 @@ TEST(Recorder, WritesNewestMapDuringRun) {
   std::string state;
   while (state != "the map of now" && std::chrono::steady_clock::now() < deadline) {
     try {
-      state = ReadKeptMap(path).state;
+      state = ReadSavedMap(path).state;
     } catch (const InputError&) {  // not there yet
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
@@ -60,7 +60,7 @@ TEST(Recorder, WritesNewestMapDuringRun) {
   EXPECT_EQ(state, "the map of now");
   recorder.Close();
   EXPECT_EQ(RecordingReader(path).Size(), 2);
-  EXPECT_EQ(ReadKeptMap(path).state, "the map of now");
+  EXPECT_EQ(ReadSavedMap(path).state, "the map of now");
 }
 
 TEST(Recorder, WritesPendingMapsWhenRunFails) {

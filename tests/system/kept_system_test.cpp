@@ -99,14 +99,14 @@ TEST_F(KeptSystem, RoundTripsByteIdentically) {
 
 TEST_F(KeptSystem, RejectsDamagedStates) {
   for (std::size_t size = 0; size < first_.kept.state.size(); size += first_.kept.state.size() / 23) {
-    KeptMap cut = first_.kept;
+    SavedMap cut = first_.kept;
     cut.state.resize(size);
     EXPECT_THROW(Localizer(cut, "map.sqmap: the map", KeptOptions()), InputError) << size;
   }
 }
 
 TEST_F(KeptSystem, RejectsOtherVocabulary) {
-  KeptMap other = first_.kept;
+  SavedMap other = first_.kept;
   other.vocabulary = "12345678";
   EXPECT_THROW(Localizer(other, "map", KeptOptions()), InputError);
   SystemOptions none = KeptOptions();

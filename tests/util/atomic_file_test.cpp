@@ -98,8 +98,8 @@ TEST(ResultFolder, CreatesFolderButNeverOverwrites) {
   folder.Write("file", "x");
   EXPECT_THROW(CreateResultFolder(folder.Path() / "file"), UsageError);
   EXPECT_THROW(CreateResultFolder(folder.Path() / "file" / "below"), InputError);
-  EXPECT_EQ(FreeResultFolder(folder.Path(), "a").filename(), "a-2");
-  EXPECT_EQ(FreeResultFolder(folder.Path(), "new").filename(), "new");
+  EXPECT_EQ(UnusedResultFolder(folder.Path(), "a").filename(), "a-2");
+  EXPECT_EQ(UnusedResultFolder(folder.Path(), "new").filename(), "new");
 }
 
 TEST(AtomicPath, RemovesLeftoversOfKilledPrograms) {

@@ -42,9 +42,9 @@ TEST(ValidLabel, CutsBetweenCharacters) {
   EXPECT_EQ(ValidLabel("a\x1b\xe9"), "a?\xef\xbf\xbd");
 }
 
-TEST(WithoutControls, KeepsLineEndsWhenAsked) {
-  EXPECT_EQ(WithoutControls("a: 1\r\nb\x1b[2J\n"), "a: 1??b?[2J?");
-  EXPECT_EQ(LinesWithoutControls("a: 1\r\nb\x1b[2J\n"), "a: 1?\nb?[2J\n");
+TEST(ReplaceControls, KeepsLineEndsWhenAsked) {
+  EXPECT_EQ(ReplaceControls("a: 1\r\nb\x1b[2J\n"), "a: 1??b?[2J?");
+  EXPECT_EQ(ReplaceControlsInLines("a: 1\r\nb\x1b[2J\n"), "a: 1?\nb?[2J\n");
 }
 
 TEST(ShellLine, QuotesWordsForShell) {

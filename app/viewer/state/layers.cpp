@@ -70,7 +70,7 @@ void LayerSession::AlignLayers(Layers& layers, const Document& document, Message
   const TruePath* path = wants_path || in_world ? AlignedPath(document.last) : nullptr;
   if (path == nullptr && (wants_path || in_world) && !document.run.active) {
     DropTruth(layers);
-    messages.AddError(app::CannotBeLaid(truth_.Source()));
+    messages.AddError(app::TruePathError(truth_.Source()));
   }
   layers.path_error = path != nullptr ? path->rmse : 0.0;
   layers.path_pairs = path != nullptr ? path->pairs : 0;
@@ -92,7 +92,7 @@ void LayerSession::AlignLayers(Layers& layers, const Document& document, Message
 
 const TruePath* LayerSession::AlignedPath(const MapSnapshotPtr& map) {
   if (aligned_.map != map || aligned_.truth != truth_.Get()) {
-    aligned_ = {map, truth_.Get(), LayTruePath(*truth_.Get(), *map)};
+    aligned_ = {map, truth_.Get(), AlignTruePath(*truth_.Get(), *map)};
   }
   return aligned_.path ? &*aligned_.path : nullptr;
 }

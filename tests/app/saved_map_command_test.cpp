@@ -4,7 +4,7 @@
 #include "slam/io/result_files.h"
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/recording.h"
-#include "tests/app/kept_map.h"
+#include "tests/app/saved_map.h"
 
 namespace sqslam::testing {
 namespace {
@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-TEST_F(KeptMapCommands, LocalizesFramesInTheFrameOfTheMap) {
+TEST_F(SavedMapCommands, LocalizesFramesInTheFrameOfTheMap) {
   const ProgramRun run =
       RunProgram("localize " + Input() + " --map " + Map() + " --frames 20: -o " + Out("found").string());
   ASSERT_EQ(run.exit_code, 0) << run.err;
@@ -45,7 +45,7 @@ TEST_F(KeptMapCommands, LocalizesFramesInTheFrameOfTheMap) {
   EXPECT_EQ(render.exit_code, 0) << render.err;
 }
 
-TEST_F(KeptMapCommands, ExtendsOldMap) {
+TEST_F(SavedMapCommands, ExtendsOldMap) {
   const ProgramRun run = RunProgram("run " + Input() + " --extend " + Map() +
                                     " --frames 40: --no-render -o " + Out("both").string());
   ASSERT_EQ(run.exit_code, 0) << run.err;
@@ -60,7 +60,7 @@ TEST_F(KeptMapCommands, ExtendsOldMap) {
   EXPECT_EQ(again.exit_code, 0) << again.err;
 }
 
-TEST_F(KeptMapCommands, RejectsUnusableMapsInOneLine) {
+TEST_F(SavedMapCommands, RejectsUnusableMapsInOneLine) {
   const std::string localize = "localize " + Input() + " --map ";
   ExpectRefused(localize + "nowhere", 3, "nowhere: does not exist");
   ExpectRefused(localize + Map() + " --set vocabulary=none", 2, "vocabulary=none");
@@ -77,7 +77,7 @@ TEST_F(KeptMapCommands, RejectsUnusableMapsInOneLine) {
   EXPECT_THAT(itself.ErrorLines(), ElementsAre(HasSubstr("cannot be extended into itself")));
 }
 
-TEST_F(KeptMapCommands, MergesTwoMaps) {
+TEST_F(SavedMapCommands, MergesTwoMaps) {
   const ProgramRun run =
       RunProgram("run " + Input() + " --no-render --deterministic --detector none --frames 30: -o " +
                  Out("second").string());

@@ -17,7 +17,7 @@ inline constexpr int kWayFrames = 90;
 inline constexpr int kWayMapped = 60;
 
 // One map for all tests, which none of them may change.
-class KeptMapCommands : public ::testing::Test {
+class SavedMapCommands : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     sequence_ = std::make_unique<WrittenSequence>(HandHeldPath(kWayFrames));
@@ -29,7 +29,7 @@ class KeptMapCommands : public ::testing::Test {
     recording_ = Slurp(std::filesystem::path(Map()) / "map.sqmap");
   }
   static void TearDownTestSuite() {
-    EXPECT_EQ(Slurp(std::filesystem::path(Map()) / "map.sqmap"), recording_) << "a kept map was changed";
+    EXPECT_EQ(Slurp(std::filesystem::path(Map()) / "map.sqmap"), recording_) << "a saved map was changed";
     sequence_.reset();
     folder_.reset();
   }

@@ -1,4 +1,4 @@
-#include "slam/snapshot/kept_map.h"
+#include "slam/snapshot/saved_map.h"
 
 #include <string>
 #include <string_view>
@@ -30,7 +30,7 @@ std::vector<std::string> PackPieces(std::string_view bytes) {
 
 }  // namespace
 
-void KeepInRecording(const std::filesystem::path& recording, const KeptMap& map) {
+void SaveMapInRecording(const std::filesystem::path& recording, const SavedMap& map) {
   ByteWriter writer;
   writer(map);
   const std::vector<std::string> pieces = PackPieces(writer.Bytes());  // before the file is locked
@@ -43,7 +43,7 @@ void KeepInRecording(const std::filesystem::path& recording, const KeptMap& map)
   sqlite::Execute(db.get(), recording, "COMMIT");
 }
 
-KeptMap ReadKeptMap(const std::filesystem::path& recording) {
+SavedMap ReadSavedMap(const std::filesystem::path& recording) {
   RecordingReader{recording};  // undoes or completes the changes of killed programs
   const sqlite::Database db = sqlite::OpenRecording(recording, SQLITE_OPEN_READONLY);
   const std::string what = recording.string() + ": its live map";
@@ -55,7 +55,7 @@ KeptMap ReadKeptMap(const std::filesystem::path& recording) {
   ThrowIf<InputError>(bytes.empty(), "{}: holds no map to continue, expected the recording of a finished run",
                       recording.string());
   ByteReader reader(bytes, what);
-  KeptMap map;
+  SavedMap map;
   reader(map);
   if (!reader.AtEnd() || !IsUsableCamera(map.camera)) {
     reader.Refuse("is broken");

@@ -1,4 +1,4 @@
-#include "slam/snapshot/kept_map.h"
+#include "slam/snapshot/saved_map.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,9 +13,9 @@ namespace {
 
 using ::testing::HasSubstr;
 
-class KeptMapTest : public ::testing::Test {
+class SavedMapTest : public ::testing::Test {
  protected:
-  KeptMapTest() {
+  SavedMapTest() {
     RecordingWriter(path_, {"sequence", "version", "config"}).Add(MapSnapshot());
     map_.camera = {640, 480, 500.0, 510.0, 320.0, 240.0, {0.1}, 30.0, 12.0};
     map_.vocabulary = "00c0ffee";
@@ -29,7 +29,7 @@ class KeptMapTest : public ::testing::Test {
   }
   void ExpectRefused(const std::string& message) const {
     try {
-      ReadKeptMap(path_);
+      ReadSavedMap(path_);
       FAIL() << "expected: " << message;
     } catch (const InputError& error) {
       EXPECT_THAT(error.what(), HasSubstr("map.sqmap: "));
@@ -39,12 +39,12 @@ class KeptMapTest : public ::testing::Test {
 
   const TemporaryFolder folder_;
   const std::filesystem::path path_ = folder_.Path() / "map.sqmap";
-  KeptMap map_;
+  SavedMap map_;
 };
 
-TEST_F(KeptMapTest, ReadsBackUnchanged) {
-  KeepInRecording(path_, map_);
-  const KeptMap read = ReadKeptMap(path_);
+TEST_F(SavedMapTest, ReadsBackUnchanged) {
+  SaveMapInRecording(path_, map_);
+  const SavedMap read = ReadSavedMap(path_);
   EXPECT_TRUE(read.state == map_.state);
   EXPECT_EQ(read.vocabulary, map_.vocabulary);
   EXPECT_EQ(read.camera.fy, map_.camera.fy);
@@ -54,38 +54,38 @@ TEST_F(KeptMapTest, ReadsBackUnchanged) {
 }
 
 // A map of a long run takes several rows of the recording.
-TEST_F(KeptMapTest, SpansSeveralRowsWhenLarge) {
+TEST_F(SavedMapTest, SpansSeveralRowsWhenLarge) {
   map_.camera.lens = LensModel::kFisheye;
   map_.state.clear();
   for (int i = 0; map_.state.size() < 9'000'000; ++i) {
     map_.state += std::to_string(i);
   }
-  KeepInRecording(path_, map_);
-  const KeptMap read = ReadKeptMap(path_);
+  SaveMapInRecording(path_, map_);
+  const SavedMap read = ReadSavedMap(path_);
   EXPECT_TRUE(read.state == map_.state);
   EXPECT_EQ(read.camera.lens, LensModel::kFisheye);
 }
 
-TEST_F(KeptMapTest, KeepsFisheyeLens) {
+TEST_F(SavedMapTest, KeepsFisheyeLens) {
   map_.camera.lens = LensModel::kFisheye;
-  KeepInRecording(path_, map_);
-  EXPECT_EQ(ReadKeptMap(path_).camera.lens, LensModel::kFisheye);
+  SaveMapInRecording(path_, map_);
+  EXPECT_EQ(ReadSavedMap(path_).camera.lens, LensModel::kFisheye);
 }
 
-TEST_F(KeptMapTest, ReplacesEarlierMap) {
-  KeepInRecording(path_, map_);
-  KeptMap grown = map_;
+TEST_F(SavedMapTest, ReplacesEarlierMap) {
+  SaveMapInRecording(path_, map_);
+  SavedMap grown = map_;
   grown.state += grown.state;
-  KeepInRecording(path_, grown);
-  EXPECT_TRUE(ReadKeptMap(path_).state == grown.state);
-  KeepInRecording(path_, map_);
-  EXPECT_TRUE(ReadKeptMap(path_).state == map_.state);
+  SaveMapInRecording(path_, grown);
+  EXPECT_TRUE(ReadSavedMap(path_).state == grown.state);
+  SaveMapInRecording(path_, map_);
+  EXPECT_TRUE(ReadSavedMap(path_).state == map_.state);
 }
 
-TEST_F(KeptMapTest, ReportsRunWithoutMap) { ExpectRefused("holds no map to continue"); }
+TEST_F(SavedMapTest, ReportsRunWithoutMap) { ExpectRefused("holds no map to continue"); }
 
-TEST_F(KeptMapTest, RefusesDamagedMap) {
-  KeepInRecording(path_, map_);
+TEST_F(SavedMapTest, RefusesDamagedMap) {
+  SaveMapInRecording(path_, map_);
   Execute("UPDATE live_map SET data = substr(data, 1, length(data) - 5)");
   ExpectRefused("its live map is broken");
   Execute("UPDATE live_map SET data = x'0011'");

@@ -1,4 +1,4 @@
-#include "slam/run/known_map.h"
+#include "slam/run/map_to_extend.h"
 
 #include <fmt/format.h>
 
@@ -50,12 +50,12 @@ SystemOptions OptionsOfRun(const fs::path& result) {
   return options;
 }
 
-KnownMap ReadKnownMap(const fs::path& result) {
+MapToExtend ReadKnownMap(const fs::path& result) {
   const fs::path recording = ResultFile(result, "map.sqmap");
-  return {recording, ReadKeptMap(recording), OptionsOfRun(result)};
+  return {recording, ReadSavedMap(recording), OptionsOfRun(result)};
 }
 
-void CheckSameCamera(const fs::path& source, const Camera& camera, const KnownMap& map) {
+void CheckSameCamera(const fs::path& source, const Camera& camera, const MapToExtend& map) {
   constexpr double kMaxShift = 0.02;  // of the image's width
   const Camera& known = map.map.camera;
   const bool same_size = camera.width == known.width && camera.height == known.height;
@@ -66,7 +66,7 @@ void CheckSameCamera(const fs::path& source, const Camera& camera, const KnownMa
       same_size ? "" : fmt::format(" (--resize {},{} changes the size)", known.width, known.height));
 }
 
-Sequence OpenSequenceFor(const KnownMap& map, const SequenceRequest& request) {
+Sequence OpenSequenceFor(const MapToExtend& map, const SequenceRequest& request) {
   Sequence sequence = OpenSequence(request);
   const Camera& known = map.map.camera;
   Camera stated = known;  // an uncalibrated camera is assumed to be the map's

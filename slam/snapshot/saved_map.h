@@ -10,7 +10,7 @@ namespace sqslam {
 
 // The live map at the end of a run, from which it can be extended or localised in. A snapshot only shows a
 // map.
-struct KeptMap {
+struct SavedMap {
   Camera camera;           // that the map was made with
   std::string vocabulary;  // fingerprint of the vocabulary (Vocabulary::Fingerprint); empty: none
   std::string state;       // written by Mapper::Save
@@ -18,7 +18,7 @@ struct KeptMap {
   static void VisitState(auto& self, auto&& visit) { visit(self.camera, self.vocabulary, self.state); }
 };
 
-// Frames that were added to a kept map: the index of the first one in the map, and the shifts of indices and
+// Frames that were added to a saved map: the index of the first one in the map, and the shifts of indices and
 // times (s) from their own sequence to the map.
 struct AddedFrames {
   std::int64_t first = 0;
@@ -28,10 +28,10 @@ struct AddedFrames {
 
 // Stores the map in a recording, replacing an earlier one, in a table of its own (live_map) and in one
 // transaction: readers find the old or the new map. Throws InputError.
-void KeepInRecording(const std::filesystem::path& recording, const KeptMap& map);
+void SaveMapInRecording(const std::filesystem::path& recording, const SavedMap& map);
 
 // Throws InputError if the file is no recording, if its run was killed before it first saved its map, or if
 // the map is damaged.
-KeptMap ReadKeptMap(const std::filesystem::path& recording);
+SavedMap ReadSavedMap(const std::filesystem::path& recording);
 
 }  // namespace sqslam

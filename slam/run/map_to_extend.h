@@ -4,15 +4,15 @@
 
 #include "slam/geometry/camera.h"
 #include "slam/io/sequence.h"
-#include "slam/snapshot/kept_map.h"
+#include "slam/snapshot/saved_map.h"
 #include "slam/system_options.h"
 
 namespace sqslam {
 
-// A kept map with the options of the run that made it.
-struct KnownMap {
+// A saved map with the options of the run that made it.
+struct MapToExtend {
   std::filesystem::path recording;
-  KeptMap map;
+  SavedMap map;
   SystemOptions options;
 };
 
@@ -20,15 +20,15 @@ struct KnownMap {
 SystemOptions OptionsOfRun(const std::filesystem::path& result);
 
 // `result`: a result folder or its map.sqmap. Throws InputError if it has no usable map.
-KnownMap ReadKnownMap(const std::filesystem::path& result);
+MapToExtend ReadKnownMap(const std::filesystem::path& result);
 
 // Throws InputError that names `source` if its camera is not the map's: another size, or a calibration that
 // differs by more than a run would refine it.
-void CheckSameCamera(const std::filesystem::path& source, const Camera& camera, const KnownMap& map);
+void CheckSameCamera(const std::filesystem::path& source, const Camera& camera, const MapToExtend& map);
 
 // Opens a sequence to be located in the map. An uncalibrated camera is assumed to be the map's. Throws
 // InputError as CheckSameCamera does.
-Sequence OpenSequenceFor(const KnownMap& map, const SequenceRequest& request);
+Sequence OpenSequenceFor(const MapToExtend& map, const SequenceRequest& request);
 
 // Lists the images of a map made from two sequences in RESULT/sequence (rgb.txt and camera.yaml), with the
 // frame numbers and times of the map, so that a frame's image is found as in any other sequence. `camera`: of
