@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
+#include <opencv2/core/hal/intrin.hpp>
 #include <opencv2/features2d.hpp>
 #include <queue>
 #include <span>
@@ -31,46 +33,50 @@ constexpr int kArc = 9;      // pixels in a row that are darker or brighter than
 constexpr std::array<int, kCircle> kCircleX{0, 1, 2, 3, 3, 3, 2, 1, 0, -1, -2, -3, -3, -3, -2, -1};
 constexpr std::array<int, kCircle> kCircleY{3, 3, 2, 1, 0, -1, -2, -3, -3, -3, -2, -1, 0, 1, 2, 3};
 
-// Returns the FAST score of a pixel: the greatest threshold at which it is a corner; negative if there is
-// none.
-int FastScore(const std::uint8_t* pixel, std::ptrdiff_t step) {
-  // How much darker than the centre the circle is, with its first pixels repeated so that no arc wraps
-  // around.
-  std::array<std::int16_t, kCircle + kArc - 1> darker;
-  for (std::size_t i = 0; i < kCircle; ++i) {
-    darker[i] = static_cast<std::int16_t>(*pixel - pixel[kCircleY[i] * step + kCircleX[i]]);
-  }
-  std::copy_n(darker.begin(), kArc - 1, darker.begin() + kCircle);
-  std::array<std::int16_t, kCircle + kArc - 1> least = darker;  // over the pixels of an arc from each one on
-  std::array<std::int16_t, kCircle + kArc - 1> greatest = darker;
-  for (const std::size_t step_along :
-       {std::size_t{1}, std::size_t{2}, std::size_t{4}}) {  // over 2, 4, 8 pixels
-    for (std::size_t i = 0; i + step_along < least.size(); ++i) {
-      least[i] = std::min(least[i], least[i + step_along]);
-      greatest[i] = std::max(greatest[i], greatest[i + step_along]);
-    }
-  }
-  int score = -255;
-  for (std::size_t i = 0; i < kCircle; ++i) {
-    const int low = std::min(least[i], darker[i + kArc - 1]);
-    const int high = std::max(greatest[i], darker[i + kArc - 1]);
-    score = std::max({score, low, -high});
-  }
-  return score;
+int LoadWord(const std::uint8_t* bytes) {
+  int word = 0;
+  std::memcpy(&word, bytes, sizeof(word));
+  return word;
 }
 
-constexpr int kPatchSide = 2 * kPatchRadius + 1;
+// Loads four pixels of a row into the lower half and the four below them into the upper half.
+cv::v_int16x8 LoadTwoRows(const std::uint8_t* pixels, std::ptrdiff_t step) {
+  const cv::v_uint8x16 rows =
+      cv::v_reinterpret_as_u8(cv::v_int32x4(LoadWord(pixels), LoadWord(pixels + step), 0, 0));
+  return cv::v_reinterpret_as_s16(cv::v_expand_low(rows));
+}
 
-// 255 within the round patch, 0 outside, row by row.
-constexpr auto kPatchMask = [] {
-  std::array<std::array<std::uint8_t, kPatchSide>, kPatchSide> mask{};
-  for (int v = -kPatchRadius; v <= kPatchRadius; ++v) {
-    for (int u = -kPatchRadius; u <= kPatchRadius; ++u) {
-      mask[v + kPatchRadius][u + kPatchRadius] = u * u + v * v <= kPatchRadius * kPatchRadius ? 255 : 0;
+// Returns the FAST scores of the pixel at `pixels`, of its three right neighbours and of the four pixels
+// below them; negative if a pixel is no corner at any threshold. Minima over 9 in a row are built from minima
+// over 2, 4 and 8.
+cv::v_int16x8 FastScores(const std::uint8_t* pixels, std::ptrdiff_t step) {
+  const cv::v_int16x8 centers = LoadTwoRows(pixels, step);
+  // The circle, with its first pixels repeated so that no arc wraps around.
+  std::array<cv::v_int16x8, kCircle + kArc - 1> darker;  // than the centres by how much
+  for (std::size_t i = 0; i < kCircle; ++i) {
+    darker[i] = centers - LoadTwoRows(pixels + kCircleY[i] * step + kCircleX[i], step);
+  }
+  std::copy_n(darker.begin(), kArc - 1, darker.begin() + kCircle);
+  std::array<cv::v_int16x8, kCircle + 7> low;
+  std::array<cv::v_int16x8, kCircle + 7> high;
+  for (std::size_t i = 0; i < low.size(); ++i) {
+    low[i] = cv::v_min(darker[i], darker[i + 1]);
+    high[i] = cv::v_max(darker[i], darker[i + 1]);
+  }
+  for (const std::size_t span : {std::size_t{2}, std::size_t{4}}) {
+    for (std::size_t i = 0; i + span < low.size(); ++i) {
+      low[i] = cv::v_min(low[i], low[i + span]);
+      high[i] = cv::v_max(high[i], high[i + span]);
     }
   }
-  return mask;
-}();
+  cv::v_int16x8 all_darker = cv::v_setall_s16(-255);
+  cv::v_int16x8 all_brighter = cv::v_setall_s16(255);
+  for (std::size_t i = 0; i < kCircle; ++i) {
+    all_darker = cv::v_max(all_darker, cv::v_min(low[i], darker[i + kArc - 1]));
+    all_brighter = cv::v_min(all_brighter, cv::v_max(high[i], darker[i + kArc - 1]));
+  }
+  return cv::v_max(all_darker, cv::v_setzero_s16() - all_brighter);
+}
 
 // Returns the offset of the top of the parabola through three neighbouring values; 0 if it has none.
 float TopOfParabola(float before, float middle, float after) {
@@ -212,35 +218,22 @@ void CornerDetector::DetectWeak(const cv::Mat& image, const cv::Rect& inner, con
 cv::Point2f RefineCorner(const cv::Mat& image, const cv::Point& corner) {
   const auto step = static_cast<std::ptrdiff_t>(image.step);
   const std::uint8_t* first = image.ptr<std::uint8_t>(corner.y - 1) + corner.x - 1;
+  alignas(16) std::array<std::int16_t, 16> scores;  // rows of four, of which three count
+  cv::v_store(scores.data(), FastScores(first, step));
+  cv::v_store(&scores[8], FastScores(first + step, step));
+  const auto score = [&](int x, int y) {
+    // The second block begins one row further down to avoid reading below the neighbourhood.
+    return static_cast<float>(scores[x + 4 * (y < 2 ? y : 3)]);
+  };
   std::array<float, 3> rows{};
   std::array<float, 3> columns{};
   for (int y = 0; y < 3; ++y) {
     for (int x = 0; x < 3; ++x) {
-      const auto score = static_cast<float>(FastScore(first + y * step + x, step));
-      rows[y] += x == 1 ? 2.0F * score : score;
-      columns[x] += y == 1 ? 2.0F * score : score;
+      rows[y] += x == 1 ? 2.0F * score(x, y) : score(x, y);
+      columns[x] += y == 1 ? 2.0F * score(x, y) : score(x, y);
     }
   }
   return {TopOfParabola(columns[0], columns[1], columns[2]), TopOfParabola(rows[0], rows[1], rows[2])};
-}
-
-float PatchAngle(const cv::Mat& image, const cv::Point& center) {
-  std::array<std::uint16_t, kPatchSide> columns{};  // sums
-  int m10 = 0, m01 = 0;                             // moments about the centre
-  for (int v = 0; v < kPatchSide; ++v) {
-    const std::uint8_t* row = image.ptr<std::uint8_t>(center.y + v - kPatchRadius) + center.x - kPatchRadius;
-    int sum = 0;
-    for (int u = 0; u < kPatchSide; ++u) {
-      const auto value = static_cast<std::uint8_t>(row[u] & kPatchMask[v][u]);
-      columns[u] = static_cast<std::uint16_t>(columns[u] + value);
-      sum += value;
-    }
-    m01 += (v - kPatchRadius) * sum;
-  }
-  for (int u = 0; u < kPatchSide; ++u) {
-    m10 += (u - kPatchRadius) * columns[u];
-  }
-  return cv::fastAtan2(static_cast<float>(m01), static_cast<float>(m10));
 }
 
 std::vector<cv::KeyPoint> DistributeByQuadtree(const std::vector<cv::KeyPoint>& corners, cv::Size area,

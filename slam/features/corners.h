@@ -38,13 +38,6 @@ cv::Point2f RefineCorner(const cv::Mat& image, const cv::Point& corner);
 
 inline constexpr float kMaxCornerOffset = 0.75F;
 
-inline constexpr int kPatchRadius =
-    15;  // pixels of the level: radius of the patch that gives the orientation
-
-// Returns the direction from a round patch's centre to its intensity centroid (Rosin 1999), degrees in
-// [0, 360), from +x towards +y. `image` is 8 bit; `center` is at least kPatchRadius pixels from its edges.
-float PatchAngle(const cv::Mat& image, const cv::Point& center);
-
 // Selects about `count` corners that cover the image evenly, as ORB-SLAM's extractor does (Mur-Artal et al.
 // 2015, V-A, and its code): splits the area as a quadtree until it has `count` non-empty leaves, and keeps
 // the strongest corner of each.

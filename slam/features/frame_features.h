@@ -21,7 +21,7 @@ struct Keypoint {
 // Largest coordinate of a keypoint in a saved map, undistorted px: twice the side of the largest image.
 inline constexpr double kMaxKeypoint = 32768.0;
 
-// True if an undistorted pixel may be that of a keypoint. Near the rim of a fisheye lens, or where a lens
+// Returns true if an undistorted pixel can be a keypoint. Near the rim of a fisheye lens, or where a lens
 // model folds over, pixels may lie anywhere.
 inline bool IsInReach(const Eigen::Vector2d& pixel) {
   return std::abs(pixel.x()) <= kMaxKeypoint && std::abs(pixel.y()) <= kMaxKeypoint;

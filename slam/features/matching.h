@@ -9,13 +9,13 @@
 
 namespace sqslam {
 
-// Number of differing bits, 0 to 256.
+// Returns the number of differing bits, 0 to 256.
 int HammingDistance(const Descriptor& a, const Descriptor& b);
 
 inline constexpr int kMaxUnguidedDistance = 50;  // bits: nothing else restricts the match
 inline constexpr int kMaxGuidedDistance = 100;   // bits: geometry already restricts the candidates
 
-// The two nearest descriptors to a given one; of equals the first.
+// The two nearest descriptors to a given one; the first of equals.
 struct NearestTwo {
   struct Candidate {
     int distance = std::numeric_limits<int>::max();  // bits

@@ -2,13 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <opencv2/imgproc.hpp>
+
+#include "slam/features/brief_pattern.h"
+#include "slam/features/patch_descriptor.h"
 
 namespace sqslam {
 namespace {
 
-constexpr int kBorder = 19;  // pixels at a level's edges without corners: the rotated patch must fit
+constexpr int kBorder = kBriefReach;  // pixels at a level's edges without corners: the rotated patch must fit
 
 // Converts a position on a pyramid level to pixels of the full image. Pixel centres are at integers, so that
 // the image begins half a pixel before the first one; on a coarser level this half pixel is larger.
@@ -36,8 +38,8 @@ int ScaleLevels::PredictOctave(double distance, double level_zero_distance) cons
 OrbExtractor::OrbExtractor(const OrbOptions& options)
     : options_(options),
       levels_(static_cast<std::size_t>(options.levels)),
-      detector_(options.fast_threshold, options.min_fast_threshold),
-      descriptor_(cv::ORB::create(0, 1.2F, 1, kBorder)) {
+      blurred_(static_cast<std::size_t>(options.levels)),
+      detector_(options.fast_threshold, options.min_fast_threshold) {
   // Features in proportion to a level's side length.
   const double inverse = 1.0 / options.scale_factor;
   double share = (1.0 - inverse) / (1.0 - std::pow(inverse, options.levels));
@@ -62,7 +64,6 @@ std::vector<cv::KeyPoint> OrbExtractor::DetectLevel(std::size_t octave, const cv
       DistributeByQuadtree(std::move(found), inner.size(), features_per_level_[octave]);
   for (cv::KeyPoint& corner : corners) {
     corner.pt += cv::Point2f(inner.tl());
-    corner.angle = PatchAngle(image, corner.pt);
   }
   return corners;
 }
@@ -70,23 +71,25 @@ std::vector<cv::KeyPoint> OrbExtractor::DetectLevel(std::size_t octave, const cv
 void OrbExtractor::ExtractLevel(std::size_t octave, double scale, const cv::Mat& bgr, const Camera& camera,
                                 const cv::Mat& ignored, FrameFeatures& features) {
   constexpr double kMaxLensError = 1.0;  // px, of a pixel whose ray no pinhole could see
-  std::vector<cv::KeyPoint> corners = DetectLevel(octave, ignored);
+  const std::vector<cv::KeyPoint> corners = DetectLevel(octave, ignored);
+  if (corners.empty()) {
+    return;
+  }
   const cv::Mat& level = levels_[octave];
-  cv::Mat descriptors;
-  descriptor_->compute(level, corners, descriptors);
-  for (std::size_t i = 0; i < corners.size(); ++i) {
-    const cv::KeyPoint& corner = corners[i];
+  BlurForDescriptors(level, blurred_[octave]);
+  for (const cv::KeyPoint& corner : corners) {
+    const cv::Point pixel = corner.pt;  // FAST only returns integer pixels
     const Eigen::Vector2d place =
-        InFullImage(corner.pt + RefineCorner(level, corner.pt), level.size(), bgr.size());
+        InFullImage(corner.pt + RefineCorner(level, pixel), level.size(), bgr.size());
     const Eigen::Vector2d undistorted = camera.Undistort(place);
     if (!IsInReach(undistorted) ||
         (camera.lens == LensModel::kFisheye &&
          (camera.ProjectDistorted(camera.Unproject(undistorted)) - place).norm() > kMaxLensError)) {
       continue;
     }
-    features.keypoints.push_back({undistorted, place, corner.angle, static_cast<int>(octave)});
-    Descriptor& descriptor = features.descriptors.emplace_back();
-    std::memcpy(descriptor.data(), descriptors.ptr(static_cast<int>(i)), descriptor.size());
+    const float angle = PatchAngle(level, pixel);
+    features.keypoints.push_back({undistorted, place, angle, static_cast<int>(octave)});
+    features.descriptors.push_back(DescribePatch(blurred_[octave], pixel, angle));
     const cv::Point2f full = corner.pt * static_cast<float>(scale);
     const auto& color = bgr.at<cv::Vec3b>(cvRound(full.y), cvRound(full.x));
     features.colors.push_back({color[2], color[1], color[0]});
@@ -96,6 +99,10 @@ void OrbExtractor::ExtractLevel(std::size_t octave, double scale, const cv::Mat&
 FrameFeatures OrbExtractor::Extract(const cv::Mat& gray, const cv::Mat& bgr, const Camera& camera,
                                     const cv::Mat& ignored) {
   FrameFeatures features;
+  const auto expected = static_cast<std::size_t>(options_.num_features) * 11 / 10;
+  features.keypoints.reserve(expected);
+  features.descriptors.reserve(expected);
+  features.colors.reserve(expected);
   levels_[0] = gray;
   double scale = 1.0;
   for (std::size_t octave = 0; octave < levels_.size(); ++octave) {

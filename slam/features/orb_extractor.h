@@ -1,7 +1,6 @@
 #pragma once
 
 #include <opencv2/core.hpp>
-#include <opencv2/features2d.hpp>
 #include <vector>
 
 #include "slam/features/corners.h"
@@ -65,8 +64,8 @@ class OrbExtractor {
   OrbOptions options_;
   std::vector<int> features_per_level_;
   std::vector<cv::Mat> levels_;
+  std::vector<cv::Mat> blurred_;
   CornerDetector detector_;
-  cv::Ptr<cv::ORB> descriptor_;
 };
 
 }  // namespace sqslam

@@ -9,8 +9,9 @@
 
 namespace sqslam {
 
-// Durations of named stages ("tracking", "mapping.bundle_adjustment", ...), collected from any thread: a
-// megabyte per hour for a stage of every frame.
+// Durations of named stages ("tracking", "mapping.bundle_adjustment", ...), collected from any thread. For
+// very frequent stages, median and p95 come from an even sample of the durations, to bound the memory in long
+// runs.
 class StageTimes {
  public:
   struct Summary {
@@ -40,8 +41,19 @@ class StageTimes {
   std::map<std::string, Summary> Summaries() const;
 
  private:
+  struct Samples {
+    double sum = 0.0;
+    double max = 0.0;
+    int count = 0;
+    int every = 1;             // one in this many durations is kept
+    std::vector<double> kept;  // in the order of arrival
+
+    void Add(double milliseconds);
+    Summary Summarize() const;
+  };
+
   mutable std::mutex mutex_;
-  std::map<std::string, std::vector<double>> stages_;  // milliseconds
+  std::map<std::string, Samples> stages_;
 };
 
 }  // namespace sqslam

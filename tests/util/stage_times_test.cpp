@@ -22,5 +22,20 @@ TEST(StageTimes, SummarizesEachStage) {
   EXPECT_DOUBLE_EQ(summaries.at("mapping").mean, 7.0);
 }
 
+// Hours of frames: the durations are thinned out, over the whole time alike.
+TEST(StageTimes, StaysRightOverLongRuns) {
+  constexpr int kCount = 300000;
+  StageTimes times;
+  for (int i = 0; i < kCount; ++i) {
+    times.Add("tracking", i + 1.0);
+  }
+  const StageTimes::Summary summary = times.Summaries().at("tracking");
+  EXPECT_EQ(summary.count, kCount);
+  EXPECT_DOUBLE_EQ(summary.max, kCount);
+  EXPECT_NEAR(summary.mean, kCount / 2.0, 1.0);
+  EXPECT_NEAR(summary.median, 0.5 * kCount, 0.001 * kCount);
+  EXPECT_NEAR(summary.p95, 0.95 * kCount, 0.001 * kCount);
+}
+
 }  // namespace
 }  // namespace sqslam
