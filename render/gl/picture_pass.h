@@ -41,7 +41,7 @@ struct PictureLayers {
 
 // Draws a scene in layers and finishes it in screen space: ambient occlusion, outlines, eye-dome lighting,
 // and averaging of several samples per pixel. Translucent solids are blended in the given order. As they are
-// convex, drawing the farthest solid first, and of each the far side before the near side, is exact without
+// convex, drawing the farthest solid first, and its far side before its near side, is exact without
 // depth peeling.
 class PicturePass : public vtkRenderPass {
  public:

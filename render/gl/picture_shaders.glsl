@@ -314,3 +314,35 @@ float openness(vec2 at, float depth) {
 #endif
 #endif
   gl_FragData[0] = vec4(sum.rgb, max(sum.a, background.a));
+
+//// kSmoothEdgesDeclarations
+// Smooth edges after Lottes, "FXAA" (2009), in the short form that takes four corners for the direction of an
+// edge and blurs along it. Pixels without contrast leave the loop at once.
+uniform sampler2D finished;
+float luma(vec4 color) { return dot(color.rgb, vec3(0.299, 0.587, 0.114)); }
+
+//// kSmoothEdges
+  ivec2 size = textureSize(finished, 0);
+  ivec2 at = ivec2(texCoord * vec2(size));
+  ivec2 low = max(at - 1, ivec2(0));
+  ivec2 high = min(at + 1, size - 1);
+  vec4 color = texelFetch(finished, at, 0);
+  float middle = luma(color);
+  float a = luma(texelFetch(finished, low, 0));
+  float b = luma(texelFetch(finished, ivec2(high.x, low.y), 0));
+  float c = luma(texelFetch(finished, ivec2(low.x, high.y), 0));
+  float d = luma(texelFetch(finished, high, 0));
+  float darkest = min(middle, min(min(a, b), min(c, d)));
+  float brightest = max(middle, max(max(a, b), max(c, d)));
+  int edge = brightest - darkest > max(0.04, 0.125 * brightest) ? 1 : 0;
+  for (int once = 0; once < edge; ++once) {
+    vec2 along = vec2(a + b - c - d, b + d - a - c);
+    float flatness = max((a + b + c + d) * 0.03125, 0.0078125);
+    along = clamp(along / (min(abs(along.x), abs(along.y)) + flatness), -8.0, 8.0) / vec2(size);
+    vec4 near = 0.5 * (texture(finished, texCoord - along / 6.0) + texture(finished, texCoord + along / 6.0));
+    vec4 wide = 0.5 * near + 0.25 * (texture(finished, texCoord - 0.5 * along) +
+                                     texture(finished, texCoord + 0.5 * along));
+    float light = luma(wide);
+    color = light < darkest || light > brightest ? near : wide;
+  }
+  gl_FragData[0] = color;

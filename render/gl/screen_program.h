@@ -55,7 +55,7 @@ class ScreenProgram {
   vtkNew<vtkOpenGLBufferObject> buffer_;
 };
 
-// True if OpenGL has no device but this processor.
+// Returns true if OpenGL draws on the CPU.
 bool IsSoftwareRenderer();
 
 // Binds the buffer; creates it first if needed.

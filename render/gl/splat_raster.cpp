@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "slam/util/parallel.h"
+#include "slam/util/wide_registers.h"
 
 namespace sqslam {
 namespace {
@@ -27,6 +28,7 @@ std::vector<Disc> VisibleDiscs(std::span<const PointSplats::Vertex> vertices, fl
   constexpr float kMaxDiameter = 60.0F;  // samples; as in kSplatVertex
   const Eigen::Vector2f half = 0.5F * Eigen::Vector2i(picture.width, picture.height).cast<float>();
   std::vector<Disc> discs;
+  discs.reserve(vertices.size());
   for (const PointSplats::Vertex& v : vertices) {
     if (v.frame > look.newest || look.cut.head<3>().dot(v.p_map) > look.cut.w()) {
       continue;
@@ -46,7 +48,8 @@ std::vector<Disc> VisibleDiscs(std::span<const PointSplats::Vertex> vertices, fl
 }
 
 // Draws the parts of discs in these rows that are nearer than everything drawn before.
-void Fill(std::span<const Disc> discs, cv::Range rows, cv::Mat1f& all_depths, cv::Mat1i& all_colors) {
+SQSLAM_WIDE_REGISTERS void Fill(std::span<const Disc> discs, cv::Range rows, cv::Mat1f& all_depths,
+                                cv::Mat1i& all_colors) {
   const auto first_from = [](float edge) { return static_cast<int>(std::ceil(edge - 0.5F)); };
   for (const Disc& disc : discs) {
     const float radius = 0.5F * disc.diameter;

@@ -11,7 +11,7 @@
 namespace sqslam {
 
 // Draws points as PointSplats does, but on the CPU. A software renderer takes up to twice as long for the
-// whole picture: to it each point is a polygon of its own. For the sources of render/gl only.
+// whole picture, because it draws each point as a polygon. For the sources of render/gl only.
 class SplatRaster {
  public:
   // Starts an empty picture.
