@@ -108,7 +108,7 @@ std::vector<InputEvent> ScriptPlayer::Next(const Viewer& viewer, double seconds)
       return events;  // they must take effect first
     } else if (Waits(line, viewer)) {
       waited_ += seconds;
-      ThrowIf<InputError>(waited_ > kMaxWait, "{}:{}: timed out: {}", source_, line.line, line.text);
+      ThrowIf<InputError>(waited_ > kMaxWait, "{}:{}: timed out (60 s): {}", source_, line.line, line.text);
       return events;
     } else if (line.kind == ScriptLine::Kind::kPoint) {
       ++at_;

@@ -226,7 +226,7 @@ class Loop {
     int attempts = 0;
     while (!viewer_.Frame(0.0)) {  // the buffer on screen cannot be read back
       ThrowIf<InputError>(++attempts == kMaxAttempts,
-                          "{}: the window is minimised, there is nothing to write", file);
+                          "{}: the window is minimised, expected a visible one to write", file);
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     WritePicture(file, ReadFramebuffer(window_.Size()));
@@ -244,10 +244,10 @@ class Loop {
   std::string title_;
 };
 
-// Throws InputError if there is no display, naming the command that does without one.
+// Throws InputError if there is no display, naming the command that works without one.
 void CheckDisplay(const std::string& instead) {
   const char* display = std::getenv("DISPLAY");
-  ThrowIf<InputError>(display == nullptr || *display == '\0', "no display; `{}` needs none", instead);
+  ThrowIf<InputError>(display == nullptr || *display == '\0', "no display; `{}` works without one", instead);
 }
 
 // The run starts its threads before the window's thread lowers its own priority; the threads of a software

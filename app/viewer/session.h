@@ -36,7 +36,7 @@ class Session {
 
   bool Runs() const { return run_ != nullptr; }
   bool Idle() const { return (!replay_ || replay_->Idle()) && !run_; }
-  // True if a frame is being read and there is nothing new to show yet.
+  // Returns true if a frame is being read and there is nothing new to show yet.
   bool Reads() const { return replay_ && !replay_->Idle() && !replay_->HasNews(); }
   int ExitCode() const { return exit_code_; }  // of the run
 

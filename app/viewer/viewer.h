@@ -57,10 +57,10 @@ class Viewer {
   // size, or a new frame of the replay was just requested and will be shown next.
   bool Frame(double seconds);
 
-  // True if the next frame would differ from this one even without an event.
+  // Returns true if the next frame would differ from this one even without an event.
   bool Busy() const;
 
-  // True if nothing is being read or moving, and nothing is left to be drawn in finer detail.
+  // Returns true if nothing is being read or moving, and nothing is left to be drawn in finer detail.
   bool Idle() const;
 
   bool WantsToClose() const { return closing_ && !session_.Runs(); }

@@ -7,14 +7,14 @@
 namespace sqslam {
 
 void StageTimes::Samples::Add(double milliseconds) {
-  constexpr std::size_t kMostKept = 16384;  // per stage: nine minutes of one that runs each frame
+  constexpr std::size_t kMaxSamples = 16384;  // per stage: nine minutes of one that runs each frame
   sum += milliseconds;
   max = std::max(max, milliseconds);
   if (count++ % every != 0) {
     return;
   }
   kept.push_back(milliseconds);
-  if (kept.size() == kMostKept) {
+  if (kept.size() == kMaxSamples) {
     for (std::size_t i = 0; 2 * i < kept.size(); ++i) {
       kept[i] = kept[2 * i];
     }

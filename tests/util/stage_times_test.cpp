@@ -23,7 +23,7 @@ TEST(StageTimes, SummarizesEachStage) {
 }
 
 // Hours of frames: the durations are thinned out, over the whole time alike.
-TEST(StageTimes, StaysRightOverLongRuns) {
+TEST(StageTimes, SamplesEvenlyInLongRuns) {
   constexpr int kCount = 300000;
   StageTimes times;
   for (int i = 0; i < kCount; ++i) {

@@ -143,7 +143,7 @@ TEST_F(Editing, SavesAndReopensEditsBesideMap) {
   state_ = {};
   session_ = {};
   Open(folder_.Path() / "map.sqmap", HandMadeMap());
-  EXPECT_THAT(Errors(), ElementsAre(HasSubstr("map.sqmap.edits.json:1: no valid JSON")));
+  EXPECT_THAT(Errors(), ElementsAre(HasSubstr("map.sqmap.edits.json:1: invalid JSON")));
 }
 
 TEST_F(Editing, PostponesQuitWithUnsavedChanges) {

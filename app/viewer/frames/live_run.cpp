@@ -16,6 +16,8 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 namespace {
 
+constexpr std::size_t kMaxCurveValues = 2000;  // about the columns of a screen
+
 std::string StateName(TrackingState state) {
   switch (state) {
     case TrackingState::kTracking:
@@ -90,6 +92,7 @@ struct LiveRun::Impl : RunHost {
       news.map = map;
       newest = map;
       series.Add(*map);
+      series.Thin(kMaxCurveValues);
     });
   }
 

@@ -13,7 +13,7 @@
 namespace sqslam::viewer {
 
 // A run of the pipeline on its own threads. The window polls the newest state at its own pace: the run never
-// waits for the window, and nothing queues up if that is slow.
+// waits for the window, and nothing queues up if the window is slow.
 class LiveRun {
  public:
   LiveRun(const RunRequest& request, const app::RunPictures& pictures);

@@ -85,9 +85,9 @@ struct ScriptLine {
 //   picture /tmp/window.png
 //   close
 //
-// "key NAME" is down and up. "point DX DY TEXT" moves the mouse to that many pixels from a label in the
+// "key NAME" presses and releases. "point DX DY TEXT" moves the mouse to that many pixels from a label in the
 // window, and "click TEXT" clicks on it: a tab, a menu, a button, a checkbox or a row by its name; "cup*" is
-// a label that begins so. Throw UsageError with file, line and what was expected.
+// any label that begins with "cup". Throw UsageError with file, line and what was expected.
 std::vector<ScriptLine> ReadScript(const std::string& path);
 std::vector<ScriptLine> ParseScript(const std::string& text, const std::string& source);
 

@@ -41,7 +41,7 @@ class EditHistory {
 
   // Adds a state as a step and drops the undone ones. `what` names the step in menus ("Delete cup 3").
   // Merges consecutive steps of one `group`, for example of a drag or of a number being typed. A state
-  // equal to the current one is no step.
+  // equal to the current one is not added.
   void Push(State state, std::string what, std::string group = "") {
     if (state == Current()) {
       return;

@@ -86,6 +86,24 @@ void RunSeries::Add(const MapSnapshot& map) {
   }
 }
 
+void RunSeries::Thin(std::size_t max_values) {
+  const auto thin = [](auto& values) {
+    const std::size_t half = values.size() / 2;
+    for (std::size_t i = 1; i < half; ++i) {
+      values[i] = values[2 * i];
+    }
+    values[half] = values.back();
+    values.resize(half + 1);
+  };
+  for (Series& series : series_) {
+    if (series.time.size() > max_values) {
+      thin(series.frame);
+      thin(series.time);
+      thin(series.value);
+    }
+  }
+}
+
 const Series& RunSeries::Named(std::string_view name) const {
   const auto found = std::ranges::find(series_, name, &Series::name);
   if (found == series_.end()) {

@@ -47,6 +47,9 @@ class RunSeries {
 
   void Add(const MapSnapshot& map);
 
+  // Drops every second value of a series with more than `max_values`, but keeps the first and the last.
+  void Thin(std::size_t max_values);
+
   // "tracked points", "tracking" (ms), "objects", "keyframes" or "map points". Throws std::out_of_range for
   // another name.
   const Series& Named(std::string_view name) const;

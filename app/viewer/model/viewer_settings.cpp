@@ -59,7 +59,7 @@ Values Load(const fs::path& file, std::vector<std::string>& warnings) {
     root = YAML::LoadFile(file.string());
     ThrowIf<UsageError>(!root.IsMap() && !root.IsNull(), "{}: expected lines 'name: value'", file.string());
   } catch (const YAML::Exception& e) {
-    warnings.push_back(fmt::format("{}:{}: no valid YAML; the defaults are used", file.string(),
+    warnings.push_back(fmt::format("{}:{}: invalid YAML; the defaults are used", file.string(),
                                    std::max(0, e.mark.line) + 1));
   } catch (const UsageError& e) {
     warnings.push_back(fmt::format("{}; the defaults are used", e.what()));

@@ -174,6 +174,19 @@ TEST_F(RecordingPass, MarksKeyframesAndEvents) {
   EXPECT_STREQ(NameOf(RunMark::Kind::kLoop), "loop closed");
 }
 
+TEST(RunSeries, ThinsLongRunsBetweenTheirEnds) {
+  RunSeries series;
+  MapSnapshot map = HandMadeMap();
+  for (int i = 0; i < 10; ++i) {
+    map.frame_index = i;
+    series.Add(map);
+    series.Thin(6);
+  }
+  EXPECT_THAT(series.Named("objects").frame, ElementsAre(0, 4, 7, 9));
+  EXPECT_EQ(series.Named("objects").time.size(), 4U);
+  EXPECT_EQ(series.Named("objects").value.size(), 4U);
+}
+
 TEST(RunSeriesOfOldRecordings, LeavesGapsForMissingValues) {
   RunSeries series;
   series.Add(HandMadeMap());

@@ -108,7 +108,7 @@ TEST_F(ViewerSettingsTest, WarnsAndUsesDefaultsWhenFileIsBroken) {
   EXPECT_EQ(Load<ViewerSettings>(file_, warnings_).theme, Theme::kDark);
   folder_.Write("sqslam/viewer.yaml", "just words");
   Load<ViewerMemory>(file_, warnings_);
-  EXPECT_THAT(warnings_, ElementsAre(HasSubstr("no valid YAML; the defaults are used"),
+  EXPECT_THAT(warnings_, ElementsAre(HasSubstr("invalid YAML; the defaults are used"),
                                      HasSubstr("expected lines 'name: value'; the defaults are used")));
   folder_.Write("sqslam/viewer.yaml", "");
   Load<ViewerMemory>(file_, warnings_);
