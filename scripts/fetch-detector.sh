@@ -24,7 +24,7 @@ check() {  # FILE SHA256
   has_sum "$1" "$2" || fail "$1 is not the file that was expected (sha256 $2)"
 }
 
-mkdir -p "$folder" || fail "$folder cannot be made"
+mkdir -p "$folder" || fail "$folder cannot be created"
 if [ -f "$target" ]; then
   if has_sum "$target" "$network_sha"; then
     echo "$target is there already"
