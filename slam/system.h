@@ -74,8 +74,8 @@ class System {
 
   FrameView Newest() const;  // the frame processed last; call from the thread that calls Process()
 
-  // Ends mapping and publishes the final snapshot; call once. Frames and submaps that found no place in the
-  // map are tried once more before: until `stop`, called between them, returns true. Empty: all.
+  // Ends mapping and publishes the final snapshot; call once. Before that, retries frames and submaps without
+  // a place in the map, until `stop`, called between them, returns true (empty: retries all).
   RunResult Finish(const std::function<bool()>& stop = {});
 
  private:

@@ -14,8 +14,8 @@ namespace sqslam {
 struct SystemOptions {
   bool deterministic = false;  // tracking and mapping alternate, and snapshots hold no times
   // Tracking sees the map with a new keyframe after a set time of the recording, and waits for it if need be:
-  // the same images give the same map, however fast the machine. For recordings: a camera does not wait, nor
-  // is this read from a configuration.
+  // the same images give the same map, however fast the machine. For recordings only: a camera does not
+  // wait. Cannot be set by a configuration.
   bool in_step = false;
   std::int64_t seed = 1;  // seeds every random source
   // The up direction: auto (from the map itself), level-start (the first camera was held level), or the

@@ -69,7 +69,7 @@ class ReportQueue {
     return keyframes_;
   }
 
-  // Returns the same including the one in work.
+  // Returns the same, including the keyframe being processed.
   int PendingKeyframes() const {
     const std::lock_guard lock(mutex_);
     return keyframes_ + (keyframe_in_work_ ? 1 : 0);

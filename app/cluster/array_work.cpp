@@ -152,7 +152,7 @@ int RunArrayTask(const std::string& name, const fs::path& failure, const SlurmOp
   const auto guarded = [&] {
     const char* restarts = std::getenv("SLURM_RESTART_COUNT");
     ThrowIf<InputError>(restarts != nullptr && ParseNumber<int>(restarts).value_or(0) > options.retries,
-                        "taken off its node more than {} times", options.retries);
+                        "requeued more than {} times", options.retries);
     end = work();
     return end.exit_code;
   };

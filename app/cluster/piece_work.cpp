@@ -63,7 +63,7 @@ void ClaimFolder(const Pieces& pieces, const std::string& title, const std::stri
     std::string problem;
     const auto queued = QueuedJobs(name, problem);
     if (!queued) {
-      throw InputError("{}, so other pieces may be made in {} now", problem, pieces.Folder().string());
+      throw InputError("{}, so other jobs may be writing to {}", problem, pieces.Folder().string());
     }
     ThrowIf<InputError>(!queued->empty(),
                         "{}: other pieces are being made there, expected none (scancel -n {})",
@@ -78,7 +78,7 @@ void ClaimFolder(const Pieces& pieces, const std::string& title, const std::stri
 int MakePiece(const PieceWork& work, const Pieces& pieces, const std::string& task,
               const SlurmOptions& options) {
   const Shard shard = ParseShard(task);
-  ThrowIf<UsageError>(shard.count != pieces.Count(), "--task {}: expected a piece of {}", task,
+  ThrowIf<UsageError>(shard.count != pieces.Count(), "--task {}: expected I/N with N = {}", task,
                       pieces.Count());
   if (pieces.IsWhole(shard.index)) {
     return 0;
@@ -86,7 +86,7 @@ int MakePiece(const PieceWork& work, const Pieces& pieces, const std::string& ta
   fs::create_directories(pieces.Folder());
   const auto make = [&]() -> TaskEnd {
     const auto lock = FileLock::Try(pieces.Beside(shard.index, ".lock"));
-    ThrowIf<InputError>(!lock, "another program is making this piece");
+    ThrowIf<InputError>(!lock, "another program is making this piece; wait for it");
     if (!fs::exists(pieces.Settings())) {  // a task that nobody has submitted
       WriteFileAtomically(pieces.Settings(), work.settings());
     }

@@ -29,7 +29,7 @@ struct ClusterArguments {
 struct PieceWork {
   std::string title;                      // part of the job's name
   std::filesystem::path output;           // pieces are called after it, in the folder `output`.pieces
-  std::function<std::string()> settings;  // all that the pieces depend on; pieces of others are made again
+  std::function<std::string()> settings;  // inputs of the pieces; pieces of other settings are made again
   std::function<int(const Shard& shard, const std::filesystem::path& piece, int cpus)> make;
   std::function<int(const std::vector<std::string>& pieces, int cpus)> join;
 };

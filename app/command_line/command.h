@@ -173,7 +173,7 @@ class Command {
   std::function<std::string()> version_;
 };
 
-// Returns the width in columns of the terminal on stdout; 80 if stdout is no terminal.
+// Returns the width in columns of the terminal on stdout; 80 if stdout is not a terminal.
 int TerminalWidth();
 
 }  // namespace sqslam::app

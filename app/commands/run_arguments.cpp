@@ -17,7 +17,7 @@ namespace sqslam::app {
 namespace fs = std::filesystem;
 namespace {
 
-// Returns a camera index: a number of up to three digits that is no file or folder.
+// Returns a camera index: a number of up to three digits that names no file or folder.
 std::optional<int> LiveCameraOf(const std::string& input) {
   const std::optional<int> number = ParseNumber<int>(input);
   return number && *number >= 0 && *number <= 999 && !fs::exists(input) ? number : std::nullopt;

@@ -60,7 +60,7 @@ std::optional<ScaleReference> ReferenceOf(const ScaleArguments& a) {
                               : "--object: expected --height METRES with it");
   }
   ThrowIf<UsageError>(!a.object.empty() + !a.distance.empty() + a.use_board + a.none > 1,
-                      "expected one of --object with --height, --distance, --board, --none");
+                      "expected one of --object (with --height), --distance, --board and --none");
   std::optional<ScaleReference> reference;
   if (a.height) {
     reference = KnownHeight{a.object, *a.height};

@@ -44,7 +44,7 @@ ClusterOutcome RunOnSlurm(const ExperimentPlan& plan, const ArrayCall& call, con
       throw;
     }
     // Some clusters accept no jobs from their nodes: the tables then hold the results so far.
-    spdlog::warn("{}; no run is repeated", error.what());
+    spdlog::warn("{}; unfinished runs are not repeated", error.what());
     unfinished();
   }
   std::vector<CellFailure> failures;

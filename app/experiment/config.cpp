@@ -183,7 +183,7 @@ ExperimentConfig ParseExperiment(const std::string& yaml, const std::string& sou
   try {
     document = YAML::Load(yaml);
   } catch (const YAML::ParserException& e) {
-    throw UsageError("{}:{}: no valid YAML: {}", source, e.mark.line + 1, e.msg);
+    throw UsageError("{}:{}: invalid YAML: {}", source, e.mark.line + 1, e.msg);
   }
   const Group root(document, source, "the experiment");
   const SystemOptions defaults;

@@ -41,7 +41,7 @@ struct ExperimentSequence {
   }
 };
 
-// Throws UsageError if `frames` is no range.
+// Throws UsageError if `frames` is not a range.
 FrameRange FramesOf(const ExperimentSequence& sequence);
 
 // Named options, to compare settings that have no axis of their own.
@@ -64,7 +64,7 @@ struct ExperimentGrid {
   std::vector<std::string> representations;
   std::vector<std::string> associations;
   std::vector<std::string> methods;
-  std::vector<std::string> max_objects = {"all"};  // use the boxes of only so many objects
+  std::vector<std::string> max_objects = {"all"};  // numbers of objects whose boxes are used
   int repetitions = 1;
 
   void VisitFields(auto&& visit) {

@@ -64,7 +64,7 @@ void RenderSequence(const ExperimentPlan& plan, const ExperimentCell& cell, cons
 void WriteLimitedBoxes(const ExperimentPlan& plan, const ExperimentCell& cell) {
   const PreparedSequence& sequence = plan.sequences.at(cell.sequence);
   const fs::path boxes = sequence.detections.empty() ? sequence.path / "boxes.txt" : sequence.detections;
-  ThrowIf<InputError>(!fs::is_regular_file(boxes), "{}: max_objects needs a boxes.txt, expected one there",
+  ThrowIf<InputError>(!fs::is_regular_file(boxes), "{}: not a file, expected boxes for max_objects",
                       boxes.string());
   const fs::path limited = plan.folder.Boxes(cell);
   fs::create_directories(limited.parent_path());
@@ -79,7 +79,7 @@ ChildResult RunCell(const ExperimentPlan& plan, const PlannedCell& planned, cons
   const fs::path log = plan.folder.Log(cell);
   fs::create_directories(run.parent_path());
   const std::optional<FileLock> lock = FileLock::Try(log);
-  ThrowIf<InputError>(!lock, "{}: another program is making this run", log.string());
+  ThrowIf<InputError>(!lock, "{}: another program is making this run; wait for it", log.string());
   fs::resize_file(log, 0);
   AtomicPath made(run);
   ChildResult child = RunChild(Redirected(commands.run, run, made.Path()), log, stop);

@@ -63,7 +63,7 @@ class CellProgress {
   std::vector<std::size_t> Unfinished() const;  // cells without a result
   bool Collect(std::size_t index);              // reads the result of a cell; returns false if there is none
   void Fail(std::size_t index, const ChildResult& child);
-  ExperimentOutcome Outcome(bool interrupted);  // ends the object's use
+  ExperimentOutcome Outcome(bool interrupted);  // call last
 
  private:
   void Print(const ExperimentCell& cell, const std::string& what);
@@ -78,8 +78,8 @@ class CellProgress {
   std::mutex mutex_;
 };
 
-// Runs the unfinished cells, `config.jobs` at a time, each as a process of its own. After a failure the
-// others are run all the same. `stop` ends it early and loses only the running cells.
+// Runs the unfinished cells, `config.jobs` at a time, each as a process of its own. Failures do not stop
+// the others. `stop` ends the experiment early and loses only the running cells.
 ExperimentOutcome RunExperiment(const ExperimentPlan& plan, const StopRequest& stop,
                                 const LinePrinter& print);
 

@@ -111,7 +111,7 @@ CloudLayerPtr PlaceCloud(const PointCloud& cloud, const Sim3d& S_map_file, const
     return Eigen::Vector3f((S_map_file * p).cast<float>());
   });
   const double spacing = SpacingOf(points);
-  CloudLayerBuilder builder(0.5 * spacing);  // cubes so small that hardly any two points are merged
+  CloudLayerBuilder builder(0.5 * spacing);  // cubes small enough to merge almost no points
   for (std::size_t i = 0; i < points.size(); ++i) {
     const std::array<std::uint8_t, 3> own =
         cloud.rgb.empty()

@@ -227,8 +227,7 @@ pid_t Spawn(const std::vector<std::string>& arguments, const std::filesystem::pa
   const int error = posix_spawn(&pid, program.c_str(), &files, nullptr, argv.data(), environ);
   posix_spawn_file_actions_destroy(&files);
   if (error != 0) {
-    throw InputError("{}: cannot start a run that writes its output there ({})", log.string(),
-                     std::strerror(error));
+    throw InputError("{}: cannot start the program that logs here ({})", log.string(), std::strerror(error));
   }
   return pid;
 }

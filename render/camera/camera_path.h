@@ -27,7 +27,7 @@ struct ViewCamera {
 
   double Distance() const { return (position - focal_point).norm(); }
 
-  // Pixels, for a picture of this height. Ignores `pinhole`.
+  // Returns the focal length in pixels for a picture of this height. Ignores `pinhole`.
   double FocalLength(double height) const {
     return 0.5 * height / std::tan(0.5 * view_angle * std::numbers::pi / 180.0);
   }
@@ -74,7 +74,7 @@ ViewCamera Behind(const Rigid3d& T_map_camera, const Eigen::Vector3d& up, double
 // Smooths with a Gaussian over neighbouring frames; `radius` is its standard deviation in frames.
 std::vector<ViewCamera> Smooth(const std::vector<ViewCamera>& path, double radius);
 
-// Interpolates `count` poses along the keyframes, at equal steps of the keyframe index.
+// Interpolates `count` poses at equal steps of the keyframe index.
 std::vector<Rigid3d> PosesAlongKeyframes(const MapSnapshot& map, int count);
 
 // Mouse and keyboard control of a virtual camera. The origin of pixels is the window's top-left corner.

@@ -46,7 +46,7 @@ SystemOptions ConfigOf(const RecordingReader& reader);
 // Throws InputError that lists the objects if there is none with this id.
 const SnapshotObject& ObjectById(const MapSnapshot& map, int id, const std::string& result);
 
-// Returns the reliable objects; all if none is.
+// Returns the reliable objects, or all objects if none is reliable.
 std::vector<const SnapshotObject*> ReliableObjects(const MapSnapshot& map);
 
 // A frame in which an object was detected.
@@ -69,7 +69,7 @@ std::vector<ObjectView> ViewsOfFrame(const std::map<int, std::vector<ObjectView>
 // read.
 cv::Mat ImageOf(const ObjectView& view, const RecordedMap& map);
 
-// Returns the clockwise quarter turns that bring up in the map to up in the image; 0 if the camera looks down
+// Returns the clockwise quarter turns that put the map's up direction on top; 0 if the camera looks down
 // or gravity is not known.
 int UprightTurns(const ObjectView& view, const MapSnapshot& map);
 

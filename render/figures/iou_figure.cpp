@@ -196,8 +196,7 @@ IouScores ReadScores(const std::filesystem::path& path) {
   try {
     const auto eval = ReadJsonFile(path, "an eval.json");
     ThrowIf<InputError>(!eval.contains("objects"),
-                        "{}: knows no objects, expected an evaluation against objects_gt.json",
-                        path.string());
+                        "{}: has no objects, expected an evaluation against objects_gt.json", path.string());
     return {eval.at("ground_truth").get<std::string>(), ScoresIn(eval)};
   } catch (const nlohmann::json::exception& error) {
     throw InputError("{}: expected an eval.json as sqslam eval writes it ({})", path.string(), error.what());
@@ -209,7 +208,7 @@ std::vector<IouScores> ReadAllScores(const std::vector<std::string>& results) {
   for (const std::string& result : results) {
     const std::filesystem::path path = ResultFile(result, "eval.json");
     ThrowIf<InputError>(!std::filesystem::exists(path),
-                        "{}: missing, expected sqslam eval RESULT --ground-truth SEQUENCE first",
+                        "{}: does not exist; run sqslam eval RESULT --ground-truth SEQUENCE first",
                         path.string());
     all.push_back(ReadScores(path));
     ThrowIf<InputError>(all.back().objects.size() != all.front().objects.size() ||

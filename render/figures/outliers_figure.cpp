@@ -370,7 +370,7 @@ OutliersFigure::Object ObjectWithFates(const MapSnapshot& map, const SnapshotObj
 
 FigurePage DrawOutliersOf(const FigureRequest& request, const OutliersOptions& options) {
   ThrowIf<UsageError>(options.no_images && !request.frames.empty(),
-                      "--frame with --no-images: expected one of them");
+                      "--frame and --no-images: expected one of them");
   const std::string& result = request.results.front();
   const RecordedMap recorded = OpenObjectMap(result);
   const MapSnapshot& map = *recorded.last;

@@ -19,7 +19,7 @@ namespace sqslam {
 struct FigureOptions {
   std::optional<double> width_mm;
   std::optional<double> height_mm;
-  // Width and height of the PNG; without dpi, the default width is divided into so many pixels.
+  // Width and height of the PNG; without dpi, the default width is divided into this many pixels.
   std::optional<std::array<int, 2>> pixels;
   std::optional<double> dpi;  // pixels per inch; default 300
   std::string title;          // above the figure; empty: none

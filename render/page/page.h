@@ -97,7 +97,7 @@ struct FigurePage {
                const std::optional<Eigen::Vector3d>& fill,
                const std::optional<FigureStroke>& stroke = std::nullopt);
   void Cross(const Eigen::Vector2d& center, double size, const FigureStroke& stroke);  // drawn as an x
-  // Bytes that are no UTF-8, as in names of files, are shown as U+FFFD.
+  // Invalid UTF-8, as in file names, is shown as U+FFFD.
   void Text(FigureText text);
   void Text(std::string text, const Eigen::Vector2d& anchor, double size, const Eigen::Vector3d& color,
             TextAlign align = TextAlign::kLeft, bool bold = false) {

@@ -10,7 +10,7 @@
 
 namespace sqslam {
 
-// True if both cameras see the same.
+// Returns true if both cameras see the same.
 bool SameView(const ViewCamera& a, const ViewCamera& b);
 
 // Draws the scene of pictures in programs with a window: a map as a texture of the OpenGL context that must

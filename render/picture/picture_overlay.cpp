@@ -22,7 +22,7 @@ double TextSize(const SceneStyle& style, double scale) {
 
 int Pixels(double value) { return static_cast<int>(std::lround(value)); }
 
-constexpr int kMaxLinesAway = 7;  // a text may be moved away by so many lines
+constexpr int kMaxLinesAway = 7;  // lines by which a text may be moved away
 
 constexpr double kCoverCost = 4.0;  // cost of fully covering another object, in ranks of the candidate list
 

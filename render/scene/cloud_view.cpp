@@ -61,7 +61,7 @@ void CloudView::LookFrom(const ViewCamera& camera, double height, double aspect,
     }
     const double nearest = std::max(line.norm() - part.radius, 1e-3 * part.radius);
     const double steps = 2.0 * std::log2(std::max(detail * nearest / (spacing_ * focal), 1.0));
-    constexpr int kCoarsest = CloudLayer::kRanks - 1;  // also where `steps` is no number
+    constexpr int kCoarsest = CloudLayer::kRanks - 1;  // also if `steps` is NaN
     const int level = steps < kCoarsest ? static_cast<int>(steps) : kCoarsest;
     ranges.push_back({part.first, part.counts[static_cast<std::size_t>(level)],
                       static_cast<float>(spacing_ * std::exp2(0.5 * level))});

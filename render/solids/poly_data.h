@@ -26,7 +26,7 @@ vtkSmartPointer<Array> TuplesOf(const std::vector<Vector>& vectors) {
   return array;
 }
 
-// Returns a mesh without normals, colours and the like.
+// Returns a mesh without normals, colours or other attributes.
 template <typename Index>
 vtkSmartPointer<vtkPolyData> PolyDataOf(const std::vector<Eigen::Vector3f>& vertices,
                                         const std::vector<std::array<Index, 3>>& triangles) {

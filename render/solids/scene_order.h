@@ -8,8 +8,8 @@
 
 namespace sqslam {
 
-// The drawing order of translucent superquadrics, such that nearer ones cover farther ones. Of two convex
-// solids separated by a plane, the one on the camera's side is drawn later; interpenetrating solids are
+// The drawing order of translucent superquadrics, in which nearer ones cover farther ones. If a plane
+// separates two convex solids, the one on the camera's side is drawn later; interpenetrating solids are
 // ordered by the plane in the middle of their overlap. The order does not depend on the numbering of the
 // solids. Thousands of solids are ordered by distance alone, as their pairs would take too much time and
 // memory.

@@ -119,7 +119,7 @@ Camera ReadCamera(const YAML::Node& node) {
   }
   ThrowIf<InputError>(
       camera.width < 16 || camera.height < 16 || camera.fx <= 0.0 || camera.fy <= 0.0 || camera.fps <= 0.0,
-      "'camera': expected width and height of 16 at least, and positive fx, fy and fps");
+      "'camera': expected width and height of at least 16, and positive fx, fy and fps");
   return camera;
 }
 
@@ -148,7 +148,7 @@ SceneDescription ReadNode(const YAML::Node& root) {
   scene.waypoints = ReadList(root["motion"], "waypoints", [](const YAML::Node& node) {
     return SceneWaypoint{ReadVector(node["position"], "position"), ReadVector(node["look_at"], "look_at")};
   });
-  ThrowIf<InputError>(scene.waypoints.size() < 2, "'motion: waypoints': expected two at least");
+  ThrowIf<InputError>(scene.waypoints.size() < 2, "'motion: waypoints': expected at least two");
   scene.tremor_position = ReadNumber(root["motion"], "tremor_position", scene.tremor_position);
   scene.tremor_angle = ReadNumber(root["motion"], "tremor_angle", 0.25) * kRadiansPerDegree;
   if (root["ambient"]) {

@@ -49,8 +49,8 @@ struct ExactBox {
   double visible_fraction = 0.0;  // visible pixels / pixels of the whole silhouette, also outside the image
 };
 
-// Computes boxes from SceneRenderer::RenderIds' picture, in the order of the scene's objects, without those
-// of which little is visible.
+// Computes boxes from SceneRenderer::RenderIds' picture, in the order of the scene's objects, leaving out
+// objects that are barely visible.
 std::vector<ExactBox> FindExactBoxes(const SceneDescription& scene, const Rigid3d& T_world_camera,
                                      const cv::Mat& ids, int supersampling);
 

@@ -217,7 +217,7 @@ SynthesisSummary WriteSyntheticSequence(const SceneDescription& scene, const fs:
   std::error_code error;
   fs::create_directories(folder.Path() / "rgb", error);
   if (error) {
-    throw InputError("{}: cannot be made: {}", target.string(), error.message());
+    throw InputError("{}: cannot be created: {}", target.string(), error.message());
   }
   SynthesisSummary summary;
   summary.frames = options.frames > 0 ? options.frames : scene.frames;

@@ -17,7 +17,7 @@ struct SynthesisOptions {
   std::uint64_t seed = 1;         // of tremor, image noise and detector noise
   double image_noise = 1.2;       // standard deviation of sensor noise, grey levels
   int jpeg_quality = 93;          // in [1, 100]
-  int supersampling = 2;          // pictures are drawn so many times larger, then averaged
+  int supersampling = 2;          // pictures are drawn this many times larger, then averaged
   RenderBackend backend = RenderBackend::kAuto;
 };
 

@@ -194,8 +194,8 @@ void GrowthPage::DrawTimeline(cv::Mat& page, const MapSnapshot& map) const {
 std::pair<int, int> RangeOf(const VideoOptions& options, int total, const std::filesystem::path& output) {
   const int last = options.end < 0 ? total : std::min(options.end, total);
   ThrowIf<UsageError>(options.first < 0 || options.first >= last,
-                      "frames {}:{}: nothing to write, expected a part of the {} frames there are",
-                      options.first, options.end < 0 ? std::string() : std::to_string(options.end), total);
+                      "frames {}:{}: nothing to write, expected a range within the {} frames", options.first,
+                      options.end < 0 ? std::string() : std::to_string(options.end), total);
   const int segment = IsFrameTemplate(output.string()) ? 1 : SegmentFrames(options.fps);
   const int frames = last - options.first;
   const auto [first, end] = ItemsOf(options.shard, options.first, last, segment);
@@ -353,7 +353,7 @@ int WriteOrbit(const MapSnapshot& map, const VideoOptions& options, const std::f
 int WriteGrowthVideo(const RecordingReader& recording, const VideoOptions& options,
                      const std::filesystem::path& output, const VideoProgress& progress) {
   ThrowIf<UsageError>(options.picture.transparent,
-                      "a video of growth has a background, expected no --no-background");
+                      "--no-background: does not apply to --growth, expected only one of them");
   const MapSnapshotPtr last = recording.Last();
   const std::vector<int> snapshots = SnapshotOfFrame(recording, options);
   const int total = static_cast<int>(snapshots.size());

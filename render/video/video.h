@@ -28,7 +28,7 @@ struct CameraKey {
 // A camera path of key frames, read from YAML:
 //
 //   easing: smooth      # at rest at both ends; linear: starts and ends in full motion (default: smooth)
-//   loop: false         # true: goes on from the last key to the first
+//   loop: false         # true: continues from the last key to the first
 //   duration: 8         # seconds, with loop until it is back at the first key; default: the last key's time
 //   keys:
 //     - {time: 0, view: front}                    # front, right, back, left, top, isometric, default
@@ -81,8 +81,8 @@ struct VideoOptions {
   double seconds = 10.0;
   int first = 0;  // frames to write: [first, end)
   int end = -1;   // -1: through the last frame
-  // Part of these frames to write; the caller names the file (PartName). Joined, the parts are the same file
-  // as a video that was drawn at once.
+  // Part of these frames to write; the caller names the file (PartName). The joined parts give the same file
+  // as a video drawn at once.
   Shard shard;
   bool show_image = true;  // growth: the input image with its boxes beside the map
 };

@@ -113,7 +113,7 @@ Rigid3d InputFrames::PoseOf(std::int64_t frame) const {
 cv::Mat InputFrames::ImageOf(std::int64_t frame) {
   cv::Mat image = images_.Read(files_, frame);
   ThrowIf<InputError>(image.empty(),
-                      "frame {}: its image is not there, expected the sequence that was mapped ({})", frame,
+                      "frame {}: its image cannot be read, expected the sequence that was mapped ({})", frame,
                       images_.WhyNot());
   return image;
 }

@@ -119,7 +119,7 @@ struct VideoEncoder::Impl {
         return;
       }
     }
-    throw InputError("{}: this FFmpeg encodes neither H.264 nor MPEG-4", name);
+    throw InputError("{}: this FFmpeg encodes neither H.264 nor MPEG-4, expected libx264 or mpeg4", name);
   }
 
   bool TryOpen(const AVCodec* found) {

@@ -114,7 +114,7 @@ std::vector<Part> SortedParts(const std::vector<std::string>& pieces) {
     ThrowIf<InputError>(part->shard.index < 1 || part->shard.index > part->shard.count,
                         "{}: there is no piece {} of {}", piece, part->shard.index, part->shard.count);
     if (!by_index.emplace(part->shard.index, *part).second) {
-      throw InputError("{}: given twice", piece);
+      throw InputError("{}: is given twice, expected each piece once", piece);
     }
   }
   const int count = by_index.begin()->second.shard.count;
@@ -210,7 +210,7 @@ std::vector<std::string> SortedPictures(const std::vector<std::string>& pieces) 
     const std::optional<std::int64_t> number = LastNumber(fs::path(file).filename().string());
     ThrowIf<InputError>(!number, "{}: no number in its name, expected numbered pictures", file);
     const auto [found, is_new] = by_number.emplace(*number, file);
-    ThrowIf<InputError>(!is_new, "{}: has the same number as {}", file, found->second);
+    ThrowIf<InputError>(!is_new, "{}: has the same number as {}; leave one out", file, found->second);
   }
   std::vector<std::string> sorted;
   std::int64_t next = by_number.begin()->first;
@@ -231,7 +231,7 @@ int JoinPictures(const std::vector<std::string>& pieces, const fs::path& output,
   int done = 0;
   for (const std::string& file : files) {
     const cv::Mat picture = ReadImage(file, cv::IMREAD_COLOR);
-    ThrowIf<InputError>(picture.empty(), "{}: cannot be read as a picture", file);
+    ThrowIf<InputError>(picture.empty(), "{}: cannot be read, expected a picture", file);
     if (!writer) {
       size = picture.size();
       writer.emplace(output, size, fps);

@@ -200,7 +200,7 @@ CloudFusion::Grid CloudFusion::Flattened() const {
       }
     }
   });
-  constexpr int kConfirmedViews = 5;  // depth maps that confirm a point: it is no stray
+  constexpr int kConfirmedViews = 5;  // depth maps that prove a point not to be a stray
   Grid flat;
   constexpr std::size_t kShardsAtOnce = 4;  // copies of all cells would take a lot of memory
   for (std::size_t first = 0; first < Grid::kShards; first += kShardsAtOnce) {

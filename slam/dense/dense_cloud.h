@@ -16,7 +16,7 @@ struct DensePoint {
   Eigen::Vector3f p_map = Eigen::Vector3f::Zero();
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // unit vector to the side from which it was seen
   std::array<std::uint8_t, 3> rgb{};
-  std::uint8_t views = 0;  // most depth maps that confirm it besides its own, or kFilledByPlane
+  std::uint8_t views = 0;  // maximum of other depth maps that confirm it, or kFilledByPlane
 };
 using DenseCloud = std::vector<DensePoint>;
 

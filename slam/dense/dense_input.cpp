@@ -96,7 +96,7 @@ void WarnOfKeyframesBeyond(const fs::path& result, const DenseInput& input) {
   const auto beyond = std::ranges::count_if(
       input.keyframes, [&](const PosedFrame& keyframe) { return !HasFrame(input.sequence, keyframe.index); });
   if (beyond > 0) {
-    spdlog::warn("{}: {} of {} keyframes get no new depth, they are beyond the {} images of {}",
+    spdlog::warn("{}: {} of {} keyframes get no new depth, since they lie beyond the {} images of {}",
                  result.string(), beyond, input.keyframes.size(), input.sequence.frames.size(),
                  input.sequence.path.string());
   }

@@ -60,7 +60,7 @@ struct KeyframePlan {
   std::vector<Eigen::Vector3d> in_view;  // a sample of the map points that it sees
   std::optional<DepthRange> range;       // empty: no depth
   std::vector<std::size_t> views, fine;  // positions in DenseInput::frames
-  std::string settings;                  // fingerprint of all that its depth depends on but the images
+  std::string settings;                  // fingerprint of what its depth depends on, except images
 };
 
 // Returns a fingerprint of the options for depth estimation, without those for later steps.

@@ -33,7 +33,7 @@ void CheckMotion(const DensifyRequest& request, const DenseInput& input,
   }
   throw NoMapError(
       "{}: no depth: none of the {} keyframes has two other frames that show the same place from at least {} "
-      "degrees aside, expected a camera that moves sideways",
+      "degrees to the side, expected a camera that moves sideways",
       request.result.string(), input.keyframes.size(), kMinViewAngle);
 }
 

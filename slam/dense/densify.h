@@ -16,8 +16,8 @@ struct DensifyRequest {
   std::filesystem::path images = {};  // the mapped sequence, if it has moved; empty: where the run says
   DenseOptions options;
   int threads = 0;       // 0: all hardware threads
-  bool estimate = true;  // false: makes the cloud from existing depth maps, of a run that was stopped
-  std::vector<std::filesystem::path> pieces = {};  // of EstimatePiece(): their depth maps are taken over
+  bool estimate = true;  // false: uses only existing depth maps, such as those of a stopped run
+  std::vector<std::filesystem::path> pieces = {};  // of EstimatePiece(), whose depth maps are copied
 };
 
 struct DensifySummary {
@@ -28,7 +28,7 @@ struct DensifySummary {
   int without = 0;    // keyframes without depth: too few map points, views or images
   std::size_t points = 0;
   double complete = 0.0;  // share of the pixels of all keyframes with a measured depth
-  double filled = 0.0;    // share with a depth by a plane
+  double filled = 0.0;    // share with a depth from a plane
   bool interrupted = false;
 
   std::string Text() const;  // one line
@@ -43,13 +43,13 @@ struct DensifySummary {
 // a camera that did not move sideways, too few keyframes.
 DensifySummary Densify(const DensifyRequest& request, const DensifyProgress& progress);
 
-// Estimates the depth maps of one shard of the keyframes, those that the result lacks, and writes them to a
+// Estimates the depth maps that the result lacks for one shard of the keyframes, and writes them to a
 // new recording `piece`; the result is only read. Returns false if `progress` stopped it. Throws as
 // Densify().
 bool EstimatePiece(const DensifyRequest& request, const Shard& shard, const std::filesystem::path& piece,
                    const DensifyProgress& progress);
 
-// Returns a fingerprint of all that the estimated depth maps depend on but the images. Throws as Densify().
+// Returns a fingerprint of all inputs of the depth maps except the images. Throws as Densify().
 std::string DepthFingerprint(const DensifyRequest& request);
 
 }  // namespace sqslam

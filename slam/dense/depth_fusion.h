@@ -27,7 +27,7 @@ using DensifyProgress = std::function<bool(int done, int total, const std::strin
 struct FusedDepth {
   DenseCloud cloud;
   std::size_t measured = 0;  // pixels of all keyframes with a confirmed depth
-  std::size_t filled = 0;    // pixels with a depth by a plane
+  std::size_t filled = 0;    // pixels with a depth from a plane
 };
 
 // Filters each estimated depth map of the recording by its neighbours and writes the result back, fills plain

@@ -22,9 +22,9 @@ struct LiveEstimate {
 };
 
 // Returns the scale from the estimate's depths to those of the finished map, if its relative poses still
-// hold: no point at the middle depth has moved by more than half a pixel in any view, nor by the rolling
-// shutter correction, which is only known at the end of a run. Returns nothing otherwise, or if a frame is
-// gone.
+// hold: neither optimisation nor the rolling shutter correction, which is only known at the end of a run,
+// moved a point at the middle depth by over half a pixel in any view. Returns nothing otherwise, or if a
+// frame no longer exists.
 std::optional<double> ScaleIfValid(const LiveEstimate& estimate, const DenseInput& input,
                                    std::size_t keyframe, const DepthRange& range);
 

@@ -22,13 +22,13 @@ struct DetectionOptions {
   // Name of a file in configs/detectors, or a YAML file; auto: the boxes of the sequence, or if it has none,
   // the first network with existing weights; none.
   std::string network = "auto";
-  // Interval of frames that the network sees. 0: every third of a recording, which waits for the network; of
-  // a live camera the newest whenever the network is free.
+  // Interval of frames that the network sees. 0: every third of a recording, which waits for the network; for
+  // a live camera, the newest frame whenever the network is free.
   int interval = 0;
 
   void VisitFields(auto&& visit) {
     visit("network", network);
-    visit("interval", interval, 0, 90);  // beyond, nothing is carried
+    visit("interval", interval, 0, 90);  // above this, boxes are not carried
   }
 };
 

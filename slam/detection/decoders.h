@@ -31,8 +31,8 @@ std::vector<ScoredBox> DecodeCenterNet(const cv::Mat& heatmap, const cv::Mat& si
 // YOLOv8 and compatible networks: `output` 1 x (4 + classes) x N with centre, size and class scores.
 std::vector<ScoredBox> DecodeYoloV8(const cv::Mat& output, int classes, double threshold);
 
-// Non-maximum suppression within each class: of two boxes that overlap by more than `iou`, the weaker is
-// dropped. Strongest first; equal scores keep their order.
+// Non-maximum suppression within each class: drops the weaker of two boxes that overlap by more than
+// `iou`. Returns the strongest box first; equal scores keep their order.
 std::vector<ScoredBox> SuppressNonMaxima(std::vector<ScoredBox> boxes, double iou);
 
 // Resizes an image to fit into a network's input, keeping its aspect ratio, in the top-left corner; the rest

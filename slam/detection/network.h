@@ -9,7 +9,7 @@
 
 namespace sqslam {
 
-// An engine cannot read or run a network. The message names file, reason and expectation.
+// Thrown if an engine cannot read or run a network. The message names file, reason and expectation.
 struct NetworkError : InputError {
   using InputError::InputError;
 };

@@ -65,7 +65,7 @@ class OnnxRuntimeNetwork final : public Network {
   cv::Mat Blob(const Ort::Value& value) const {
     if (!value.IsTensor() ||
         value.GetTensorTypeAndShapeInfo().GetElementType() != ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT) {
-      throw NetworkError("{}: an output is no tensor of 32-bit floats, as the decoders expect", file_);
+      throw NetworkError("{}: an output is not a tensor of 32-bit floats, as the decoders expect", file_);
     }
     const auto sizes = ToVector(value.GetTensorTypeAndShapeInfo().GetShape(),
                                 [](std::int64_t size) { return static_cast<int>(size); });

@@ -208,7 +208,7 @@ struct LearntCamera {
 
 // Runs a bundle adjustment over the whole map with a free focal length. If the result is trusted, the map is
 // changed to the refined camera, whose radial coefficient may differ from the one that keypoints were
-// undistorted with: a map that is to be kept should learn the focal length alone.
+// undistorted with: maps that will be saved should learn the focal length alone.
 LearntCamera LearnCamera(Map& map, const Camera& camera, const CameraLearningOptions& options);
 
 }  // namespace sqslam

@@ -21,7 +21,7 @@ inline constexpr int kBlockLogHalf = 3;
 inline constexpr int kBlockTurn = 6;
 inline constexpr int kBlockExponents = 7;
 
-// The rotation is zero.
+// Returns the block of a superquadric, with a rotation of zero.
 SuperquadricBlock ToBlock(const PosedSuperquadric& superquadric);
 
 // `R_map_start`: the rotation of the superquadric that the block was made of.

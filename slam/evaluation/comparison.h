@@ -15,7 +15,7 @@ struct NamedEvaluation {
   Evaluation evaluation;
 };
 
-// Returns the last folder name of each path; if two are equal, the paths themselves.
+// Returns the last folder name of each path, or the paths themselves if two names are equal.
 std::vector<std::string> ShortNames(const std::vector<std::filesystem::path>& paths);
 
 // Compares results of one sequence, a column for each: summary (trajectory, counts, means), then per object

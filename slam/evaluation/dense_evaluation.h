@@ -17,7 +17,7 @@ struct CloudDistances {
   int points = 0;
   double median = 0.0;
   double p90 = 0.0;
-  std::array<double, kCloseDistances.size()> within{};  // shares of points that are so close
+  std::array<double, kCloseDistances.size()> within{};  // shares of points within these distances
 };
 
 // Returns the distances of `points` to the nearest of `others`; neither may be empty.
@@ -35,10 +35,10 @@ struct DenseEvaluation {
 DenseEvaluation EvaluateDense(const std::filesystem::path& result, const std::filesystem::path& sequence,
                               const EvaluationOptions& options = {});
 
-// Lines for the terminal.
+// Returns lines for the terminal.
 std::string FormatDense(const DenseEvaluation& evaluation);
 
-// dense_eval.json.
+// Writes dense_eval.json.
 void WriteDenseEvaluation(const std::filesystem::path& path, const DenseEvaluation& evaluation);
 
 }  // namespace sqslam

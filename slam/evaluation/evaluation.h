@@ -16,7 +16,7 @@ namespace sqslam {
 struct EvaluationOptions {
   double max_time_difference = 0.02;            // seconds between an estimated pose and its ground truth
   Alignment alignment = Alignment::kPositions;  // of the map with the true poses, for its objects
-  double min_iou = kMinMatchIou;                // 3D IoU that alone makes a match
+  double min_iou = kMinMatchIou;                // 3D IoU that suffices for a match
 
   void VisitFields(auto&& visit) {
     visit("max_time_difference", max_time_difference, 0.0, 10.0);
@@ -91,7 +91,7 @@ struct Evaluation {
   const SnapshotObject& Mapped(int index) const { return mapped[static_cast<std::size_t>(index)]; }
 };
 
-// "4 teapot".
+// Returns for example "4 teapot".
 std::string NumberedName(const GroundTruthObject& object);
 std::string NumberedName(const SnapshotObject& object);
 
@@ -108,10 +108,10 @@ Evaluation Evaluate(const Trajectory& estimated, const std::vector<SnapshotObjec
 Evaluation EvaluateResult(const std::filesystem::path& result, const std::filesystem::path& sequence,
                           const EvaluationOptions& options = {});
 
-// Tables for the terminal.
+// Returns tables for the terminal.
 std::string FormatEvaluation(const Evaluation& evaluation);
 
-// eval.json as text; angles in radians, lengths in the ground truth's unit.
+// Returns eval.json as text; angles in radians, lengths in the ground truth's unit.
 std::string EvaluationJson(const Evaluation& evaluation);
 void WriteEvaluation(const std::filesystem::path& path, const Evaluation& evaluation);
 

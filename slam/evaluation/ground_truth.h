@@ -40,7 +40,7 @@ struct GroundTruth {
 GroundTruth ReadGroundTruth(const std::filesystem::path& sequence);
 
 // Reads objects_gt.json: a list, or an object whose key `objects` holds it; T_world_object as 16 numbers or
-// four rows, or if it is missing center and yaw. The solid is the primitive's; a `shape` that differs from
+// four rows, or, without it, center and yaw. The solid is the primitive's; a `shape` that differs from
 // that of the primitive's name (cuboid 0.1, 0.1; cylinder 0.1, 1; ellipsoid 1, 1) makes it a superquadric of
 // this shape, because the shape is more specific than the name.
 std::vector<GroundTruthObject> ReadGroundTruthObjects(const std::filesystem::path& path);

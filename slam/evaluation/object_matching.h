@@ -47,14 +47,14 @@ struct ObjectMatching {
   std::vector<int> extra;   // mapped objects that are neither matched nor duplicates
 };
 
-// Assigns mapped to true objects one to one. Two may match if one of these holds, because overlap alone would
-// reject a magazine 4 mm thick that is mapped 4 mm too high, position alone a big object that is seen from
-// one side, and both the back of a chair whose seat is hidden by a table:
+// Assigns mapped to true objects one to one. Two may match by one of three criteria. Overlap alone rejects
+// a 4 mm thick magazine that is mapped 4 mm too high; position alone, a big object that is seen from one
+// side; and both, the back of a chair whose seat is hidden by a table. The criteria:
 //  - their 3D IoU is at least min_iou; or
 //  - their centres are within a quarter of the true space diagonal, and their space diagonals within a factor
 //    of 3 of each other (a blob the size of the table does not match a cup on it); or
-//  - their labels agree, three quarters of the mapped volume lie within the truth, and such are the
-//  diagonals.
+//  - their labels agree, three quarters of the mapped volume lie within the truth, and their
+//    diagonals are within the same factor.
 // The assignment has the largest sum of 3D IoU plus nearness (1 at the same centre, 0 at the largest
 // distance) plus 0.5 for the same label: a table that reaches over the chair behind it is not the chair.
 // Labels need not agree: detectors call a plastic box "cell phone".

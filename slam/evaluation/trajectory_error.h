@@ -29,12 +29,12 @@ struct TrajectoryError {
 };
 
 // Pairs each estimated pose with the ground-truth pose nearest in time, at most max_time_difference seconds
-// away, each ground-truth pose once. Both in order of time. (indices into estimated and truth)
+// away, each ground-truth pose once. Both must be ordered by time. Returns indices into both.
 std::vector<std::pair<std::size_t, std::size_t>> AssociateByTime(const Trajectory& estimated,
                                                                  const Trajectory& truth,
                                                                  double max_time_difference);
 
-// Empty if fewer than three poses pair up or if they lie on one line or point.
+// Returns nothing if fewer than three poses pair up, or if they lie on one line or point.
 std::optional<TrajectoryError> ComputeTrajectoryError(const Trajectory& estimated, const Trajectory& truth,
                                                       double max_time_difference,
                                                       Alignment alignment = Alignment::kPositions);

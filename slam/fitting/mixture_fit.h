@@ -27,9 +27,9 @@ struct MixtureFitOptions {
   int max_iterations = 30;
   double parameter_tolerance = 1e-4;
   bool upright = false;  // rotates about the z axis of the frame only
-  // Number of points on the surface: each adds log(area) to the cost. Of two surfaces through the same points
-  // the smaller one is more likely, as less of it has no points; without this term unobserved edges would be
-  // unconstrained. 0: no such term.
+  // Number of points on the surface: each adds log(area) to the cost. Prefers the smaller of two surfaces
+  // through the same points, since less of it lacks points; without this term unobserved edges would be
+  // unconstrained. 0: no area term.
   double area_weight = 0.0;
 };
 

@@ -8,7 +8,7 @@ namespace sqslam {
 
 inline constexpr double kDegreesPerRadian = 180.0 / std::numbers::pi;
 inline constexpr double kRadiansPerDegree = std::numbers::pi / 180.0;
-inline constexpr double kGoldenAngle = 2.399963229728653;  // radians; so many turns spread points evenly
+inline constexpr double kGoldenAngle = 2.399963229728653;  // radians; steps of this angle spread evenly
 
 // Wraps an angle modulo 90 degrees to [-pi/4, pi/4): a quarter turn with a_x and a_y swapped does not change
 // a superquadric.

@@ -22,7 +22,7 @@ struct Camera {
   double fy = 0.0;
   double cx = 0.0;
   double cy = 0.0;
-  std::array<double, 5> distortion{};  // k1 k2 p1 p2 k3; of a fisheye lens k1 k2 k3 k4 0
+  std::array<double, 5> distortion{};  // k1 k2 p1 p2 k3; for a fisheye lens k1 k2 k3 k4 0
   double fps = 30.0;
   double readout_ms = 0.0;  // from the first to the last row (negative: last row first); 0: unknown
   LensModel lens = LensModel::kRadialTangential;

@@ -45,7 +45,7 @@ struct Superquadric {
   RadialDistanceGradient RadialDistanceWithGradient(const Eigen::Vector3d& p_object) const;
 
   // Surface point that is farthest along n (object frame, any length but 0), and n . p there: gradient and
-  // value of the support function. Exponents of 0 are allowed; of an edge or face the midpoint is returned.
+  // value of the support function. Exponents may be 0; returns the midpoint of an edge or face.
   Eigen::Vector3d SupportPoint(const Eigen::Vector3d& n_object) const;
   double SupportExtent(const Eigen::Vector3d& n_object) const;
 

@@ -23,7 +23,7 @@ struct InspectionOptions {
   double min_shared = 0.12;   // a smaller share of its keypoints is found in the next frame
   double min_kept = 0.02;     // a smaller share of its keypoints is found in the next sample
   double min_flow = 0.002;    // keypoints move by fewer image widths per second: the camera stands still
-  double max_turning = 0.04;  // a smaller share of the motion is no pure rotation: the camera only turns
+  double max_turning = 0.04;  // less of the motion differs from pure rotation: the camera only turns
   double max_turn = 0.7;      // image widths; a longer turn leaves no mapped point in the image
   double min_trouble = 1.0;   // seconds; shorter trouble is not reported
 

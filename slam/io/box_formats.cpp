@@ -61,7 +61,7 @@ std::vector<std::string> ReadNames(const fs::path& path, const Names& otherwise)
   return names.empty() ? std::vector<std::string>(otherwise.begin(), otherwise.end()) : names;
 }
 
-// Returns the image's name without folder and extension; a timestamp's fraction is no extension.
+// Returns the image's name without folder and extension; a timestamp's fraction does not count as one.
 std::string ImageStem(const std::string& name) {
   const fs::path file(name);
   const std::string ending = file.extension().string();
@@ -117,7 +117,7 @@ struct BoxTable {
     }
     return static_cast<std::int64_t>(number) - first;
   }
-  // True if the place of a box is given by its centre.
+  // True if the file gives the centres of boxes.
   bool ByCenter() const { return !Has("x") || !Has("y"); }
 
   // `frame`: of all boxes in the file, if no column tells it.
@@ -200,11 +200,10 @@ std::vector<FileBox> ReadBoxes(const fs::path& path, std::string_view text) {
     }
     boxes.push_back(table.Read(line));
   }
-  ThrowIf<InputError>(
-      ArePartsOfImage(boxes),
-      "{}: all boxes are smaller than a pixel, as if they were parts of the image; expected x y "
-      "w h in pixels from the top-left corner",
-      path.string());
+  ThrowIf<InputError>(ArePartsOfImage(boxes),
+                      "{}: all boxes are smaller than a pixel, as if in fractions of the image; expected x y "
+                      "w h in pixels from the top-left corner",
+                      path.string());
   return boxes;
 }
 

@@ -17,7 +17,7 @@ namespace sqslam {
 enum class BoxFormat {
   kBoxes,   // lines `timestamp label score x y w h [object_id [visible_fraction]]`
   kFolder,  // one text file a frame, lines `class x y w h score` in pixels from the top-left corner, or
-            // `class cx cy w h [score]` in parts of the image (Ultralytics, darknet)
+            // `class cx cy w h [score]` in fractions of the image (Ultralytics, darknet)
   kCoco,    // JSON: a data set with images, annotations and categories, or a list of results
   kMot,     // lines `frame,id,x,y,w,h,score[,class,...]`, frames and pixels from 1 (MOTChallenge)
   kCsv,     // a table with a header line
@@ -55,7 +55,7 @@ struct ImageBoxes {
   std::vector<Detection> detections;
 };
 
-// Writes kFolder (in parts of the image, with classes.txt), kCoco or kMot (with labels.txt beside it), which
+// Writes kFolder (in image fractions, with classes.txt), kCoco or kMot (with labels.txt beside it), which
 // ReadBoxFile can read. Throws InputError if they cannot be written, UsageError for other formats.
 void WriteBoxFile(const std::filesystem::path& path, BoxFormat format, const cv::Size& image, bool video,
                   const std::vector<ImageBoxes>& frames);

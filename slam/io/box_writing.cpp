@@ -108,7 +108,7 @@ void WriteBoxFile(const fs::path& path, BoxFormat format, const cv::Size& image,
       WriteFileAtomically(path.parent_path() / "labels.txt", fmt::format("{}\n", fmt::join(names, "\n")));
       return;
     default:
-      throw UsageError("boxes are written as boxes, yolo, coco or mot");
+      throw UsageError("box format: cannot be written, expected boxes, yolo, coco or mot");
   }
 }
 

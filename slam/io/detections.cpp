@@ -214,9 +214,9 @@ std::vector<std::vector<Detection>> ReadDetections(const fs::path& path, const C
   for (const auto& [label, places] : checked.report.unknown_labels) {
     WarnOfBoxes(places, fmt::format("label '{}' is unknown, kept as it is", label));
   }
-  WarnOfBoxes(checked.report.no_frame, "box of a missing frame, ignored");
+  WarnOfBoxes(checked.report.no_frame, "box of a frame that does not exist, ignored");
   WarnOfBoxes(checked.report.outside, "box outside the image, ignored");
-  WarnOfBoxes(checked.report.clipped, "box reaches more than two pixels out of the image, clipped");
+  WarnOfBoxes(checked.report.clipped, "box extends more than two pixels beyond the image, clipped");
   return std::move(checked.frames);
 }
 
@@ -227,7 +227,7 @@ DetectionWriter::DetectionWriter(fs::path path, std::string settings, const Eige
       settings_(std::move(settings)),
       file_pixels_(file_pixels) {
   ThrowIf<InputError>(!lock_,
-                      "{}: another program is writing this file, expected an output of its own for each",
+                      "{}: another program is writing this file, expected a separate output for each program",
                       part_.string());
   std::string before = FileHeader(settings_);
   for (const std::string& line : CompleteFrames(part_, before)) {
@@ -288,7 +288,7 @@ void DetectionWriter::Finish() {
   in.close();
   ThrowIf<InputError>(
       bytes != bytes_,
-      "{}: holds {} bytes, expected the {} written by this program: another one changed the file",
+      "{}: holds {} bytes, expected the {} written by this program: another program changed it",
       part_.string(), bytes, bytes_);
   WriteFileAtomically(path_, text);
   std::error_code error;

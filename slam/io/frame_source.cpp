@@ -77,7 +77,7 @@ FrameRange ParseFrameRange(const std::string& frames, std::optional<std::int64_t
   if (colon + 1 < frames.size()) {
     const std::int64_t end = number(frames.substr(colon + 1), 1);
     ThrowIf<UsageError>(end <= range.start,
-                        "--frames {}: contains no frame from {} on, since the end B is excluded", frames,
+                        "--frames {}: contains no frame, expected B above {} (B is excluded)", frames,
                         range.start);
     range.count = (end - range.start + stride - 1) / stride;
   }

@@ -13,8 +13,8 @@
 
 namespace sqslam {
 
-// Throws InputError if an image of the recording has another number in the sequence than when it was mapped:
-// each frame would get the image of another. Renamed (for example converted) and missing files are not
+// Throws InputError if an image of the recording has a different number in the sequence than when mapped:
+// frames would get the wrong images. Renamed (for example converted) and missing files are not
 // checked.
 void CheckNumbering(const RecordingReader& recording, const Sequence& sequence);
 

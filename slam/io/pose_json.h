@@ -11,7 +11,7 @@
 namespace sqslam {
 
 // Returns the pose under `key` of a JSON document, a 4x4 matrix: four rows, or 16 numbers row by row. Throws
-// InputError if it is no pose.
+// InputError if it is not a pose.
 template <typename Json>
 Rigid3d PoseFromJson(const Json& json, const std::string& key) {
   std::vector<double> v;
@@ -31,7 +31,7 @@ Rigid3d PoseFromJson(const Json& json, const std::string& key) {
   return {Eigen::Quaterniond(rotation).normalized(), {v[3], v[7], v[11]}};
 }
 
-// Returns the rows of a matrix, as a JSON document writes them.
+// Returns the rows of a matrix, as JSON files store them.
 inline std::array<std::array<double, 4>, 4> RowsOf(const Eigen::Matrix4d& matrix) {
   std::array<std::array<double, 4>, 4> rows;
   Eigen::Matrix<double, 4, 4, Eigen::RowMajor>::Map(rows.front().data()) = matrix;

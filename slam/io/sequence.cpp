@@ -50,8 +50,8 @@ Camera CameraOf(const SequenceRequest& request, SequenceFormat format) {
   const std::string preset = PresetOf(format, request.path);
   if (preset.empty()) {
     throw InputError(
-        "{}: does not exist, expected the camera's calibration there, by --camera FILE.yaml (sqslam "
-        "calibrate makes one), --camera PRESET ({}), or --camera auto to have it guessed and refined",
+        "{}: does not exist, expected the camera's calibration there, or --camera FILE.yaml (sqslam "
+        "calibrate makes one), --camera PRESET ({}), or --camera auto, which guesses and refines it",
         beside.string(), fmt::join(CameraPresetNames(), ", "));
   }
   spdlog::info("{}: {} layout without camera.yaml, taken with --camera {}", request.path.string(),

@@ -19,7 +19,7 @@ struct TimedPose {
 using Trajectory = std::vector<TimedPose>;
 
 // TUM format: "timestamp tx ty tz qx qy qz qw". Reading throws InputError that names file and line.
-// `metres_per_unit`: of a trajectory in metres, for its comment (UnitComment).
+// `metres_per_unit`: for the comment of a trajectory in metres (UnitComment).
 Trajectory ReadTrajectory(const std::filesystem::path& path);
 void WriteTrajectory(const std::filesystem::path& path, const Trajectory& trajectory,
                      double metres_per_unit = 1.0);

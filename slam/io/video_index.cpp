@@ -102,9 +102,10 @@ VideoStream OpenVideoStream(const std::filesystem::path& path, const char* messa
 
 VideoIndex IndexVideo(const std::filesystem::path& path) {
   av_log_set_level(AV_LOG_QUIET);  // errors are thrown
-  const VideoStream opened = OpenVideoStream(path,
-                                             "{}: cannot be read as a video (damaged, cut off, or none): {}; "
-                                             "expected a video file or a sequence folder");
+  const VideoStream opened =
+      OpenVideoStream(path,
+                      "{}: cannot be read as a video (damaged, cut off, or not a video): {}; "
+                      "expected a video file or a sequence folder");
   const AVStream& stream = *opened.stream;
   VideoIndex index;
   index.width = stream.codecpar->width;
@@ -117,7 +118,7 @@ VideoIndex IndexVideo(const std::filesystem::path& path) {
   index.timestamps = Timestamps(packets, av_q2d(stream.time_base), index.fps);
   const std::size_t count = index.timestamps.size();
   ThrowIf<InputError>(count == 0 || index.width <= 0 || index.height <= 0,
-                      "{}: cannot be read as a video (damaged, cut off, or none): it holds no frame; "
+                      "{}: cannot be read as a video (damaged, cut off, or not a video): no frame; "
                       "expected a video file or a sequence folder",
                       path.string());
   if (count > 1) {

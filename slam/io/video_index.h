@@ -21,7 +21,7 @@ struct VideoStream {
 // "12:30.mp4" for a protocol.
 std::string FfmpegName(const std::filesystem::path& path);
 
-// Throws InputError if there is none. `message`: its format, for the file and FFmpeg's reason.
+// Throws InputError if there is none. `message`: format of the error, with the file and FFmpeg's reason.
 VideoStream OpenVideoStream(const std::filesystem::path& path, const char* message);
 
 std::string FfmpegReason(int error);  // in words

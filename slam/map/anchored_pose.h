@@ -10,7 +10,7 @@
 namespace sqslam {
 
 // Pose of a camera in a map whose unit of length differs between keyframes: closing a loop or merging maps
-// rescales keyframes one by one. `scale` is the present length of one unit of the time when the keyframe was
+// rescales keyframes one by one. `scale` is the length today of what was one unit when the keyframe was
 // made.
 struct ScaledPose {
   Rigid3d T_camera_map;

@@ -37,8 +37,8 @@ struct PointAppearance {
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // mean viewing direction towards it, unit length
   double min_distance = 0.0;                         // camera distances at which it can be matched, map units
   double max_distance = 0.0;
-  double level_zero_distance = 0.0;  // at which level 0 shows it as it was first observed
-  Descriptor descriptor{};           // of its observations, the one nearest to all others
+  double level_zero_distance = 0.0;  // at which level 0 shows it as first observed
+  Descriptor descriptor{};           // of the observation nearest to all others
 };
 
 // Predicted view of a map point.
@@ -65,7 +65,7 @@ struct MapPoint : PointAppearance {
   double FoundRatio() const { return static_cast<double>(found) / visible; }
   bool IsSeenBy(KeyframeId keyframe) const;
 
-  // Without appearance and colour, which follow from the observations.
+  // Leaves out appearance and colour, which follow from the observations.
   static void VisitState(auto& self, auto&& visit) {
     visit(self.id, self.p_map, self.observations, self.first_keyframe, self.visible, self.found);
   }
@@ -98,7 +98,7 @@ struct Keyframe {
   // Returns the `count` most covisible keyframes, best first.
   std::vector<KeyframeId> BestCovisible(int count) const;
 
-  // Without features and anything that follows from them or from the observations.
+  // Leaves out features and everything that follows from them or from the observations.
   static void VisitState(auto& self, auto&& visit) {
     visit(self.id, self.frame_index, self.timestamp, self.T_camera_map, self.scale, self.covisibility,
           self.parent);

@@ -138,7 +138,7 @@ void ReadMap(ByteReader& reader, const Camera& camera, Map& map) {
   Map::VisitState(map, reader);
   CheckKeyframes(reader, map);
   if (!map.Points().IsSound()) {
-    reader.Refuse("has a map point table with ids that lead to no point");
+    reader.Refuse("has a map point table with an id that refers to no point");
   }
   for (const auto& [id, const_keyframe] : map.Keyframes()) {
     Keyframe& keyframe = map.At(id);

@@ -68,7 +68,7 @@ class PointTable {
   Value& At(PointId id) { return values_[entries_[id]]; }
   const Value& At(PointId id) const { return values_[entries_[id]]; }
 
-  // Follows replacements; kNoPoint if the value is gone. Ends in a circle, too, which a file may hold.
+  // Follows replacements; kNoPoint if the value is gone. Also ends in a cycle, which a file may hold.
   PointId Resolve(PointId id) const {
     for (PointId step = 0; step < IdBound() && id >= 0 && id < IdBound() && !IsAlive(id); ++step) {
       id = entries_[id] == kGone ? kNoPoint : kFirstReplaced - entries_[id];

@@ -37,7 +37,7 @@ class BackgroundAdjustment {
   // Returns the solution once, when it is finished. Rethrows the solver's exception.
   std::optional<Job> TakeFinished();
 
-  // Cancels the running adjustment and discards its result, an error too.
+  // Cancels the running adjustment and discards its result or error.
   void Stop();
 
  private:

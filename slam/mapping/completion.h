@@ -38,7 +38,7 @@ class CompletionAttempts {
  public:
   enum class Kind { kTie, kLocate, kTwoViews };
 
-  // Once `stop`, called before each attempt, returns true, no further attempts are made. Empty: never.
+  // `stop` is called before each attempt; once it returns true, no more are made. Empty: never stops.
   explicit CompletionAttempts(std::function<bool()> stop = {}) : stop_(std::move(stop)) {}
 
   // Returns the result of locate(), an optional; empty if it fails now or has failed before. `leftover`: the

@@ -44,7 +44,7 @@ int FindKeypoint(const ScaleLevels& levels, const Camera& camera, const Rigid3d&
 std::set<PointId> PointsOf(const Map& map, KeyframeId keyframe);
 
 // Searches for the points in a keyframe of the same map. A match is fused with the point that its keypoint
-// has (the one with fewer observations goes), or becomes an observation. Returns the number of matches.
+// has (the one with fewer observations is removed), or becomes an observation. Returns the number of matches.
 int FuseInto(Map& map, const Camera& camera, const std::set<PointId>& points, KeyframeId keyframe,
              const ProjectionSearch& search);
 
@@ -58,8 +58,8 @@ int FuseWithNeighbours(Map& map, const Camera& camera, KeyframeId keyframe,
 std::vector<PointId> CreateNewPoints(Map& map, const Camera& camera, KeyframeId keyframe,
                                      const NewPointOptions& options = {});
 
-// Creates new points and fuses them and the keyframe's other ones with its neighbours'. Returns the new ones.
-// Most of them are already fused; the records of these fusions are dropped.
+// Creates new points, then fuses the keyframe's old and new points with its neighbours'. Returns the new
+// points, some of which may already be fused into others.
 std::vector<PointId> AddNewPoints(Map& map, const Camera& camera, KeyframeId keyframe);
 
 // Removes young points that tracking rarely finds or that too few keyframes observe (VI-B). Erases from

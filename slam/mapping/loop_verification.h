@@ -23,9 +23,9 @@ struct LoopCandidate {
 
 // Checks by geometry that two keyframes show the same place (ORB-SLAM, Mur-Artal et al. 2015, VII B, and
 // ORB-SLAM3, Campos et al. 2021, VI A): estimates the similarity from matched descriptors, refines it with
-// the points that each keyframe finds where the other predicts them. Then the current keyframe must find
-// points of the known side, and enough neighbours of either keyframe points of the other side: a sufficient
-// share of the points in view, since one object may stand in two places. Empty if one of these fails.
+// the points that each keyframe finds where the other predicts them. Then the current keyframe must match
+// a minimum share of the known side's points in view, and enough neighbours of either keyframe as large a
+// share of the other side's, since one object may stand in two places. Empty if one of these checks fails.
 std::optional<LoopCandidate> VerifyLoop(const Camera& camera, const LoopOptions& options, const Map& map,
                                         const Keyframe& current, const Map& known_map, const Keyframe& known);
 

@@ -32,7 +32,7 @@ class Mapper {
     std::function<void(AtlasViewPtr)> publish_atlas;
     std::function<void(MapSnapshotPtr)> publish_snapshot;
     std::function<bool()> keyframe_waiting;  // a waiting keyframe interrupts the bundle adjustment
-    // Save() of the growing map, so that it survives if the run is killed. Empty: never called.
+    // Receives Save() of the growing map, so that it survives a killed run. Empty: never called.
     std::function<void(std::string)> keep = {};
   };
 

@@ -38,7 +38,7 @@ Submap::Submap(ByteReader& reader, std::unique_ptr<sqslam::Map> map, const Camer
   std::erase_if(young_points_, [this](PointId point) { return !map_->IsAlive(point); });
   for (const auto& [index, record] : frames_) {
     if (!map_->Knows(record.pose.reference) || !(record.pose.scale > 0.0)) {
-      reader.Refuse(fmt::format("has a frame, {}, without a keyframe of positive scale", index));
+      reader.Refuse(fmt::format("has a frame {} whose keyframe is missing or has no positive scale", index));
     }
   }
   if (frames_.empty() || frames_.begin()->first < 0 || map_->Keyframes().empty()) {

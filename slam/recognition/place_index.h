@@ -42,7 +42,7 @@ class PlaceIndex {
   std::size_t Size() const { return places_.size(); }
   std::size_t NumWords() const { return postings_.size(); }  // of its keyframes
 
-  // Returns places that may be that of the query, the likeliest first (DBoW2; ORB-SLAM, Mur-Artal et al.
+  // Returns candidate places of the query, the likeliest first (DBoW2; ORB-SLAM, Mur-Artal et al.
   // 2015, III-D and VI-A): among keyframes that share at least `min_shared_words` of the most shared words,
   // sums the scores of each one and its covisible keyframes, keeps groups near the best, and returns the best
   // keyframe of each. Ties are broken by id, for repeatable results.

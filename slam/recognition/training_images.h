@@ -24,7 +24,7 @@ TrainingSource ListTrainingImages(const std::filesystem::path& path);
 void ForEachTrainingImage(const TrainingSource& source, int stride,
                           const std::function<void(const cv::Mat&)>& visit);
 
-// Returns true if a photograph is large enough for views that differ.
+// Returns true if a photograph is large enough for several different views.
 bool IsLargePhotograph(const cv::Mat& image);
 
 // Returns a photograph as a hand-held camera of 640x480 pixels might see it: part of it, nearer or farther,

@@ -65,7 +65,7 @@ void Take(std::string_view& bytes, auto* values, std::size_t count) {
 Header CheckedHeader(const std::filesystem::path& path, std::string_view bytes) {
   Header header;
   if (bytes.size() < sizeof(header) || !bytes.starts_with(kMagic)) {
-    Refuse(path, "is no vocabulary");
+    Refuse(path, "is not a vocabulary");
   }
   std::memcpy(&header, bytes.data(), sizeof(header));
   ThrowIf<InputError>(header.version != kVersion, "{}: a vocabulary of version {}, expected version {}",
@@ -74,7 +74,7 @@ Header CheckedHeader(const std::filesystem::path& path, std::string_view bytes) 
                              (header.nodes > 0 ? sizeof(DescriptorBits) : 0) +
                              std::uint64_t{header.words} * sizeof(float) + sizeof(std::uint32_t);
   if (bytes.size() != size) {
-    Refuse(path, fmt::format("has {} bytes where its header promises {}", bytes.size(), size));
+    Refuse(path, fmt::format("has {} bytes, but its header says {}", bytes.size(), size));
   }
   std::uint32_t checksum = 0;
   std::memcpy(&checksum, bytes.data() + bytes.size() - sizeof(checksum), sizeof(checksum));
@@ -187,7 +187,7 @@ Vocabulary Vocabulary::Load(const std::filesystem::path& path) {
   Take(bytes, vocabulary.idf_.data(), vocabulary.idf_.size());
   for (const float weight : vocabulary.idf_) {
     if (!std::isfinite(weight) || weight < 0.0F) {
-      Refuse(path, "is damaged (a weight that is no positive number)");
+      Refuse(path, "is damaged (a weight that is negative or not finite)");
     }
   }
   vocabulary.trained_images_ = header.images;

@@ -89,7 +89,7 @@ WordTree::WordTree(std::vector<std::uint8_t> child_counts, std::vector<Descripto
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t children = child_counts_[i];
     if (i >= next) {
-      throw std::invalid_argument(fmt::format("node {} is no node's child", i));
+      throw std::invalid_argument(fmt::format("node {} has no parent", i));
     }
     if (children > count - next) {
       throw std::invalid_argument(fmt::format("node {} has children beyond the last node", i));

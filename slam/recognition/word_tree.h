@@ -23,7 +23,7 @@ struct NearestBits {
   int distance = 257;  // differing bits, 0 to 256; 257 without candidates
 };
 
-// Returns the candidate with the smallest Hamming distance to the query; of equals the first.
+// Returns the candidate with the smallest Hamming distance to the query; the first of equals.
 NearestBits FindNearest(std::span<const DescriptorBits> candidates, const DescriptorBits& query);
 
 // Returns the bitwise majority of the descriptors: their median under the Hamming distance.

@@ -28,8 +28,8 @@ struct AutoCamera {
 
 // Returns the sequence's camera or, if it is a guess, an estimate from the images: maps the beginning of the
 // sequence repeatedly without objects, each time with the focal length and radial coefficient that the
-// previous map made most likely, until they converge. If the beginning says too little (the camera hardly
-// moves, or only forward), takes more of the sequence. Deterministic.
+// previous map made most likely, until they converge. If the beginning is not enough (the camera hardly
+// moves, or only forward), uses more of the sequence. Deterministic.
 AutoCamera LearnCamera(const Sequence& sequence, const FrameRange& range, const SystemOptions& options,
                        RunHost& host);
 

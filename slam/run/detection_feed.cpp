@@ -47,9 +47,9 @@ void DetectionFeed::Attempt(const auto& work) {
   } catch (const InputError& e) {
     failure_ = e.what();
   } catch (const cv::Exception& e) {
-    failure_ = fmt::format("the detector fails: {}", e.err);
+    failure_ = fmt::format("the detector failed: {}", e.err);
   } catch (const std::exception& e) {  // a detector of the embedding program may throw anything
-    failure_ = fmt::format("the detector fails: {}", e.what());
+    failure_ = fmt::format("the detector failed: {}", e.what());
   }
 }
 

@@ -33,7 +33,7 @@ class DetectionFeed {
   // Waits for the boxes of the last frames and completes the file.
   void Finish(System& system);
 
-  // True if the network or the disk failed: no more boxes will come. Callers save the map first, then call
+  // Returns true if network or disk failed: no more boxes will come. Callers save the map first, then call
   // ThrowFailure, which throws InputError if anything failed.
   bool Failed() const { return !failure_.empty(); }
   void ThrowFailure() const;
@@ -42,7 +42,7 @@ class DetectionFeed {
   int Seen() const { return seen_; }  // frames that the detector itself has processed
 
  private:
-  void Attempt(const auto& work);  // does nothing after a failure; keeps the first one
+  void Attempt(const auto& work);  // does nothing after a failure; keeps the first failure
   void Deliver(const std::vector<FrameBoxes>& frames, System& system);
 
   Options options_;

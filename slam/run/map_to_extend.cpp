@@ -61,7 +61,7 @@ void CheckSameCamera(const fs::path& source, const Camera& camera, const MapToEx
   const bool same_size = camera.width == known.width && camera.height == known.height;
   ThrowIf<InputError>(
       !same_size || LargestShift(camera, known) > kMaxShift * known.width,
-      "{}: its camera ({}) is not that of {}, expected {}{}", source.string(), CameraText(camera),
+      "{}: its camera ({}) differs from that of {}, expected {}{}", source.string(), CameraText(camera),
       map.recording.string(), CameraText(known),
       same_size ? "" : fmt::format(" (--resize {},{} changes the size)", known.width, known.height));
 }

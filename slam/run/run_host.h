@@ -19,7 +19,7 @@ struct FinishedRun {
   std::string sequence;          // what was mapped
   RunResult result;
   RunStats stats;
-  bool interrupted = false;  // stopped by the host; the map until then is saved all the same
+  bool interrupted = false;  // stopped by the host; the map so far is saved anyway
 };
 
 // The program that a run is made for: it may stop the run, shows progress, and draws the result. Called from

@@ -16,7 +16,7 @@ namespace {
 // `images`: of a stream; null for a local camera.
 Sequence LiveSequence(const RunRequest& request, const NetworkStream* images) {
   ThrowIf<UsageError>(!request.sequence.detections.empty(),
-                      "--detections: boxes of a recording, expected none with a live camera");
+                      "--detections: applies to recordings only, expected none with a live camera");
   Sequence sequence;
   sequence.path =
       images != nullptr ? PublicAddress(request.stream) : fmt::format("camera {}", *request.live_camera);
@@ -37,7 +37,7 @@ void CheckExtension(const RunRequest& request) {
   ThrowIf<UsageError>(request.IsLive(), "--extend: expected a recording instead of a live camera");
   ThrowIf<UsageError>(
       request.dense.has_value(),
-      "--extend and --dense: the images of the map's first part are elsewhere, expected one of them");
+      "--extend and --dense: cannot be combined, as the first images are elsewhere, expected one of them");
   std::error_code none;
   ThrowIf<InputError>(std::filesystem::equivalent(request.extend, request.output, none),
                       "--extend {}: cannot be extended into itself, expected another --output",
@@ -46,12 +46,12 @@ void CheckExtension(const RunRequest& request) {
 
 void CheckRequest(const RunRequest& request, const Sequence& sequence) {
   ThrowIf<UsageError>(request.HasRealClock() && request.options.deterministic,
-                      "--deterministic: which frames are dropped differs from run to run, expected no "
+                      "--deterministic: a real clock drops different frames in each run, expected no "
                       "--realtime and no live camera");
   ThrowIf<UsageError>(request.dense && request.IsLive(),
-                      "--dense: needs the images again, expected a recording instead of a live camera");
+                      "--dense: reads the images twice, expected a recording instead of a live camera");
   ThrowIf<UsageError>(request.dense == DenseTime::kLive && request.options.deterministic,
-                      "--dense live: which depth maps come from the run differs from run to run, expected "
+                      "--dense live: makes different depth maps in each run, expected "
                       "--dense final with --deterministic");
   ThrowIf<UsageError>(request.options.mapping.camera.what == LearntPart::kFocalAndRadial,
                       "mapping.camera.what=focal+radial: the keypoints of a run are undistorted with the "

@@ -286,7 +286,7 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
       [&](SavedMap map) { recorder.Keep(std::move(map)); });
   const int dropped = Play(request, input, recorder, feed, *system, live.get(), host);
   feed.Finish(*system);
-  // A run that the host had ended before is completed all the same: live runs always end like that.
+  // A run that the host ended is completed too, because live runs always end that way.
   const bool ended = host.Stopped();
   FinishedRun run{request.output,
                   input.sequence.path.string(),

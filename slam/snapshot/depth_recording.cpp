@@ -95,7 +95,7 @@ std::string EncodeImage(const cv::Mat& bgr) {
 }
 
 // Reads the columns frame_index, camera, image, depth, views; empty bytes leave `views` empty. Throws
-// InputError or cv::Exception if they are no depth map.
+// InputError or cv::Exception if they are not a depth map.
 DepthMap DecodeRow(sqlite::Statement& select) {
   DepthMap map;
   map.frame_index = select.Int(0);
@@ -152,7 +152,7 @@ std::vector<std::int64_t> DepthRecording::List(const char* sql) const {
 DepthMap DepthRecording::Read(std::int64_t keyframe, const char* sql) const {
   sqlite::Statement select = Prepare(sql, keyframe);
   if (!select.Next()) {
-    throw InputError("{}: no depth map of keyframe {}", path_.string(), keyframe);
+    throw InputError("{}: has no depth map of keyframe {}", path_.string(), keyframe);
   }
   const auto refuse = [&] {
     throw InputError("{}: the depth map of keyframe {} is broken", path_.string(), keyframe);
@@ -194,7 +194,7 @@ std::string DepthRecording::Settings(std::int64_t keyframe) const {
 }
 
 void DepthRecording::TakeEstimates(const fs::path& recording) {
-  DepthRecording{recording};  // throws if it is none
+  DepthRecording{recording};  // throws if it is not a recording
   Prepare("ATTACH DATABASE ? AS other", recording.string()).Run();
   Prepare(
       "INSERT OR REPLACE INTO main.depth_maps (keyframe, frame_index, settings, camera, image, estimate)"

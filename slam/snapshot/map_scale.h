@@ -36,7 +36,7 @@ void CheckMapScale(const std::filesystem::path& recording, const MapScale& scale
 // empty removes it. Throws InputError.
 void StoreMapScale(const std::filesystem::path& recording, const std::optional<MapScale>& scale);
 
-// A comment for a file in metres from which a later scale learns the file's own: "1 map unit = 2.5 m". Empty
+// Returns the comment that states the scale of a file in metres, such as "1 map unit = 2.5 m"; empty
 // for a file in map units (`metres` is 1).
 std::string UnitComment(double metres);
 

@@ -234,7 +234,7 @@ std::string RecordingReader::Impl::ReadRaw(std::int64_t id) {
     }
     Row row = ReadRow(at);
     if (row.base && (*row.base >= at || patches.size() >= kMaxPatches)) {
-      throw InputError("is a patch of snapshot {}, expected at most {} patches of earlier ones in a row",
+      throw InputError("is a patch of snapshot {}, expected an earlier one and at most {} patches in a row",
                        *row.base, kMaxPatches);
     }
     patches.push_back(std::move(row.data));

@@ -13,7 +13,7 @@
 namespace sqslam {
 
 struct RecordingInfo {
-  std::string sequence_path;  // the sequence that was mapped; as stored: to be shown ReplaceControls()
+  std::string sequence_path;  // the mapped sequence, as stored; show it through ReplaceControls()
   std::string program_version;
   std::string config;                  // the whole configuration as YAML
   std::optional<MapScale> scale = {};  // if known, snapshots are read in metres
@@ -49,7 +49,7 @@ class RecordingReader {
   // Changes each snapshot on reading, for example by edits of the map.
   using Edit = std::function<MapSnapshotPtr(MapSnapshotPtr)>;
 
-  // Throws InputError if the file is missing, is no recording, or has another version.
+  // Throws InputError if the file is missing, not a recording, or of another version.
   explicit RecordingReader(const std::filesystem::path& path, Edit edit = {});
   ~RecordingReader();
   RecordingReader(RecordingReader&&) noexcept;

@@ -16,7 +16,7 @@ Eigen::Vector3f RecordedPosition(const Eigen::Vector3d& p_map);
 // RecordedPosition.
 std::string EncodeSnapshot(const MapSnapshot& snapshot);
 
-// Throws InputError if the bytes are no snapshot.
+// Throws InputError if the bytes are not a snapshot.
 MapSnapshot DecodeSnapshot(std::string_view raw);
 
 }  // namespace sqslam

@@ -22,7 +22,7 @@ class IgnoredRegions {
  public:
   explicit IgnoredRegions(MovingOptions options) : labels_(std::move(options.labels)) {}
 
-  // Takes a frame's detections. Boxes of moving classes replace older ones; if there are none, those stay:
+  // Takes a frame's detections. Boxes of moving classes replace older ones; without any, the older ones stay:
   // detectors miss objects now and then.
   void AddDetections(double timestamp, const std::vector<Detection>& detections);
 

@@ -23,7 +23,7 @@ class Initializer {
   // Adds a frame. Returns a map of two keyframes once initialization succeeds, null until then.
   std::unique_ptr<Map> Add(std::int64_t frame_index, double timestamp, const FrameFeaturesPtr& features);
 
-  // Forgets the first frame, when later frames are unrelated to it.
+  // Discards the first frame, when later frames are unrelated to it.
   void Reset() { start_.reset(); }
 
   // Returns why there is no map yet, as a message.

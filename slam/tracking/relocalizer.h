@@ -36,12 +36,12 @@ class Relocalizer {
     TrackingViewPtr view;
   };
 
-  // Relocates a frame among the candidates; of several poses returns the one with the most points.
+  // Relocates a frame among the candidates; returns the pose with the most points.
   std::optional<Found> ByWords(const PoseTracker& tracker, const AtlasViewPtr& atlas,
                                const TrackingViewPtr& view, const std::optional<TrackedFrame>& last,
                                const TrackedFrame& frame);
 
-  // Relocates a frame where the boxes of mapped objects say that it may be; the map points around must
+  // Relocates a frame near the poses that the boxes of mapped objects suggest; the map points there must
   // confirm it as they do for a keyframe. Uses the views of the last call of Candidates() or ByWords().
   std::optional<Found> ByObjects(const PoseTracker& tracker, const Camera& camera,
                                  const std::vector<BoxCandidate>& boxes, const TrackedFrame& frame) const;

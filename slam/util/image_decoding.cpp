@@ -77,7 +77,7 @@ DecodedImage DecodeImage(std::string_view bytes, int flags) {
     decoded.problem = fmt::format("is too large, expected at most {} pixels a side and {} in all",
                                   kMaxImageSide, kMaxImagePixels);
   } else if (decoded.pixels.empty()) {
-    decoded.problem = "is no readable image";
+    decoded.problem = "cannot be decoded";
   }
   return decoded;
 }

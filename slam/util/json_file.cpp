@@ -69,7 +69,7 @@ Json ParseJson(const std::filesystem::path& path, const std::string& text, std::
       return document;
     }
   } catch (const Json::parse_error& error) {
-    throw InputError("{}:{}: no valid JSON, expected {}", path.string(), line_of(error.byte), expected);
+    throw InputError("{}:{}: invalid JSON, expected {}", path.string(), line_of(error.byte), expected);
   } catch (const Json::out_of_range&) {  // too large for a double: refused below
   }
   throw InputError("{}: a number is out of range, expected {}", path.string(), expected);

@@ -7,7 +7,7 @@
 
 namespace sqslam {
 
-// Reads a JSON file. Throws InputError "FILE:LINE: no valid JSON, expected EXPECTED", also if lists and
+// Reads a JSON file. Throws InputError "FILE:LINE: invalid JSON, expected EXPECTED", also if lists and
 // objects are nested deeper than kMaxJsonDepth, or if a real number exceeds kMaxJsonReal: it would not fit
 // into the integer that a reader may ask for.
 nlohmann::ordered_json ReadJsonFile(const std::filesystem::path& path, std::string_view expected);

@@ -31,8 +31,6 @@ class KeyIndex {
     return hash;
   }
 
-  void Prefetch(std::uint64_t hash) const { __builtin_prefetch(&slots_[FirstSlot(hash)]); }
-
   // Returns the index of a key, kNotFound if it has none.
   std::uint32_t Find(std::uint64_t hash, const Key& key) const { return slots_[SlotOf(hash, key)].index; }
 

@@ -21,7 +21,7 @@ inline constexpr std::size_t kMaxLabelBytes = 200;
 // Bytes of a text, JSON or YAML file or of a point cloud, which are read whole.
 inline constexpr std::uintmax_t kMaxFileBytes = std::uintmax_t{2} << 30;
 
-// Bytes of one state of a map in a recording, uncompressed: 27 are one point.
+// Bytes of one state of a map in a recording, uncompressed: a point takes 27.
 inline constexpr std::uint64_t kMaxSnapshotBytes = std::uint64_t{256} << 20;
 
 // Objects of one state of a map: placing names in pictures compares each pair.

@@ -6,7 +6,7 @@
 namespace sqslam {
 
 // Escapes text for HTML and SVG, including attribute values in double quotes. Control characters become
-// blanks, bytes that are no UTF-8 become U+FFFD.
+// blanks, invalid UTF-8 becomes U+FFFD.
 std::string EscapeMarkup(std::string_view text);
 
 // Encodes bytes as in RFC 4648, with padding.

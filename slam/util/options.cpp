@@ -206,7 +206,7 @@ std::string NearestWord(std::string_view word, const std::vector<std::string>& c
     }
   }
   std::string nearest;
-  std::size_t best = std::max<std::size_t>(2, word.size() / 2) + 1;  // anything farther is no misspelling
+  std::size_t best = std::max<std::size_t>(2, word.size() / 2) + 1;  // anything farther is not a misspelling
   for (const std::string& candidate : candidates) {
     const auto [shorter, longer] = std::minmax({word.size(), candidate.size()});
     if (longer - shorter >= best) {
@@ -275,7 +275,7 @@ void ParseOptions(const std::string& yaml, const std::string& source, const Opti
   try {
     root = YAML::Load(yaml);
   } catch (const YAML::ParserException& e) {
-    throw UsageError("{}:{}: no valid YAML: {}", source, e.mark.line + 1, e.msg);
+    throw UsageError("{}:{}: invalid YAML: {}", source, e.mark.line + 1, e.msg);
   }
   AssignOptions(root, source, fields);
 }
@@ -297,7 +297,7 @@ void SetOption(const std::string& assignment, const OptionFields& fields) {
   try {
     node = YAML::Load(assignment.substr(equals + 1));
   } catch (const YAML::ParserException& e) {
-    throw UsageError("{}: no valid YAML value: {}", where, e.msg);
+    throw UsageError("{}: invalid YAML value: {}", where, e.msg);
   }
   AssignOption(node, *field, where);
 }

@@ -16,13 +16,13 @@ T NthSmallest(std::vector<T>& values, std::size_t rank) {
   return *nth;
 }
 
-// Median; of an even number of values the larger of the middle two.
+// Returns the median; for an even number of values the larger of the middle two.
 template <typename T>
 T UpperMedian(std::vector<T> values) {
   return NthSmallest(values, values.size() / 2);
 }
 
-// Median; of an even number of values the mean of the middle two.
+// Returns the median; for an even number of values the mean of the middle two.
 double MeanMedian(std::vector<double> values);
 
 // Quantiles for q in [0, 1], at position q * (size - 1) of the sorted values: the value at or before it, the

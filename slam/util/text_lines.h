@@ -48,7 +48,7 @@ std::string ShellLine(const std::vector<std::string>& words);
 // Returns the parts between separators, without an empty last part.
 std::vector<std::string> Split(const std::string& text, char separator);
 
-// Returns a time as "0:12.5", minutes and seconds; below 0 as 0.
+// Returns a time as "0:12.5", minutes and seconds; negative times give 0.
 std::string ClockText(double seconds);
 
 // A line of a text file with data: not blank, no comment.

@@ -93,7 +93,7 @@ TEST_F(BadInput, WarnsOfBoxesThatMatchNoFrame) {
   const ProgramRun run = Run(sequence);
   EXPECT_EQ(run.exit_code, 4);  // two frames make no map
   EXPECT_THAT(run.err, HasSubstr("boxes.txt:1: box outside the image"));
-  EXPECT_THAT(run.err, HasSubstr("boxes.txt:2: box of a missing frame"));
+  EXPECT_THAT(run.err, HasSubstr("boxes.txt:2: box of a frame that does not exist"));
   EXPECT_THAT(run.err, HasSubstr("boxes.txt:3: label 'flurb' is unknown"));
 }
 
@@ -126,8 +126,7 @@ TEST_F(BadInput, SkipsBadFramesAndMapsTheRest) {
   const ProgramRun run = Run(sequence);
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.err, HasSubstr("frame 40 skipped: " + sequence.Image(40).string() + " cannot be opened"));
-  EXPECT_THAT(run.err,
-              HasSubstr("frame 45 skipped: " + sequence.Image(45).string() + " is no readable image"));
+  EXPECT_THAT(run.err, HasSubstr("frame 45 skipped: " + sequence.Image(45).string() + " cannot be decoded"));
   EXPECT_THAT(run.err, HasSubstr("0050.jpg is 32x24, expected the camera's 320x240"));
   const RunStats stats = ReadStats(Output() / "stats.json");
   EXPECT_EQ(stats.skipped, 3);

@@ -110,7 +110,7 @@ TEST_F(StandIn, GivesUpOnRepeatedlyRequeuedTask) {
   const ProgramRun run =
       RunProgram(Command("--task tiny-quadric-full-refined-1"), "export SLURM_RESTART_COUNT=2");
   EXPECT_EQ(run.exit_code, 3);
-  EXPECT_THAT(Slurp(Output() / "runs/tiny-quadric-full-refined-1.failed"), HasSubstr("taken off its node"));
+  EXPECT_THAT(Slurp(Output() / "runs/tiny-quadric-full-refined-1.failed"), HasSubstr("requeued more than"));
 }
 
 TEST_F(StandIn, ManualTaskLeavesResumableFolder) {

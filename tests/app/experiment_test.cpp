@@ -62,7 +62,7 @@ TEST(ParseExperiment, ReportsLineAndNearestWord) {
               AllOf(HasSubstr(":3:"), HasSubstr("'kitchen'?")));
   EXPECT_THAT(UsageErrorOf(one + "variants:\n  - {name: a, set: [objects.yaw.sample=3]}\n"),
               AllOf(HasSubstr(":3:"), HasSubstr("objects.yaw.samples")));
-  EXPECT_THAT(UsageErrorOf(one + "jobs: [\n"), HasSubstr("no valid YAML"));
+  EXPECT_THAT(UsageErrorOf(one + "jobs: [\n"), HasSubstr("invalid YAML"));
   EXPECT_THAT(UsageErrorOf("jobs: 2\n"), HasSubstr("without 'sequences'"));
   EXPECT_THAT(UsageErrorOf("sequences: [{path: a, scene: b}]\n"), HasSubstr("only one of"));
   EXPECT_THAT(UsageErrorOf("sequences: [{path: a}, {path: b/a}]\n"), HasSubstr("'a' is taken"));

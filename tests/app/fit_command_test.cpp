@@ -75,7 +75,7 @@ TEST_F(FitCommand, RepeatsTheSameResult) {
 }
 
 TEST_F(FitCommand, ShowsExamplesInHelp) {
-  EXPECT_THAT(RunProgram("fit --help").out, AllOf(HasSubstr("Examples:"), HasSubstr("area_weight")));
+  EXPECT_THAT(RunProgram("fit --help").out, AllOf(HasSubstr("Examples:"), HasSubstr("outlier_share")));
 }
 
 TEST_F(FitCommand, ReportsWrongUsageInOneLineWithCodeTwo) {

@@ -70,7 +70,7 @@ TEST_F(SavedMapCommands, RejectsUnusableMapsInOneLine) {
   ExpectRefused("run " + Input() + " --extend " + Out("cut").string(), 3, "map.sqmap: ");
   const WrittenSequence other = TinySequence();
   other.Write("camera.yaml", "width: 320\nheight: 240\nfx: 600\nfy: 600\ncx: 160\ncy: 120\n");
-  ExpectRefused("localize " + other.Path().string() + " --map " + Map(), 3, "is not that of ");
+  ExpectRefused("localize " + other.Path().string() + " --map " + Map(), 3, "differs from that of ");
   ExpectRefused("localize " + Input() + " --resize 0.5 --map " + Map(), 3, "--resize 320,240");
   const ProgramRun itself = RunProgram("run " + Input() + " --extend " + Map() + " -o " + Map());
   EXPECT_EQ(itself.exit_code, 3);

@@ -136,7 +136,7 @@ TEST(Densify, SkipsKeyframesBeyondShortenedSequence) {
   EXPECT_EQ(summary.keyframes, 7);
   EXPECT_EQ(summary.without, 2);
   EXPECT_EQ(summary.estimated, 5);
-  EXPECT_THAT(log.Text(), HasSubstr("2 of 7 keyframes get no new depth, they are beyond the 9 images"));
+  EXPECT_THAT(log.Text(), HasSubstr("2 of 7 keyframes get no new depth, since they lie beyond the 9 images"));
 }
 
 TEST(Densify, RefusesImagesNumberedDifferently) {

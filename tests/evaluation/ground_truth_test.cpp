@@ -75,7 +75,7 @@ TEST_F(GroundTruthTest, ReadsOtherShapesAsSuperquadrics) {
 }
 
 TEST_F(GroundTruthTest, NamesBrokenObject) {
-  EXPECT_THAT(MessageOf("[1"), HasSubstr("objects_gt.json:1: no valid JSON"));
+  EXPECT_THAT(MessageOf("[1"), HasSubstr("objects_gt.json:1: invalid JSON"));
   EXPECT_THAT(MessageOf("3"), HasSubstr("expected a list"));
   EXPECT_THAT(MessageOf("[" + Entry(kRows) + ",{\"id\": 5}]"), HasSubstr("object 2 of the list"));
   EXPECT_THAT(MessageOf("[" + Entry("[1,2,3]") + "]"), HasSubstr("16 numbers"));

@@ -61,8 +61,10 @@ TEST(CameraGuess, RefusesClaimedSizeBeforeDecoding) {
   const std::size_t frame = bytes.find("\xFF\xC0");
   ASSERT_NE(frame, std::string::npos);
   bytes.replace(frame + 5, 4, "\xFD\xE8\xFD\xE8");  // 65000 by 65000
-  const std::string png =
-      std::string("\x89PNG\r\n\x1A\n\0\0\0\rIHDR", 16) + std::string("\0\0\xFD\xE8\0\0\xFD\xE8", 8);
+  const std::string png(                            // header, a hundred bytes of pixels, end
+      "\x89PNG\r\n\x1A\n\0\0\0\x0DIHDR\0\0\xFD\xE8\0\0\xFD\xE8\x08\0\0\0\0\x87\x3C\x86\xD6"
+      "\0\0\0\x0CIDAT\x78\x9C\x63\x60\xA0\x3D\0\0\0\x64\0\x01\x86\x64\x3C\x35\0\0\0\0IEND\xAE\x42\x60\x82",
+      69);
   for (const auto& file : {folder.Write("large.jpg", bytes), folder.Write("large.png", png)}) {
     try {
       GuessCamera(file, 30.0);

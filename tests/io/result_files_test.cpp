@@ -74,7 +74,7 @@ TEST(ObjectsJson, NamesBrokenObject) {
     const fs::path path = folder.Write("o.json", text);
     return InputErrorOf([&] { ReadObjects(path); });
   };
-  EXPECT_THAT(message("{"), HasSubstr("o.json:1: no valid JSON"));
+  EXPECT_THAT(message("{"), HasSubstr("o.json:1: invalid JSON"));
   EXPECT_THAT(message("[]"), HasSubstr("sqslam-objects"));
   EXPECT_THAT(message(R"({"format": "sqslam-objects", "version": 9, "objects": []})"),
               HasSubstr("version 9"));

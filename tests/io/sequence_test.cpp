@@ -185,7 +185,7 @@ TEST_F(DetectionsTest, ClipsBoxesAndDropsThoseOutside) {
   EXPECT_EQ(box.width, 10.0);
   EXPECT_EQ(box.height, 15.0);
   EXPECT_THAT(log.Text(), HasSubstr("boxes.txt:2: box outside the image, ignored (2 in all)"));
-  EXPECT_THAT(log.Text(), HasSubstr("boxes.txt:1: box reaches"));
+  EXPECT_THAT(log.Text(), HasSubstr("boxes.txt:1: box extends"));
 }
 
 TEST_F(DetectionsTest, WarnsOfBoxesOfMissingFrames) {
@@ -193,7 +193,7 @@ TEST_F(DetectionsTest, WarnsOfBoxesOfMissingFrames) {
   const auto frames = Read("0.0333 cup 0.5 1 1 10 10\n0.05 cup 0.5 1 1 10 10\n9 cup 0.5 1 1 10 10\n");
   EXPECT_EQ(frames[0].size() + frames[2].size(), 0u);
   EXPECT_EQ(frames[1].size(), 1u);
-  EXPECT_THAT(log.Text(), HasSubstr("boxes.txt:2: box of a missing frame"));
+  EXPECT_THAT(log.Text(), HasSubstr("boxes.txt:2: box of a frame that does not exist"));
 }
 
 TEST_F(DetectionsTest, WarnsOnceOfUnknownLabel) {
@@ -225,7 +225,7 @@ TEST_F(DetectionsTest, NamesCocoClassesInFolderOfFiles) {
   EXPECT_EQ(frames[1][0].score, 0.75);
   EXPECT_EQ(frames[1][1].label, "class_93");
   EXPECT_THAT(log.Text(), HasSubstr("'class_93' is unknown"));
-  EXPECT_THAT(log.Text(), HasSubstr("5.0.txt:1: box of a missing frame"));
+  EXPECT_THAT(log.Text(), HasSubstr("5.0.txt:1: box of a frame that does not exist"));
   folder_.Write("boxes/0.0.txt", "cup 1 2 10 12 0.75\n");
   EXPECT_THAT(InputErrorOf([&] { ReadDetections(folder_.Path() / "boxes", camera_, {0.0}); }),
               HasSubstr("0.0.txt:1:"));

@@ -96,7 +96,7 @@ TEST_P(VideoTest, PlaysFirstPartWhenCutOff) {
   CutOffAfter(0.5);
   if (GetParam().file == std::string("film.mp4")) {  // its index stood at the end: nothing can be read
     EXPECT_THAT(InputErrorOf([&] { OpenSequence({.path = Path()}); }),
-                HasSubstr("film.mp4: cannot be read as a video (damaged, cut off, or none)"));
+                HasSubstr("film.mp4: cannot be read as a video (damaged, cut off, or not a video)"));
     return;
   }
   const CapturedLog log;

@@ -68,7 +68,7 @@ TEST(ClassPriors, ReportsLineOfUnreadableEntry) {
   EXPECT_NE(message("cup: {size: [0.1, 0.1, 0.1], sprad: 0.2}\n").find("spread"), std::string::npos);
   EXPECT_NE(message("mug: {size: [1, 1, 1]}\ncup: {spread: 0.2}\n").find(":2: cup has no size"),
             std::string::npos);
-  EXPECT_NE(message("cup: [0.1, 0.1]\n").find(":1: '[0.1, 0.1]', expected options"), std::string::npos);
+  EXPECT_NE(message("cup: [0.1, 0.1]\n").find(":1: '[0.1, 0.1]', expected lines"), std::string::npos);
   EXPECT_NE(message("- a list\n").find("expected labels"), std::string::npos);
   EXPECT_NE(message("cup: {size: [0.1,").find("classes.yaml"), std::string::npos);
 }

@@ -78,10 +78,10 @@ TEST_F(VocabularyFile, RecognisesFilesByFirstBytes) {
 TEST_F(VocabularyFile, RefusesOtherFiles) {
   EXPECT_THAT(InputErrorOf([&] { Vocabulary::Load(folder_.Path() / "nothing.bin"); }),
               HasSubstr("nothing.bin: cannot be read"));
-  EXPECT_THAT(ErrorOf("", false), HasSubstr("is no vocabulary"));
+  EXPECT_THAT(ErrorOf("", false), HasSubstr("is not a vocabulary"));
   std::string other = bytes_;
   other[0] = 'X';
-  EXPECT_THAT(ErrorOf(other, false), HasSubstr("is no vocabulary"));
+  EXPECT_THAT(ErrorOf(other, false), HasSubstr("is not a vocabulary"));
 }
 
 TEST_F(VocabularyFile, RefusesOtherVersion) {
@@ -94,7 +94,7 @@ TEST_F(VocabularyFile, RefusesTruncatedFiles) {
   for (std::size_t size = 0; size < bytes_.size(); size += size < 2 * kHeader ? 1 : 997) {
     EXPECT_NE(ErrorOf(bytes_.substr(0, size), false), "(no InputError)") << size;
   }
-  EXPECT_THAT(ErrorOf(bytes_ + "x", false), HasSubstr("bytes where its header promises"));
+  EXPECT_THAT(ErrorOf(bytes_ + "x", false), HasSubstr("bytes, but its header says"));
 }
 
 TEST_F(VocabularyFile, RefusesFlippedBit) {
@@ -111,7 +111,7 @@ TEST_F(VocabularyFile, RefusesInvalidTreeWithValidChecksum) {
   EXPECT_THAT(ErrorOf(beyond, true), HasSubstr("children beyond the last node"));
   std::string orphan = bytes_;
   orphan[kHeader] = 0;
-  EXPECT_THAT(ErrorOf(orphan, true), HasSubstr("is no node's child"));
+  EXPECT_THAT(ErrorOf(orphan, true), HasSubstr("has no parent"));
   std::string fewer_leaves = bytes_;  // as its header has it
   fewer_leaves[16] = static_cast<char>(fewer_leaves[16] - 33);
   fewer_leaves.resize(bytes_.size() - 33 * sizeof(float));
@@ -122,7 +122,7 @@ TEST_F(VocabularyFile, RefusesNonFiniteWeights) {
   for (const float weight : {-1.0F, std::numeric_limits<float>::quiet_NaN()}) {
     std::string other = bytes_;
     std::memcpy(other.data() + other.size() - 8, &weight, 4);
-    EXPECT_THAT(ErrorOf(other, true), HasSubstr("a weight that is no positive number"));
+    EXPECT_THAT(ErrorOf(other, true), HasSubstr("a weight that is negative or not finite"));
   }
 }
 

@@ -70,7 +70,7 @@ TEST_F(OwnDetectorTest, SavesMapBeforeRethrowingDetectorError) {
     RunPipeline(request, host);
     FAIL() << "nothing thrown";
   } catch (const InputError& error) {
-    EXPECT_STREQ(error.what(), "the detector fails: the lamp is broken");
+    EXPECT_STREQ(error.what(), "the detector failed: the lamp is broken");
   }
   EXPECT_GT(RecordingReader(request.output / "map.sqmap").Size(), 0);
   EXPECT_TRUE(std::filesystem::exists(request.output / "trajectory.txt"));

@@ -187,7 +187,7 @@ TEST_F(ObjectEditsFile, ReportsFileAndField) {
   EXPECT_THAT(MessageOf("3"), HasSubstr("a list \"objects\""));
   folder_.Write("e.json", "{\n\"format\": \n}");
   EXPECT_THAT(InputErrorOf([&] { ReadObjectEdits(folder_.Path() / "e.json"); }),
-              HasSubstr("e.json:3: no valid JSON"));
+              HasSubstr("e.json:3: invalid JSON"));
   EXPECT_THAT(InputErrorOf([&] { ReadObjectEdits(folder_.Path() / "none.json"); }), HasSubstr("none.json"));
 }
 

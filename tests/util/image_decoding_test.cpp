@@ -89,11 +89,11 @@ TEST(ImageDecoding, RefusesOtherFormatsAndCutOffHeaders) {
     const std::string bytes = Encoded(format, {24, 20});
     for (std::size_t length = 0; length < std::min<std::size_t>(bytes.size(), 20); ++length) {
       EXPECT_EQ(DecodeImage(std::string_view(bytes).substr(0, length), cv::IMREAD_COLOR).problem,
-                "is no readable image")
+                "cannot be decoded")
           << format.extension << ' ' << length;
     }
   }
-  EXPECT_EQ(DecodeImage(Encoded({".hdr", {}}, {24, 20}), cv::IMREAD_COLOR).problem, "is no readable image");
+  EXPECT_EQ(DecodeImage(Encoded({".hdr", {}}, {24, 20}), cv::IMREAD_COLOR).problem, "cannot be decoded");
 }
 
 }  // namespace

@@ -79,7 +79,7 @@ TEST(JsonFile, ReportsLineOfSyntaxError) {
     }
     return std::string();
   };
-  EXPECT_TRUE(message("[1,\n2,,3]").ends_with("a.json:2: no valid JSON, expected a list"));
+  EXPECT_TRUE(message("[1,\n2,,3]").ends_with("a.json:2: invalid JSON, expected a list"));
   EXPECT_TRUE(message("[1e400]").ends_with("a.json: a number is out of range, expected a list"));
   for (const char* huge : {"[3e9]", "[-8.5e30]", "[99999999999999999999999]",
                            R"({"a": [1, {"b": 3e9}], "c": 2})"}) {  // whatever is asked for later
