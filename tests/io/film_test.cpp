@@ -138,7 +138,7 @@ TEST_F(FilmTest, RefusesFileWithoutIndex) {
   WriteFilm(Path(), EvenTimes(30), Picture);
   std::filesystem::resize_file(Path(), std::filesystem::file_size(Path()) / 2);
   EXPECT_THAT(InputErrorOf([&] { OpenSequence({.path = Path()}); }),
-              HasSubstr("film.mp4: cannot be read as a video (damaged, cut off, or none"));
+              HasSubstr("film.mp4: cannot be read as a video (damaged, cut off, or not a video"));
 }
 
 TEST_F(FilmTest, GuessesUncalibratedCamera) {
