@@ -26,7 +26,7 @@ struct System::Impl {
         mapper(camera, OptionsOfMapper(options), vocabulary,
                {[this](AtlasViewPtr new_view) { view.Set(std::move(new_view)); }, std::move(on_snapshot),
                 [this] { return !Repeatable() && queue.WaitingKeyframes() > 0; }, KeepBy(on_kept)},
-               times) {}
+               times, ids) {}
 
   std::function<void(std::string)> KeepBy(const KeptCallback& on_kept) {
     if (!on_kept) {

@@ -1,6 +1,9 @@
 #include "slam/estimation/two_view.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <Eigen/SVD>
 #include <algorithm>
@@ -9,13 +12,14 @@
 #include <opencv2/core/eigen.hpp>
 
 #include "slam/estimation/reprojection_error.h"
-#include "slam/geometry/angles.h"
+#include "slam/geometry/lie.h"
 #include "slam/util/statistics.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
 
+constexpr std::size_t kMinMatches = 20;
 constexpr double kVariance = 1.0;  // px^2, of a matched corner
 constexpr double kRansacConfidence = 0.999;
 constexpr double kMinTranslationFlow = 1.5;  // px, median flow after removing the best pure rotation
@@ -54,24 +58,37 @@ struct Candidate {
   Rigid3d T_camera2_camera1;
   std::vector<std::optional<Eigen::Vector3d>> points;
   int good = 0;
-  double parallax = 0.0;
+  int determined = 0;
 };
 
-// Triangulates the inliers; a point is good if it is in front of both cameras with a small reprojection
-// error.
+// Returns the parallax, in radians, above which the noise of both pixels leaves a depth uncertain by less
+// than an eighth.
+double MinParallax(const Camera& camera) {
+  constexpr double kMaxDeviation = 0.125;  // of the depth, relative
+  return std::sqrt(2.0 * kVariance) / camera.fx / kMaxDeviation;
+}
+
+// Triangulates the inliers. A point is good if it is in front of both cameras with a small reprojection
+// error, or so far away that its rays are parallel.
 Candidate Reconstruct(const Camera& camera, const std::vector<TwoViewMatch>& matches,
                       const std::vector<bool>& inliers, const Rigid3d& T_camera2_camera1) {
   constexpr double kMaxSquaredError = 4.0 * kVariance;
-  Candidate candidate{T_camera2_camera1, {}, 0, 0.0};
+  constexpr double kParallelCosine = 0.99998;
+  const double min_parallax = MinParallax(camera);
+  Candidate candidate{T_camera2_camera1, {}};
   candidate.points.resize(matches.size());
-  const Eigen::Vector3d center2 = T_camera2_camera1.Inverse().translation;
-  std::vector<double> angles;
   for (std::size_t i = 0; i < matches.size(); ++i) {
     if (!inliers[i]) {
       continue;
     }
-    const Eigen::Vector3d p = Triangulate({}, camera.Unproject(matches[i].pixel1), T_camera2_camera1,
-                                          camera.Unproject(matches[i].pixel2));
+    const Eigen::Vector3d ray1 = camera.Unproject(matches[i].pixel1);
+    const Eigen::Vector3d ray2 = camera.Unproject(matches[i].pixel2);
+    const double cosine = (T_camera2_camera1.rotation * ray1).normalized().dot(ray2.normalized());
+    if (cosine > kParallelCosine) {
+      ++candidate.good;
+      continue;
+    }
+    const Eigen::Vector3d p = Triangulate({}, ray1, T_camera2_camera1, ray2);
     const Eigen::Vector3d p2 = T_camera2_camera1 * p;
     if (!p.allFinite() || p.z() <= 0.0 || p2.z() <= 0.0 ||
         (camera.Project(p) - matches[i].pixel1).squaredNorm() > kMaxSquaredError ||
@@ -79,16 +96,53 @@ Candidate Reconstruct(const Camera& camera, const std::vector<TwoViewMatch>& mat
       continue;
     }
     ++candidate.good;
-    const double cosine = std::clamp(CosParallax(p, Eigen::Vector3d::Zero(), center2), -1.0, 1.0);
-    angles.push_back(std::acos(cosine) * kDegreesPerRadian);
-    if (cosine < 0.99998) {
-      candidate.points[i] = p;
-    }
-  }
-  if (!angles.empty()) {
-    candidate.parallax = UpperMedian(std::move(angles));
+    candidate.determined += std::acos(std::clamp(cosine, -1.0, 1.0)) >= min_parallax ? 1 : 0;
+    candidate.points[i] = p;
   }
   return candidate;
+}
+
+// Distance of a match from the epipolar geometry of a motion, px (Sampson 1982).
+double SampsonError(const Camera& camera, const TwoViewMatch& match, const Rigid3d& T_2_1) {
+  const Eigen::Matrix3d E = Skew(T_2_1.translation) * T_2_1.RotationMatrix();
+  const Eigen::Vector3d ray1 = camera.Unproject(match.pixel1);
+  const Eigen::Vector3d ray2 = camera.Unproject(match.pixel2);
+  const Eigen::Vector3d line2 = E * ray1;
+  const Eigen::Vector3d line1 = E.transpose() * ray2;
+  return camera.fx * ray2.dot(line2) /
+         std::sqrt(line2.head<2>().squaredNorm() + line1.head<2>().squaredNorm());
+}
+
+// Returns the standard deviation of the direction of the translation, from the information that the points of
+// the candidate hold on all five degrees of freedom.
+double DirectionDeviation(const Camera& camera, const std::vector<TwoViewMatch>& matches,
+                          const Candidate& candidate) {
+  constexpr double kStep = 1e-5;  // rad
+  const Rigid3d& T = candidate.T_camera2_camera1;
+  const Eigen::Vector3d across1 = T.translation.unitOrthogonal();
+  const Eigen::Vector3d across2 = T.translation.cross(across1).normalized();
+  std::vector<Rigid3d> moved;
+  for (const Eigen::Vector3d& across : {across1, across2}) {
+    moved.push_back({T.rotation, (T.translation + kStep * across).normalized()});
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::AngleAxisd turn(kStep, Eigen::Vector3d::Unit(axis));
+    moved.push_back({(Eigen::Quaterniond(turn) * T.rotation).normalized(), T.translation});
+  }
+  Eigen::Matrix<double, 5, 5> information = Eigen::Matrix<double, 5, 5>::Zero();
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    if (!candidate.points[i]) {
+      continue;
+    }
+    const double error = SampsonError(camera, matches[i], T);
+    Eigen::Matrix<double, 5, 1> gradient;
+    for (int k = 0; k < 5; ++k) {
+      gradient[k] = (SampsonError(camera, matches[i], moved[k]) - error) / kStep;
+    }
+    information += gradient * gradient.transpose() / kVariance;
+  }
+  const Eigen::Matrix<double, 5, 5> covariance = information.inverse();
+  return std::sqrt(covariance(0, 0) + covariance(1, 1));
 }
 
 // Scales the translation to unit length.
@@ -123,28 +177,48 @@ TwoViewReport ChooseMotion(const Camera& camera, const std::vector<TwoViewMatch>
                            bool from_homography, const TwoViewOptions& options) {
   std::vector<Candidate> candidates =
       ToVector(motions, [&](const Rigid3d& motion) { return Reconstruct(camera, matches, inliers, motion); });
-  std::ranges::stable_sort(candidates, std::greater{}, &Candidate::good);
+  std::ranges::stable_sort(candidates, std::greater{}, [](const Candidate& candidate) {
+    return std::pair(candidate.determined, candidate.good);
+  });
   if (candidates.empty() || candidates.front().good == 0) {
     return {std::nullopt, "the motion has no translation (pure rotation or static camera)"};
   }
   const Candidate& best = candidates.front();
   const auto num_inliers = std::ranges::count(inliers, true);
   TwoViewReport report;
-  if (best.parallax < options.min_parallax) {
-    report.refusal = "too little parallax (the camera must translate, not only rotate)";
-  } else if (best.good < options.min_points || best.good < 0.8 * static_cast<double>(num_inliers)) {
+  if (best.determined < options.min_points) {
+    report.refusal = fmt::format(
+        "too little parallax: {} points have enough to determine their depth, at least {} needed (the camera "
+        "must translate, not only rotate)",
+        best.determined, options.min_points);
+  } else if (best.good < 0.8 * static_cast<double>(num_inliers)) {
     report.refusal = "too few points could be triangulated";
-  } else if (candidates.size() > 1 && candidates[1].good > kMaxSecondBest * best.good) {
+  } else if (candidates.size() > 1 && candidates[1].determined > kMaxSecondBest * best.determined) {
     report.refusal = "the motion is ambiguous (a plane seen from afar)";
   } else {
-    report.geometry = TwoViewGeometry{best.T_camera2_camera1, best.points, from_homography};
+    report.geometry = TwoViewGeometry{best.T_camera2_camera1, best.points, best.determined,
+                                      DirectionDeviation(camera, matches, best), from_homography};
   }
   return report;
 }
 
-}  // namespace
+std::pair<std::vector<cv::Point2d>, std::vector<cv::Point2d>> PixelsOf(
+    const std::vector<TwoViewMatch>& matches) {
+  return {ToVector(matches, [](const TwoViewMatch& m) { return cv::Point2d(m.pixel1.x(), m.pixel1.y()); }),
+          ToVector(matches, [](const TwoViewMatch& m) { return cv::Point2d(m.pixel2.x(), m.pixel2.y()); })};
+}
 
-double FlowWithoutRotation(const Camera& camera, const std::vector<TwoViewMatch>& matches) {
+// MAGSAC++ refines its models; the translation of plain RANSAC is so inaccurate that bundle adjustment of
+// two views with little parallax does not recover.
+cv::Mat FindEssential(const std::vector<cv::Point2d>& points1, const std::vector<cv::Point2d>& points2,
+                      const cv::Mat& K, std::vector<uchar>* inliers = nullptr) {
+  const auto mask = inliers != nullptr ? cv::OutputArray(*inliers) : cv::OutputArray(cv::noArray());
+  return cv::findEssentialMat(points1, points2, K, cv::USAC_MAGSAC, kRansacConfidence, std::sqrt(kVariance),
+                              mask);
+}
+
+// Returns the distance of each match from the best-fitting rotation, px.
+std::vector<double> ResidualsOfRotation(const Camera& camera, const std::vector<TwoViewMatch>& matches) {
   constexpr int kRounds = 5;  // of iterative reweighting: matches far from the rotation are downweighted
   std::vector<Eigen::Vector3d> rays1;
   std::vector<Eigen::Vector3d> rays2;
@@ -166,30 +240,77 @@ double FlowWithoutRotation(const Camera& camera, const std::vector<TwoViewMatch>
       residuals[i] = (camera.Project(R * rays1[i]) - matches[i].pixel2).norm();
     }
   }
-  return UpperMedian(std::move(residuals));
+  return residuals;
+}
+
+}  // namespace
+
+std::vector<int> EpipolarInliers(const Camera& camera, const std::vector<TwoViewMatch>& matches,
+                                 bool& only_turns) {
+  constexpr double kMaxResidual = 2.0;      // px
+  constexpr double kMinExplained = 0.9;     // share of the matches that a rotation explains
+  constexpr std::size_t kMaxSampled = 400;  // matches that give the essential matrix
+  std::vector<int> inliers;
+  only_turns = false;
+  if (matches.size() < kMinMatches) {
+    return inliers;
+  }
+  const auto keep_below = [&](double limit, auto&& error) {
+    inliers.clear();
+    for (std::size_t i = 0; i < matches.size(); ++i) {
+      if (std::abs(error(i)) <= limit) {
+        inliers.push_back(static_cast<int>(i));
+      }
+    }
+  };
+  // Such images determine no essential matrix, and the search for one is long.
+  const std::vector<double> residuals = ResidualsOfRotation(camera, matches);
+  keep_below(kMaxResidual, [&](std::size_t i) { return residuals[i]; });
+  if (static_cast<double>(inliers.size()) >= kMinExplained * static_cast<double>(matches.size())) {
+    only_turns = true;
+    return inliers;
+  }
+  cv::Mat K;
+  cv::eigen2cv(camera.K(), K);
+  const std::size_t count = std::min(matches.size(), kMaxSampled);
+  std::vector<TwoViewMatch> sampled;
+  for (std::size_t i = 0; i < count; ++i) {
+    sampled.push_back(matches[i * matches.size() / count]);
+  }
+  const auto [points1, points2] = PixelsOf(sampled);
+  std::vector<uchar> mask;
+  const cv::Mat E = FindEssential(points1, points2, K, &mask);
+  if (E.rows < 3) {
+    return {};
+  }
+  if (count == matches.size()) {
+    keep_below(0.5, [&](std::size_t i) { return mask[i] != 0 ? 0.0 : 1.0; });
+    return inliers;
+  }
+  const Rigid3d motion = MotionsFromEssential(E.rowRange(0, 3)).front();
+  keep_below(std::sqrt(kChi2OneDof * kVariance),
+             [&](std::size_t i) { return SampsonError(camera, matches[i], motion); });
+  return inliers;
+}
+
+double FlowWithoutRotation(const Camera& camera, const std::vector<TwoViewMatch>& matches) {
+  return UpperMedian(ResidualsOfRotation(camera, matches));
 }
 
 TwoViewReport EstimateTwoView(const Camera& camera, const std::vector<TwoViewMatch>& matches,
                               const TwoViewOptions& options) {
-  constexpr std::size_t kMinMatches = 20;
   if (matches.size() < kMinMatches) {
     return {std::nullopt, "too few matches between two frames (too little texture)"};
   }
   if (FlowWithoutRotation(camera, matches) < kMinTranslationFlow) {
     return {std::nullopt, "the camera only turns (it must translate)"};
   }
-  const auto points1 =
-      ToVector(matches, [](const TwoViewMatch& m) { return cv::Point2d(m.pixel1.x(), m.pixel1.y()); });
-  const auto points2 =
-      ToVector(matches, [](const TwoViewMatch& m) { return cv::Point2d(m.pixel2.x(), m.pixel2.y()); });
+  const auto [points1, points2] = PixelsOf(matches);
   const Eigen::Matrix3d K = camera.K();
   cv::Mat K_cv;
   cv::eigen2cv(K, K_cv);
   const cv::Mat H_cv = cv::findHomography(points1, points2, cv::RANSAC, std::sqrt(kChi2TwoDof * kVariance));
-  // MAGSAC++ refines its models; the translation of plain RANSAC is so inaccurate that bundle adjustment of
-  // two views with little parallax does not recover.
-  const cv::Mat E_cv =
-      cv::findEssentialMat(points1, points2, K_cv, cv::USAC_MAGSAC, kRansacConfidence, std::sqrt(kVariance));
+  const cv::Mat E_cv = FindEssential(points1, points2, K_cv);
   ModelSupport homography;
   ModelSupport fundamental;
   if (!H_cv.empty()) {

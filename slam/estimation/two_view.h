@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,10 +12,7 @@
 namespace sqslam {
 
 struct TwoViewOptions {
-  double min_parallax = 1.5;  // degrees, median over the triangulated points
-  int min_points = 50;        // triangulated points
-
-  void VisitFields(auto&& visit) { visit("min_parallax", min_parallax, 0.1, 20.0); }
+  int min_points = 50;  // points whose depth the two views determine
 };
 
 struct TwoViewMatch {
@@ -25,6 +23,10 @@ struct TwoViewMatch {
 struct TwoViewGeometry {
   Rigid3d T_camera2_camera1;                           // translation of unit length
   std::vector<std::optional<Eigen::Vector3d>> points;  // per match, in the frame of camera 1
+  int determined = 0;                                  // points with enough parallax to determine their depth
+  // Standard deviation of the direction of the translation for one pixel of noise, rad: large where a
+  // rotation explains the matches nearly as well, as for a plane.
+  double direction_deviation = std::numeric_limits<double>::infinity();
   bool from_homography = false;
 };
 
@@ -37,10 +39,16 @@ struct TwoViewReport {
 // best-fitting rotation: near the noise for a purely rotating camera, whatever the scene.
 double FlowWithoutRotation(const Camera& camera, const std::vector<TwoViewMatch>& matches);
 
+// Returns the indices of the matches that the best essential matrix explains; none if there are too few.
+// `only_turns`: set if a rotation explains nearly all of them.
+std::vector<int> EpipolarInliers(const Camera& camera, const std::vector<TwoViewMatch>& matches,
+                                 bool& only_turns);
+
 // Estimates relative pose and structure of two views, with the model selection of ORB-SLAM (Mur-Artal et al.
 // 2015, section IV): a homography (planar scenes, small parallax) and a fundamental matrix are scored by
-// their symmetric transfer errors; the better one gives the pose. Refused if the parallax is too small or a
-// second solution explains the matches nearly as well.
+// their symmetric transfer errors; the better one gives the pose. Refused if too few points have enough
+// parallax to determine their depth, or if a second solution explains the matches nearly as well. Most of a
+// scene may be too far away for that, as for a car that drives forward: such points fit any depth.
 TwoViewReport EstimateTwoView(const Camera& camera, const std::vector<TwoViewMatch>& matches,
                               const TwoViewOptions& options);
 

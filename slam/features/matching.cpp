@@ -2,8 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cstdint>
+#include <cstring>
 #include <numeric>
 #include <opencv2/core/hal/hal.hpp>
+
+#include "slam/util/wide_registers.h"
 
 namespace sqslam {
 
@@ -80,22 +85,51 @@ std::vector<std::pair<int, int>> MatchPredictions(std::span<const PredictedPoint
   return check_rotation ? KeepConsistent(matches, angles) : matches;
 }
 
+namespace {
+
+using DescriptorWords = std::array<std::uint64_t, 4>;
+static_assert(sizeof(DescriptorWords) == sizeof(Descriptor));
+
+std::vector<DescriptorWords> WordsOf(const std::vector<Descriptor>& descriptors) {
+  std::vector<DescriptorWords> words(descriptors.size());
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    std::memcpy(&words[i], descriptors[i].data(), sizeof(DescriptorWords));
+  }
+  return words;
+}
+
+// Hamming distances of one descriptor to all others: the processor's own bit count takes a third of the time
+// of a call for each pair.
+SQSLAM_WIDE_REGISTERS void Distances(const DescriptorWords& a, const std::vector<DescriptorWords>& others,
+                                     std::vector<int>& distances) {
+  for (std::size_t j = 0; j < others.size(); ++j) {
+    const DescriptorWords& b = others[j];
+    distances[j] = std::popcount(a[0] ^ b[0]) + std::popcount(a[1] ^ b[1]) + std::popcount(a[2] ^ b[2]) +
+                   std::popcount(a[3] ^ b[3]);
+  }
+}
+
+}  // namespace
+
 std::vector<std::pair<int, int>> MatchAll(const FrameFeatures& a, const FrameFeatures& b,
                                           const std::vector<bool>& use_a, const std::vector<bool>& use_b,
                                           int max_distance, double ratio) {
+  const std::vector<DescriptorWords> words_a = WordsOf(a.descriptors);
+  const std::vector<DescriptorWords> words_b = WordsOf(b.descriptors);
+  std::vector<int> distances(b.Size());
   std::vector<NearestTwo> nearest_of_a(a.Size());
   std::vector<NearestTwo> nearest_of_b(b.Size());
   for (std::size_t i = 0; i < a.Size(); ++i) {
     if (!use_a.empty() && !use_a[i]) {
       continue;
     }
+    Distances(words_a[i], words_b, distances);
     for (std::size_t j = 0; j < b.Size(); ++j) {
       if (!use_b.empty() && !use_b[j]) {
         continue;
       }
-      const int distance = HammingDistance(a.descriptors[i], b.descriptors[j]);
-      nearest_of_a[i].Add(distance, static_cast<int>(j));
-      nearest_of_b[j].Add(distance, static_cast<int>(i));
+      nearest_of_a[i].Add(distances[j], static_cast<int>(j));
+      nearest_of_b[j].Add(distances[j], static_cast<int>(i));
     }
   }
   std::vector<std::pair<int, int>> matches;

@@ -4,27 +4,19 @@
 #include <cmath>
 #include <limits>
 #include <ranges>
+#include <set>
 #include <utility>
 
 #include "slam/estimation/reprojection_error.h"
 #include "slam/estimation/sim3_estimation.h"
 #include "slam/estimation/two_view.h"
-#include "slam/features/matching.h"
 #include "slam/mapping/local_mapping.h"
+#include "slam/util/parallel.h"
 #include "slam/util/statistics.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
-
-// Returns the number of frames between a frame and the map's nearest keyframe in time.
-std::int64_t TimeDistance(const Map& map, std::int64_t frame_index) {
-  std::int64_t nearest = std::numeric_limits<std::int64_t>::max();
-  for (const auto& [id, keyframe] : map.Keyframes()) {
-    nearest = std::min(nearest, std::abs(keyframe.frame_index - frame_index));
-  }
-  return nearest;
-}
 
 // Ratio of the units of length of two maps (first over second), from the distances of common points to a
 // camera with a pose in both, and the matches that agree with it.
@@ -57,58 +49,87 @@ TrackedFrame Untracked(const LeftoverFrame& leftover) {
   return frame;
 }
 
-// Returns up to `count` keyframes before and as many after a frame.
-std::set<KeyframeId> NextInTime(const Map& map, std::int64_t frame_index, int count) {
+// Returns how well the points agree with the pose of the frame, 0 to 1: the mean of 1 - error / limit.
+double Agreement(const Camera& camera, const Map& map, const SharedPoints& shared,
+                 const TrackedFrame& frame) {
+  double sum = 0.0;
+  for (const auto& [point, i] : shared.matches) {
+    const Eigen::Vector3d p_camera = frame.T_camera_map * map.Point(point).p_map;
+    const Keypoint& keypoint = frame.features->keypoints[i];
+    if (p_camera.z() > 0.0) {
+      const double error =
+          SquaredError(camera, p_camera, keypoint.pixel, map.Levels().Variance(keypoint.octave));
+      sum += std::max(0.0, 1.0 - error / kChi2TwoDof);
+    }
+  }
+  return sum / static_cast<double>(shared.matches.size());
+}
+
+std::map<std::int64_t, KeyframeId> KeyframesByFrame(const Map& map) {
   std::map<std::int64_t, KeyframeId> by_frame;
   for (const auto& [id, keyframe] : map.Keyframes()) {
     by_frame[keyframe.frame_index] = id;
   }
-  std::set<KeyframeId> ids;
-  const auto next = by_frame.lower_bound(frame_index);
-  for (const auto& [index, id] : std::ranges::subrange(next, by_frame.end()) | std::views::take(count)) {
-    ids.insert(id);
-  }
-  for (const auto& [index, id] :
-       std::ranges::subrange(by_frame.begin(), next) | std::views::reverse | std::views::take(count)) {
-    ids.insert(id);
-  }
-  return ids;
+  return by_frame;
 }
 
 }  // namespace
 
-std::vector<std::int64_t> Completion::ByDistanceInTime(const Map& map, const LeftoverFrames& frames) const {
-  std::vector<std::int64_t> indices = frames.Indices();
-  std::ranges::stable_sort(indices, {}, [&](std::int64_t index) { return TimeDistance(map, index); });
-  return indices;
-}
-
-std::set<KeyframeId> Completion::Candidates(const Map& map, std::int64_t frame_index,
-                                            const FrameFeatures& features) const {
-  constexpr int kNeighbours = 4;  // keyframes before the frame and after it
-  constexpr int kSimilar = 6;     // keyframes of similar appearance
-  std::set<KeyframeId> candidates = NextInTime(map, frame_index, kNeighbours);
-  for (const KeyframeId id : places_.MostSimilar(map, features, kSimilar)) {
-    candidates.insert(id);
+SharedPoints Completion::PointsShared(const Map& map, std::int64_t frame_index) const {
+  const std::map<std::int64_t, KeyframeId> by_frame = KeyframesByFrame(map);
+  std::map<int, std::map<PointId, int>> votes;  // by keypoint of the frame
+  SharedPoints shared;
+  std::size_t most = 0;
+  for (const auto& [other, matches] : views_.MatchesOf(frame_index)) {
+    const auto found = by_frame.find(other);
+    if (found == by_frame.end()) {
+      continue;
+    }
+    const Keyframe& keyframe = map.At(found->second);
+    std::size_t count = 0;
+    for (const auto& [own, theirs] : matches) {
+      if (const PointId point = keyframe.points[theirs]; point != kNoPoint) {
+        ++votes[own][point];
+        ++count;
+      }
+    }
+    if (count > most) {
+      most = count;
+      shared.reference = keyframe.id;
+    }
   }
-  return candidates;
+  for (const auto& [keypoint, points] : votes) {
+    const auto best = std::ranges::max_element(points, {}, &std::pair<const PointId, int>::second);
+    shared.matches.emplace_back(best->first, keypoint);
+  }
+  return shared;
 }
 
-std::optional<TrackedFrame> Completion::Locate(const Map& map, const TrackingView& view,
+std::optional<TrackedFrame> Completion::Locate(const TrackingView& view, const SharedPoints& shared,
                                                const LeftoverFrame& leftover) const {
   constexpr int kMinInliers = 20;  // map points that must confirm the pose
   TrackedFrame frame = Untracked(leftover);
-  const bool found =
-      tracker_.LocateAmong(view, Candidates(map, leftover.index, *leftover.features), kMinInliers, frame);
+  const bool found = shared.reference != kNoKeyframe &&
+                     tracker_.LocateFrom(view, shared.matches, shared.reference, kMinInliers, frame);
   return found ? std::optional(std::move(frame)) : std::nullopt;
 }
 
 std::optional<TrackedFrame> Completion::LocateByTwoViews(const Map& map,
                                                          const LeftoverFrame& leftover) const {
-  constexpr int kNeighbours = 2;
+  constexpr int kKeyframes = 4;  // with most matches
+  const std::map<std::int64_t, KeyframeId> by_frame = KeyframesByFrame(map);
+  std::vector<std::pair<std::size_t, std::int64_t>> ranked;
+  for (const auto& [other, matches] : views_.MatchesOf(leftover.index)) {
+    if (by_frame.contains(other)) {
+      ranked.emplace_back(matches.size(), other);
+    }
+  }
+  std::ranges::sort(ranked, std::greater<>());
   std::optional<TrackedFrame> best;
-  for (const KeyframeId id : NextInTime(map, leftover.index, kNeighbours)) {
-    std::optional<TrackedFrame> frame = StepFrom(map, map.At(id), leftover);
+  for (const auto& [count, other] : ranked | std::views::take(kKeyframes)) {
+    const Keyframe& keyframe = map.At(by_frame.at(other));
+    std::optional<TrackedFrame> frame =
+        StepFrom(map, keyframe, views_.MatchesOf(other).at(leftover.index), leftover);
     if (frame && (!best || frame->inliers > best->inliers)) {
       best = std::move(frame);
     }
@@ -117,15 +138,13 @@ std::optional<TrackedFrame> Completion::LocateByTwoViews(const Map& map,
 }
 
 std::optional<TrackedFrame> Completion::StepFrom(const Map& map, const Keyframe& keyframe,
+                                                 const ImageMatches& pairs,
                                                  const LeftoverFrame& leftover) const {
-  constexpr double kRatio = 0.85;
-  constexpr int kMaxDistance = 64;   // bits
   constexpr int kMinCommon = 8;      // map points
   constexpr double kMaxError = 4.0;  // px at level 0, of their reprojection: the step's length is not exact
   constexpr double kMinInlierShare = 0.5;  // of the map points that were matched
   TwoViewOptions two_view;
   two_view.min_points = 25;  // fewer than for a new map: the common points confirm the pose too
-  const auto pairs = MatchAll(*keyframe.features, *leftover.features, {}, {}, kMaxDistance, kRatio);
   std::vector<TwoViewMatch> matches;
   for (const auto& [i, j] : pairs) {
     matches.push_back({keyframe.features->keypoints[i].pixel, leftover.features->keypoints[j].pixel});
@@ -168,33 +187,157 @@ std::optional<TrackedFrame> Completion::StepFrom(const Map& map, const Keyframe&
                                                                                  : std::nullopt;
 }
 
-// Returns the keyframes of `current` nearest in time to the other map, nearest first.
-std::vector<KeyframeId> Completion::NearestInTime(const Map& current, const Map& known) const {
-  constexpr int kMaxAttempts = 30;
-  std::vector<std::pair<std::int64_t, KeyframeId>> ranked;
+std::vector<CommonView> Completion::CommonViews(const Map& current, const Map& known) const {
+  const std::map<std::int64_t, KeyframeId> by_frame = KeyframesByFrame(known);
+  std::vector<CommonView> common;
   for (const auto& [id, keyframe] : current.Keyframes()) {
-    ranked.emplace_back(TimeDistance(known, keyframe.frame_index), id);
+    for (const auto& [other, matches] : views_.MatchesOf(keyframe.frame_index)) {
+      if (const auto found = by_frame.find(other); found != by_frame.end()) {
+        common.push_back({id, found->second, static_cast<int>(matches.size())});
+      }
+    }
   }
-  std::ranges::sort(ranked);
-  return ToVector(ranked | std::views::take(kMaxAttempts) | std::views::values);
+  std::ranges::stable_sort(common, std::greater<>(), &CommonView::matches);
+  return common;
 }
 
-std::optional<SubmapTie> Completion::Tie(const Map& current, const Map& known,
-                                         const TrackingView& known_view) const {
+std::optional<SubmapTie> Completion::Tie(const Map& current, const Map& known, const TrackingView& known_view,
+                                         const std::vector<CommonView>& common) const {
+  constexpr std::size_t kMaxKeyframes = 30;  // of `current`, those with most matches
   std::optional<SubmapTie> best;
-  for (const KeyframeId id : NearestInTime(current, known)) {
-    const Keyframe& keyframe = current.At(id);
-    const std::optional<TrackedFrame> located =
-        Locate(known, known_view, {keyframe.frame_index, keyframe.timestamp, keyframe.features});
-    if (!located) {
-      continue;
-    }
-    std::optional<SubmapTie> tie = TieFrom(current, keyframe, known, *located);
+  const auto consider = [&](const Keyframe& keyframe, const std::optional<TrackedFrame>& located) {
+    std::optional<SubmapTie> tie = located ? TieFrom(current, keyframe, known, *located) : std::nullopt;
     if (tie && (!best || tie->shared_points > best->shared_points)) {
       best = std::move(tie);
     }
+  };
+  std::set<KeyframeId> tried;
+  for (const CommonView& view : common) {
+    if (tried.size() == kMaxKeyframes || !tried.insert(view.current).second) {
+      continue;
+    }
+    const Keyframe& keyframe = current.At(view.current);
+    const LeftoverFrame frame{keyframe.frame_index, keyframe.timestamp, keyframe.features};
+    consider(keyframe, Locate(known_view, PointsShared(known, frame.index), frame));
+    consider(keyframe, LocateByTwoViews(known, frame));
   }
   return best;
+}
+
+void Completion::AddNewPoints(Map& map, KeyframeId id) const {
+  const std::map<std::int64_t, KeyframeId> by_frame = KeyframesByFrame(map);
+  for (const auto& [other, matches] : views_.MatchesOf(map.At(id).frame_index)) {
+    if (const auto found = by_frame.find(other); found != by_frame.end()) {
+      CreatePoints(map, camera_, id, found->second, matches);
+    }
+  }
+  FuseWithNeighbours(map, camera_, id);
+}
+
+std::vector<KeyframeId> Completion::LoopsAt(const Map& map, KeyframeId id) const {
+  constexpr int kMinCommon = 20;         // matches with a map point on either side
+  constexpr double kMaxSameShare = 0.5;  // of them, that are of the same map point
+  const std::map<std::int64_t, KeyframeId> by_frame = KeyframesByFrame(map);
+  const Keyframe& keyframe = map.At(id);
+  std::vector<std::pair<int, KeyframeId>> loops;
+  for (const auto& [other, matches] : views_.MatchesOf(keyframe.frame_index)) {
+    const auto found = by_frame.find(other);
+    if (found == by_frame.end()) {
+      continue;
+    }
+    const Keyframe& known = map.At(found->second);
+    int common = 0;
+    int same = 0;
+    for (const auto& [own, theirs] : matches) {
+      const bool both = keyframe.points[own] != kNoPoint && known.points[theirs] != kNoPoint;
+      common += both ? 1 : 0;
+      same += both && keyframe.points[own] == known.points[theirs] ? 1 : 0;
+    }
+    if (common >= kMinCommon && same < kMaxSameShare * common) {
+      loops.emplace_back(common, known.id);
+    }
+  }
+  std::ranges::sort(loops, std::greater<>());
+  return ToVector(loops | std::views::values);
+}
+
+std::vector<StartPair> Completion::AllStarts(const LeftoverFrames& frames) const {
+  constexpr std::size_t kMaxPairs = 600;  // with most matches
+  std::vector<StartPair> pairs;
+  for (const auto& [index, frame] : frames.ByIndex()) {
+    for (const auto& [other, matches] : views_.MatchesOf(index)) {
+      if (index < other && frames.ByIndex().contains(other)) {
+        pairs.push_back({index, other, matches, {}});
+      }
+    }
+  }
+  if (pairs.size() > kMaxPairs) {
+    std::ranges::stable_sort(pairs, std::greater<>(),
+                             [](const StartPair& pair) { return pair.matches.size(); });
+    pairs.resize(kMaxPairs);
+  }
+  ParallelFor(pairs.size(), 0, [&](std::size_t i) {
+    StartPair& pair = pairs[i];
+    std::vector<TwoViewMatch> pixels;
+    for (const auto& [a, b] : pair.matches) {
+      pixels.push_back({views_.FeaturesOf(pair.first).keypoints[a].pixel,
+                        views_.FeaturesOf(pair.second).keypoints[b].pixel});
+    }
+    pair.geometry = EstimateTwoView(camera_, pixels, {}).geometry.value_or(TwoViewGeometry());
+  });
+  std::erase_if(pairs, [](const StartPair& pair) { return pair.geometry.determined == 0; });
+  std::ranges::stable_sort(pairs, std::less<>(),
+                           [](const StartPair& pair) { return pair.geometry.direction_deviation; });
+  return pairs;
+}
+
+std::vector<StartPair> Completion::Starts(const LeftoverFrames& frames) {
+  constexpr std::size_t kMaxStarts = 8;
+  constexpr std::int64_t kMinDistance = 3;  // frames between the beginnings of two
+  if (!pairs_) {
+    pairs_ = AllStarts(frames);
+  }
+  std::vector<StartPair> starts;
+  for (const StartPair& pair : *pairs_) {
+    const bool near = std::ranges::any_of(
+        starts, [&](const StartPair& start) { return std::abs(start.first - pair.first) < kMinDistance; });
+    if (!near && starts.size() < kMaxStarts && frames.ByIndex().contains(pair.first) &&
+        frames.ByIndex().contains(pair.second)) {
+      starts.push_back(pair);
+    }
+  }
+  return starts;
+}
+
+double Completion::ThirdViewSupport(const Map& map, const LeftoverFrames& frames) const {
+  constexpr std::size_t kMinShared = 12;  // points
+  constexpr int kFrames = 6;              // that show most points
+  std::vector<std::pair<SharedPoints, const LeftoverFrame*>> ranked;
+  for (const auto& [index, frame] : frames.ByIndex()) {
+    SharedPoints shared = PointsShared(map, index);
+    const bool is_own =
+        std::ranges::any_of(map.Keyframes() | std::views::values,
+                            [&](const Keyframe& keyframe) { return keyframe.frame_index == index; });
+    if (shared.matches.size() >= kMinShared && !is_own) {
+      ranked.emplace_back(std::move(shared), &frame);
+    }
+  }
+  if (ranked.empty()) {
+    return 0.0;
+  }
+  std::ranges::stable_sort(ranked, std::greater<>(),
+                           [](const auto& entry) { return entry.first.matches.size(); });
+  const TrackingView view = MakeTrackingView(map);
+  double sum = 0.0;
+  int tried = 0;
+  for (const auto& [shared, frame] : ranked | std::views::take(kFrames)) {
+    const std::optional<TrackedFrame> located = Locate(view, shared, *frame);
+    if (located) {
+      sum += Agreement(camera_, map, shared, *located);
+    }
+    ++tried;
+  }
+  return sum / tried;
 }
 
 std::optional<SubmapTie> Completion::TieFrom(const Map& current, const Keyframe& keyframe, const Map& known,

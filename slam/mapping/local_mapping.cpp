@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "slam/estimation/reprojection_error.h"
 #include "slam/estimation/two_view.h"
@@ -204,6 +205,33 @@ int FuseWithNeighbours(Map& map, const Camera& camera, KeyframeId id, const Fusi
   return fused;
 }
 
+std::vector<PointId> CreatePoints(Map& map, const Camera& camera, KeyframeId id, KeyframeId neighbour_id,
+                                  const std::vector<std::pair<int, int>>& matches,
+                                  const NewPointOptions& options) {
+  const Keyframe& keyframe = map.At(id);
+  const Keyframe& neighbour = map.At(neighbour_id);
+  std::vector<PointId> created;
+  for (const auto& [i, j] : matches) {
+    if (keyframe.points[i] != kNoPoint || neighbour.points[j] != kNoPoint) {
+      continue;
+    }
+    const Keypoint& keypoint1 = keyframe.features->keypoints[i];
+    const Keypoint& keypoint2 = neighbour.features->keypoints[j];
+    const Eigen::Vector3d p_map = Triangulate(keyframe.T_camera_map, camera.Unproject(keypoint1.pixel),
+                                              neighbour.T_camera_map, camera.Unproject(keypoint2.pixel));
+    if (!IsGoodPoint(map, camera, keyframe, keypoint1, neighbour, keypoint2, p_map,
+                     options.max_parallax_cos)) {
+      continue;
+    }
+    const PointId point = map.AddPoint(p_map, id);
+    map.AddObservation(point, id, i);
+    map.AddObservation(point, neighbour_id, j);
+    map.UpdateAppearance(point);
+    created.push_back(point);
+  }
+  return created;
+}
+
 std::vector<PointId> CreateNewPoints(Map& map, const Camera& camera, KeyframeId id,
                                      const NewPointOptions& options) {
   constexpr double kMinBaseline = 0.01;  // distance to the neighbour, in units of its median depth
@@ -212,23 +240,10 @@ std::vector<PointId> CreateNewPoints(Map& map, const Camera& camera, KeyframeId 
     const Keyframe& keyframe = map.At(id);
     const Keyframe& neighbour = map.At(neighbour_id);
     const double baseline = (keyframe.Center() - neighbour.Center()).norm();
-    if (baseline < kMinBaseline * MedianDepth(map, neighbour)) {
-      continue;
-    }
-    for (const auto& [i, j] : MatchAlongEpipolarLines(map, camera, keyframe, neighbour)) {
-      const Keypoint& keypoint1 = keyframe.features->keypoints[i];
-      const Keypoint& keypoint2 = neighbour.features->keypoints[j];
-      const Eigen::Vector3d p_map = Triangulate(keyframe.T_camera_map, camera.Unproject(keypoint1.pixel),
-                                                neighbour.T_camera_map, camera.Unproject(keypoint2.pixel));
-      if (!IsGoodPoint(map, camera, keyframe, keypoint1, neighbour, keypoint2, p_map,
-                       options.max_parallax_cos)) {
-        continue;
-      }
-      const PointId point = map.AddPoint(p_map, id);
-      map.AddObservation(point, id, i);
-      map.AddObservation(point, neighbour_id, j);
-      map.UpdateAppearance(point);
-      created.push_back(point);
+    if (baseline >= kMinBaseline * MedianDepth(map, neighbour)) {
+      std::ranges::copy(CreatePoints(map, camera, id, neighbour_id,
+                                     MatchAlongEpipolarLines(map, camera, keyframe, neighbour), options),
+                        std::back_inserter(created));
     }
   }
   return created;

@@ -53,6 +53,12 @@ int FuseInto(Map& map, const Camera& camera, const std::set<PointId>& points, Ke
 int FuseWithNeighbours(Map& map, const Camera& camera, KeyframeId keyframe,
                        const FusionOptions& options = {});
 
+// Triangulates new map points from given matches (keypoint of the one, keypoint of the other keyframe)
+// without a point on either side. Returns the new points.
+std::vector<PointId> CreatePoints(Map& map, const Camera& camera, KeyframeId keyframe, KeyframeId neighbour,
+                                  const std::vector<std::pair<int, int>>& matches,
+                                  const NewPointOptions& options = {});
+
 // Triangulates new map points between a keyframe and its most covisible neighbours from keypoints without a
 // point, matched along the epipolar line (VI-C). Returns the new points.
 std::vector<PointId> CreateNewPoints(Map& map, const Camera& camera, KeyframeId keyframe,

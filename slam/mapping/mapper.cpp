@@ -6,13 +6,16 @@
 
 #include "slam/estimation/bundle_adjustment.h"
 #include "slam/mapping/local_mapping.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 
 Mapper::Mapper(const Camera& camera, const MapperOptions& options,
-               std::shared_ptr<const Vocabulary> vocabulary, Outputs outputs, StageTimes& times)
+               std::shared_ptr<const Vocabulary> vocabulary, Outputs outputs, StageTimes& times,
+               std::shared_ptr<IdSource> ids)
     : camera_(camera),
       options_(options),
+      ids_(ids ? std::move(ids) : std::make_shared<IdSource>()),
       outputs_(std::move(outputs)),
       times_(times),
       pose_tracker_(camera, options.tracking),
@@ -21,9 +24,7 @@ Mapper::Mapper(const Camera& camera, const MapperOptions& options,
       leftovers_(options.mapping.completion.max_frames) {}
 
 void Mapper::Process(TrackingReport report) {
-  if (report.unplaced) {
-    leftovers_.Add({report.frame_index, report.timestamp, std::move(report.unplaced)});
-  }
+  KeepImage(report);
   const bool begins = report.initial_map != nullptr;
   if (begins) {
     BeginSubmap(report);
@@ -35,6 +36,27 @@ void Mapper::Process(TrackingReport report) {
   RecordFrame(report);
   if (begins || report.keyframe) {
     MapKeyframe(report, begins);
+  }
+}
+
+// Keeps a frame for the end of the run.
+void Mapper::KeepImage(const TrackingReport& report) {
+  if (!report.features) {
+    return;
+  }
+  LeftoverFrame image{report.frame_index, report.timestamp, report.features, report.image_path, {}};
+  if (report.objects) {
+    image.detections = ToVector(report.objects->detections, &SnapshotDetection::detection);
+  }
+  if (keeps_images_) {
+    images_[report.frame_index] = image;
+    keeps_images_ = static_cast<int>(images_.size()) <= options_.mapping.completion.max_frames;
+  }
+  if (!keeps_images_) {
+    images_.clear();
+  }
+  if (!report.pose) {
+    leftovers_.Add(std::move(image));
   }
 }
 
@@ -100,6 +122,13 @@ void Mapper::KeepGrownMap() {
 }
 
 void Mapper::Process(SeenObjects objects) {
+  std::vector<Detection> detections = ToVector(objects.detections, &SnapshotDetection::detection);
+  if (const auto image = images_.find(objects.frame_index); image != images_.end()) {
+    image->second.detections = detections;
+  }
+  if (LeftoverFrame* leftover = leftovers_.Find(objects.frame_index)) {
+    leftover->detections = std::move(detections);
+  }
   if (active_ != nullptr) {
     RecordObjects(std::move(objects));
   }
@@ -177,7 +206,10 @@ KeyframeId Mapper::AddKeyframe(const TrackingReport& report) {
   return id;
 }
 
-KeyframeId Mapper::AddKeyframe(const TrackedFrame& frame, std::vector<FrameMatch> matches) {
+// `completion`: at the end of a run, new points come from its matches, which are few but hardly ever wrong;
+// null: from a search along epipolar lines, whose mistakes the next frames of a film uncover.
+KeyframeId Mapper::AddKeyframe(const TrackedFrame& frame, std::vector<FrameMatch> matches,
+                               const Completion* completion) {
   Map& map = active_->Map();
   const KeyframeId id = map.AddKeyframe(frame.index, frame.timestamp, frame.T_camera_map, frame.features);
   std::set<PointId> used;
@@ -192,6 +224,10 @@ KeyframeId Mapper::AddKeyframe(const TrackedFrame& frame, std::vector<FrameMatch
   places_.Add(map.At(id));
   active_->RecordFrame(frame.index, frame.timestamp, {id, {}, map.At(id).scale}, std::move(matches));
   const StageTimes::Scope timer(times_, "mapping.new_points");
+  if (completion != nullptr) {
+    completion->AddNewPoints(map, id);
+    return id;
+  }
   CullPoints(map, active_->YoungPoints(), id);                          // ORB-SLAM VI-B
   const std::vector<PointId> created = AddNewPoints(map, camera_, id);  // VI-C
   active_->YoungPoints().insert(created.begin(), created.end());

@@ -17,6 +17,7 @@
 #include "slam/mapping/loop_correction.h"
 #include "slam/mapping/place_recognizer.h"
 #include "slam/mapping/submap.h"
+#include "slam/objects/object_tracker.h"
 #include "slam/util/run_counters.h"
 #include "slam/util/stage_times.h"
 
@@ -36,9 +37,10 @@ class Mapper {
     std::function<void(std::string)> keep = {};
   };
 
-  // A null `vocabulary` turns off loop closure and merging of submaps.
+  // A null `vocabulary` turns off loop closure and merging of submaps. `ids`: shared with the tracking
+  // thread; null: its own.
   Mapper(const Camera& camera, const MapperOptions& options, std::shared_ptr<const Vocabulary> vocabulary,
-         Outputs outputs, StageTimes& times);
+         Outputs outputs, StageTimes& times, std::shared_ptr<IdSource> ids = nullptr);
 
   void Process(TrackingReport report);
 
@@ -87,7 +89,8 @@ class Mapper {
   void RecordFrame(TrackingReport& report);
   void RecordObjects(SeenObjects objects);
   KeyframeId AddKeyframe(const TrackingReport& report);
-  KeyframeId AddKeyframe(const TrackedFrame& frame, std::vector<FrameMatch> matches);
+  KeyframeId AddKeyframe(const TrackedFrame& frame, std::vector<FrameMatch> matches,
+                         const Completion* completion = nullptr);
   void CountReturn(KeyframeId keyframe);
   void OptimizeAround(KeyframeId keyframe);
   void OptimizeWindow(const std::vector<KeyframeId>& window);
@@ -106,6 +109,14 @@ class Mapper {
   MapSnapshotPtr MakeSnapshot();
   SnapshotProgress TakeProgress();
   void Complete(const std::function<bool()>& stop);
+  ViewGraph MakeViewGraph() const;
+  bool StartSubmap(Completion& completion);
+  bool CloseLoopByViews(const Completion& completion, KeyframeId keyframe);
+  std::size_t FramesInMain() const;
+  bool MapAfresh(const std::function<bool()>& stop);
+  void KeepImage(const TrackingReport& report);
+  void TrackPlacedBoxes();
+  void TrackBoxesOf(const LeftoverFrame& frame, Submap& submap, ObjectTracker& tracker);
   bool TieLeftoverSubmaps(const Completion& completion, CompletionAttempts& attempts);
   void DissolveSmallSubmaps();
   bool PlaceLeftovers(const Completion& completion, Submap& submap, CompletionAttempts& attempts);
@@ -121,6 +132,7 @@ class Mapper {
   Camera camera_;
   std::optional<LearntCamera> learnt_camera_;
   MapperOptions options_;
+  std::shared_ptr<IdSource> ids_;
   Outputs outputs_;
   StageTimes& times_;
   PoseTracker pose_tracker_;
@@ -134,6 +146,9 @@ class Mapper {
   KeyframeId last_loop_ = kNoKeyframe;  // keyframe at which the last loop was closed
   BackgroundAdjustment adjustment_;
   LeftoverFrames leftovers_;
+  std::map<std::int64_t, LeftoverFrame> images_;  // all frames, until there are too many to map afresh
+  bool keeps_images_ = true;
+  std::map<std::int64_t, LeftoverFrame> placed_;  // at the end of the run
   RunCounters counters_;
   bool returned_ = false;  // the newest keyframe is covisible with an old one
 

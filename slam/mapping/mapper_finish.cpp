@@ -1,9 +1,11 @@
 // The end of a run: leftovers are tried once more, then every submap gets its last adjustment.
 #include <algorithm>
+#include <opencv2/imgcodecs.hpp>
 #include <ranges>
 
 #include "slam/mapping/local_mapping.h"
 #include "slam/mapping/mapper.h"
+#include "slam/tracking/initializer.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
@@ -33,32 +35,81 @@ std::vector<Submap*> Mapper::RankedSubmaps() {
   return ranked;
 }
 
+ViewGraph Mapper::MakeViewGraph() const {
+  ViewGraph views(camera_, places_);
+  for (const auto& [number, submap] : submaps_) {
+    for (const auto& [id, keyframe] : submap.Map().Keyframes()) {
+      views.Add(keyframe.frame_index, keyframe.features, number);
+    }
+  }
+  for (const auto& [index, frame] : leftovers_.ByIndex()) {
+    views.Add(index, frame.features);
+  }
+  return views;
+}
+
 void Mapper::Complete(const std::function<bool()>& stop) {
-  constexpr int kMaxRounds = 5;
   for (const std::int64_t index : leftovers_.Indices()) {
     if (HasFrame(index)) {
       leftovers_.Remove(index);
     }
   }
-  if (options_.mapping.completion.max_frames == 0 || (leftovers_.ByIndex().empty() && submaps_.size() == 1)) {
+  DissolveSmallSubmaps();
+  if (options_.mapping.completion.max_frames == 0 || (leftovers_.ByIndex().empty() && submaps_.size() <= 1)) {
     return;
   }
   const StageTimes::Scope timer(times_, "mapping.completion");
-  const Completion completion(camera_, pose_tracker_, places_);
+  ViewGraph views = MakeViewGraph();
+  views.Match(stop);
+  Completion completion(camera_, pose_tracker_, views);
   CompletionAttempts attempts(stop);
-  bool progress = true;
-  for (int round = 0; progress && round < kMaxRounds; ++round) {
-    progress = TieLeftoverSubmaps(completion, attempts);
-    if (round == 0) {
-      DissolveSmallSubmaps();
+  do {
+    bool progress = true;
+    while (progress) {
+      progress = TieLeftoverSubmaps(completion, attempts);
+      for (Submap* submap : RankedSubmaps()) {
+        progress = PlaceLeftovers(completion, *submap, attempts) || progress;
+      }
     }
-    for (Submap* submap : RankedSubmaps()) {
-      progress = PlaceLeftovers(completion, *submap, attempts) || progress;
-    }
-  }
+  } while (!attempts.Stopped() && StartSubmap(completion));
 }
 
-// Merges submaps, the largest first, until no two of them share a recognised place.
+// Starts a submap from the two leftovers whose map further frames confirm best. Returns true if it did.
+bool Mapper::StartSubmap(Completion& completion) {
+  const auto view_of = [this](std::int64_t index) {
+    const LeftoverFrame& frame = leftovers_.ByIndex().at(index);
+    return StartView{frame.index, frame.timestamp, frame.features};
+  };
+  // Below, the two views are as good as alone. Where there are no others, nothing can confirm them.
+  const double min_support = leftovers_.ByIndex().size() > 2 ? 0.3 : 0.0;
+  std::unique_ptr<Map> best;
+  double best_support = 0.0;
+  for (const StartPair& pair : completion.Starts(leftovers_)) {
+    std::unique_ptr<Map> map =
+        MapOfTwoViews(camera_, std::make_unique<Map>(pose_tracker_.Levels(), ids_), view_of(pair.first),
+                      view_of(pair.second), pair.geometry, pair.matches,
+                      options_.tracking.initialization.two_view.min_points);
+    const double support = map ? completion.ThirdViewSupport(*map, leftovers_) : 0.0;
+    if (map && support >= min_support && (!best || support > best_support)) {
+      best_support = support;
+      best = std::move(map);
+    }
+  }
+  if (!best) {
+    return false;
+  }
+  TrackingReport report;
+  report.submap = atlas_.origins.empty() ? 1 : atlas_.origins.rbegin()->first + 1;
+  for (const auto& [id, keyframe] : best->Keyframes()) {
+    placed_[keyframe.frame_index] = leftovers_.ByIndex().at(keyframe.frame_index);
+    leftovers_.Remove(keyframe.frame_index);
+  }
+  report.initial_map = std::move(best);
+  BeginSubmap(report);
+  return true;
+}
+
+// Merges submaps, the largest first, until no two of them share a view.
 bool Mapper::TieLeftoverSubmaps(const Completion& completion, CompletionAttempts& attempts) {
   bool any = false;
   bool tied = true;
@@ -68,16 +119,22 @@ bool Mapper::TieLeftoverSubmaps(const Completion& completion, CompletionAttempts
     for (std::size_t i = 0; i < ranked.size() && !tied; ++i) {
       const TrackingViewPtr view = ranked[i]->MakeView();
       for (std::size_t j = i + 1; j < ranked.size() && !tied; ++j) {
-        const auto tie = attempts.Try(Kind::kTie, ranked[i]->Number(), ranked[j]->Number(), [&] {
-          return completion.Tie(ranked[j]->Map(), ranked[i]->Map(), *view);
-        });
+        const std::vector<CommonView> common = completion.CommonViews(ranked[j]->Map(), ranked[i]->Map());
+        int evidence = 0;
+        for (const CommonView& pair : common) {
+          evidence += pair.matches;
+        }
+        const auto tie =
+            evidence == 0 ? std::nullopt
+                          : attempts.Try(Kind::kTie, ranked[i]->Number(), ranked[j]->Number(), evidence, [&] {
+                              return completion.Tie(ranked[j]->Map(), ranked[i]->Map(), *view, common);
+                            });
         if (!tie) {
           continue;
         }
         active_ = ranked[j];
         MergeSubmaps(tie->loop, *ranked[i]);
         active_->Deform([this](sqslam::Map&) { OptimizeGlobally(false); });
-        attempts.ForgetFailuresIn(active_->Number());
         ++counters_.merges;
         ++counters_.tied_at_end;
         any = tied = true;
@@ -102,51 +159,165 @@ void Mapper::DissolveSmallSubmaps() {
   }
 }
 
-// Places frames in the submap, those closest in time first; each new keyframe helps the next. Two-view
-// geometry is the weaker constraint: it is only tried when nothing else makes progress.
+// Places frames in the submap, each new keyframe helps the next; adjusts all of it whenever it has grown.
+// Two-view geometry is the weaker constraint: it is only tried when nothing else makes progress.
 bool Mapper::PlaceLeftovers(const Completion& completion, Submap& submap, CompletionAttempts& attempts) {
+  constexpr double kGrowth = 1.2;  // of the number of keyframes, until all are adjusted
   active_ = &submap;
   bool any = false;
   bool progress = true;
+  std::size_t adjusted = submap.Map().Keyframes().size();
   while (progress) {
     progress =
         PlaceOnce(submap, completion, false, attempts) || PlaceOnce(submap, completion, true, attempts);
     any = any || progress;
+    if (static_cast<double>(submap.Map().Keyframes().size()) > kGrowth * static_cast<double>(adjusted)) {
+      submap.Deform([this](Map&) { OptimizeGlobally(false); });
+      adjusted = submap.Map().Keyframes().size();
+    }
   }
   return any;
 }
 
-// Tries each frame once; with `by_two_views`, stops at the first that is placed. Returns true if any was.
+// Places the frame that shares most points with the submap; if it can't be placed, the next. Returns true if
+// any was.
 bool Mapper::PlaceOnce(Submap& submap, const Completion& completion, bool by_two_views,
                        CompletionAttempts& attempts) {
+  constexpr std::size_t kMinShared = 8;
   const Kind kind = by_two_views ? Kind::kTwoViews : Kind::kLocate;
-  bool any = false;
-  TrackingViewPtr view = submap.MakeView();
-  for (const std::int64_t index : completion.ByDistanceInTime(submap.Map(), leftovers_)) {
-    const LeftoverFrame& leftover = leftovers_.ByIndex().at(index);
-    const std::optional<TrackedFrame> frame = attempts.Try(kind, submap.Number(), index, [&] {
-      return by_two_views ? completion.LocateByTwoViews(submap.Map(), leftover)
-                          : completion.Locate(submap.Map(), *view, leftover);
-    });
+  std::vector<std::pair<std::int64_t, SharedPoints>> ranked;
+  for (const std::int64_t index : leftovers_.Indices()) {
+    SharedPoints shared = completion.PointsShared(submap.Map(), index);
+    if (shared.matches.size() >= kMinShared) {
+      ranked.emplace_back(index, std::move(shared));
+    }
+  }
+  std::ranges::stable_sort(ranked, std::greater<>(),
+                           [](const auto& entry) { return entry.second.matches.size(); });
+  const TrackingViewPtr view = ranked.empty() ? nullptr : submap.MakeView();
+  for (const auto& [index, shared] : ranked) {
+    const LeftoverFrame leftover = leftovers_.ByIndex().at(index);
+    const std::optional<TrackedFrame> frame = attempts.Try(
+        kind, submap.Number(), index, static_cast<int>(shared.matches.size()), [&, &common = shared] {
+          return by_two_views ? completion.LocateByTwoViews(submap.Map(), leftover)
+                              : completion.Locate(*view, common, leftover);
+        });
     if (!frame) {
       continue;
     }
     const std::vector<FrameMatch> matches = MatchesOf(*frame, pose_tracker_.Levels());
-    if (by_two_views || AddsToMap(submap.Map(), *frame)) {
-      OptimizeAround(AddKeyframe(*frame, matches));
-      view = submap.MakeView();
-      attempts.ForgetFailuresIn(submap.Number());
+    const bool adds = by_two_views || AddsToMap(submap.Map(), *frame);
+    if (adds) {
+      const KeyframeId id = AddKeyframe(*frame, matches, &completion);
+      OptimizeAround(id);
+      CloseLoopByViews(completion, id);
     } else {  // which leaves the map as it is
       submap.RecordFrame(index, frame->timestamp, frame->anchor, matches);
     }
     leftovers_.Remove(index);
-    ++counters_.placed_at_end;
-    any = true;
-    if (by_two_views) {
+    placed_[index] = leftover;
+    if (adds) {
       return true;
     }
   }
-  return any;
+  return false;
+}
+
+// Closes a loop of the active submap between keyframes that show the same things with different map points.
+bool Mapper::CloseLoopByViews(const Completion& completion, KeyframeId keyframe) {
+  constexpr KeyframeId kMinInterval = 10;  // keyframes
+  constexpr int kMaxAttempts = 3;
+  if (!options_.mapping.loops.close || (last_loop_ != kNoKeyframe && keyframe - last_loop_ < kMinInterval)) {
+    return false;
+  }
+  for (const KeyframeId known :
+       completion.LoopsAt(active_->Map(), keyframe) | std::views::take(kMaxAttempts)) {
+    const std::optional<LoopCandidate> loop = places_.Verify(active_->Map(), keyframe, known);
+    if (loop) {
+      last_loop_ = keyframe;
+      active_->Deform([&](Map& map) { CorrectLoop(map, camera_, *loop, loop_edges_); });
+      active_->Deform([this](Map&) { OptimizeGlobally(false); });
+      ++counters_.loops;
+      return true;
+    }
+  }
+  return false;
+}
+
+std::size_t Mapper::FramesInMain() const {
+  std::size_t most = 0;
+  for (const auto& [number, submap] : submaps_) {
+    most = std::max(most, submap.Frames().size());
+  }
+  return most;
+}
+
+// Maps all images as photographs, in any order. Keeps that map and returns true if it holds more of them.
+bool Mapper::MapAfresh(const std::function<bool()>& stop) {
+  Mapper afresh(camera_, options_, nullptr, {{}, {}, [] { return false; }}, times_, ids_);
+  afresh.places_ = places_;
+  for (const auto& [number, submap] : submaps_) {
+    for (const auto& [id, keyframe] : submap.Map().Keyframes()) {
+      afresh.places_.Remove(id);
+    }
+  }
+  for (const auto& [index, image] : images_) {
+    afresh.leftovers_.Add(image);
+  }
+  afresh.Complete(stop);
+  if (afresh.FramesInMain() <= FramesInMain()) {
+    return false;
+  }
+  counters_ = counters_ + afresh.counters_;
+  submaps_ = std::move(afresh.submaps_);
+  atlas_ = std::move(afresh.atlas_);
+  places_ = std::move(afresh.places_);
+  loop_edges_ = std::move(afresh.loop_edges_);
+  leftovers_ = std::move(afresh.leftovers_);
+  placed_ = std::move(afresh.placed_);
+  active_ = RankedSubmaps().front();
+  return true;
+}
+
+// Tracks the boxes of the frames that were placed at the end, in the order of time.
+void Mapper::TrackPlacedBoxes() {
+  int next_id = 0;
+  for (const auto& [number, submap] : submaps_) {
+    next_id = std::max(next_id, submap.Objects().View()->IdBound());
+  }
+  for (Submap* submap : RankedSubmaps()) {
+    ObjectTracker tracker(options_.objects);
+    tracker.StartIdsAt(next_id);
+    for (const auto& [index, frame] : placed_) {
+      if (submap->Frames().contains(index) && !frame.detections.empty()) {
+        TrackBoxesOf(frame, *submap, tracker);
+      }
+    }
+    next_id = std::max(next_id, tracker.NextId());
+  }
+}
+
+void Mapper::TrackBoxesOf(const LeftoverFrame& image, Submap& submap, ObjectTracker& tracker) {
+  ObjectFrame frame;
+  frame.frame_index = image.index;
+  frame.T_map_camera = *submap.FramePose(image.index);
+  frame.camera = camera_;
+  frame.detections = image.detections;
+  if (!image.image_path.empty()) {
+    frame.gray = cv::imread(image.image_path, cv::IMREAD_GRAYSCALE);
+    if (frame.gray.size() != cv::Size(camera_.width, camera_.height)) {
+      frame.gray = cv::Mat();  // resized, or rewritten meanwhile: no lines
+    }
+  }
+  frame.points = submap.PointsIn(image.index, camera_);
+  const std::vector<ObjectObservation> observations = tracker.Track(frame, *submap.Objects().View(), &times_);
+  submap.Objects().AddObservations(observations);
+  if (const std::optional<Rigid3d> T_new_old = submap.KeepUpright(camera_, false)) {
+    const Sim3d S_new_old = Sim3d::FromRigid(*T_new_old);
+    MoveOrigins(submap.Number(), S_new_old, submap.Number());
+    tracker.Transform(S_new_old);
+  }
+  submap.MapObjects(camera_, false);
 }
 
 // Runs the final bundle adjustment of the active submap.
@@ -186,13 +357,22 @@ void Mapper::LearnFrom(Submap& submap) {
 }
 
 std::vector<FinishedMap> Mapper::Finish(const std::function<bool()>& stop) {
+  const StageTimes::Scope timer(times_, "mapping.final");
+  adjustment_.Stop();
+  if (active_ != nullptr) {
+    TrackBacklog();
+  }
+  constexpr double kMinMapped = 0.95;  // of the images, else another way to map them is tried
+  const bool mapped = !keeps_images_ ||
+                      static_cast<double>(FramesInMain()) >= kMinMapped * static_cast<double>(images_.size());
+  if (mapped || !MapAfresh(stop)) {
+    Complete(stop);
+  }
   if (submaps_.empty()) {
     return {};
   }
-  const StageTimes::Scope timer(times_, "mapping.final");
-  adjustment_.Stop();
-  TrackBacklog();
-  Complete(stop);
+  counters_.placed_at_end += static_cast<int>(placed_.size());
+  TrackPlacedBoxes();
   const std::vector<Submap*> ranked = RankedSubmaps();
   std::vector<FinishedMap> finished;
   for (Submap* submap : ranked) {

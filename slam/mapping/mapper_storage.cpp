@@ -93,6 +93,7 @@ IdShift Mapper::ShiftFor(const State& state, const IdSource& ids) const {
 
 Mapper::Restored Mapper::Restore(std::string_view bytes, const std::string& what,
                                  const std::shared_ptr<IdSource>& ids) {
+  keeps_images_ = false;  // an existing map is extended, never made afresh
   ByteReader reader(bytes, what);
   State state;
   std::size_t count = 0;

@@ -19,23 +19,9 @@ const Map* MapOf(const std::vector<const Map*>& maps, KeyframeId id) {
 
 void PlaceRecognizer::Add(Keyframe& keyframe) {
   if (vocabulary_) {
-    keyframe.words =
-        std::make_shared<const BagOfWords>(vocabulary_->Transform(keyframe.features->descriptors));
+    keyframe.words = std::make_shared<const BagOfWords>(WordsOf(*keyframe.features));
     index_.Add(keyframe.id, *keyframe.words);
   }
-}
-
-std::vector<KeyframeId> PlaceRecognizer::MostSimilar(const Map& map, const FrameFeatures& features,
-                                                     int count) const {
-  if (!vocabulary_) {
-    return {};
-  }
-  const BagOfWords words = vocabulary_->Transform(features.descriptors);
-  PlaceQuery query;
-  query.bow = &words;
-  query.max_candidates = count;
-  query.exclude = [&map](KeyframeId id) { return !map.HasKeyframe(id); };
-  return ToVector(index_.Query(query), &PlaceCandidate::id);
 }
 
 std::vector<PlaceCandidate> PlaceRecognizer::FindCandidates(const std::vector<const Map*>& maps,

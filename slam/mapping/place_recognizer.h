@@ -26,11 +26,18 @@ class PlaceRecognizer {
   void Add(Keyframe& keyframe);
   void Remove(KeyframeId keyframe) { index_.Remove(keyframe); }
 
-  // Returns the keyframes of one map most similar to an image, best first.
-  std::vector<KeyframeId> MostSimilar(const Map& map, const FrameFeatures& features, int count) const;
+  bool HasVocabulary() const { return vocabulary_ != nullptr; }
+  BagOfWords WordsOf(const FrameFeatures& features) const {  // with a vocabulary only
+    return vocabulary_->Transform(features.descriptors);
+  }
 
   // Returns a verified loop, if any. `maps`: all submaps; `current` is in maps.front().
   std::optional<LoopCandidate> Recognize(const std::vector<const Map*>& maps, KeyframeId current) const;
+
+  // Returns the loop between two keyframes of one map, if the map points around them confirm it.
+  std::optional<LoopCandidate> Verify(const Map& map, KeyframeId current, KeyframeId known) const {
+    return VerifyLoop(camera_, options_, map, map.At(current), map, map.At(known));
+  }
 
  private:
   std::vector<PlaceCandidate> FindCandidates(const std::vector<const Map*>& maps,

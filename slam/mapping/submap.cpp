@@ -131,6 +131,27 @@ std::optional<Rigid3d> Submap::FramePose(std::int64_t index) const {
   return record != frames_.end() ? std::optional(PoseOf(record->second)) : std::nullopt;
 }
 
+std::vector<TrackedPoint> Submap::PointsIn(std::int64_t index, const Camera& camera) const {
+  std::vector<TrackedPoint> points;
+  const KeyframeId reference = frames_.at(index).pose.reference;
+  if (map_->HasKeyframe(reference) && map_->At(reference).frame_index == index) {
+    const Keyframe& keyframe = map_->At(reference);
+    for (std::size_t i = 0; i < keyframe.points.size(); ++i) {
+      if (const PointId id = keyframe.points[i]; id != kNoPoint) {
+        points.push_back({id, keyframe.features->keypoints[i].raw_pixel, map_->Point(id).p_map});
+      }
+    }
+  } else if (const auto matches = unrefined_.find(index); matches != unrefined_.end()) {
+    for (const FrameMatch& match : matches->second) {
+      if (const PointId id = map_->Resolve(match.point); id != kNoPoint) {
+        const Eigen::Vector2d pixel = camera.ProjectDistorted(camera.Unproject(match.pixel.cast<double>()));
+        points.push_back({id, pixel, map_->Point(id).p_map});
+      }
+    }
+  }
+  return points;
+}
+
 std::optional<Rigid3d> Submap::KeepUpright(const Camera& camera, bool last) {
   const std::optional<Rigid3d> T_new_old = upright_.Update(*map_, objects_, camera, last);
   if (T_new_old) {

@@ -45,6 +45,10 @@ class ThinnedFrames {
     frames_.insert_or_assign(index, std::move(frame));
   }
   void Remove(std::int64_t index) { frames_.erase(index); }
+  Frame* Find(std::int64_t index) {  // null if it is not there
+    const auto frame = frames_.find(index);
+    return frame != frames_.end() ? &frame->second : nullptr;
+  }
 
   const std::map<std::int64_t, Frame>& ByIndex() const { return frames_; }
   std::vector<std::int64_t> Indices() const { return ToVector(frames_ | std::views::keys); }
@@ -100,6 +104,9 @@ class Submap {
   // All tracked frames by index; never empty.
   const std::map<std::int64_t, FrameRecord>& Frames() const { return frames_; }
   std::optional<Rigid3d> FramePose(std::int64_t index) const;  // T_map_camera
+
+  // Returns the map points seen in a frame, until RefineFrames() drops their matches.
+  std::vector<TrackedPoint> PointsIn(std::int64_t index, const Camera& camera) const;
 
   // Turns the map upright if a better estimate of gravity exists. Returns the change of the map frame.
   std::optional<Rigid3d> KeepUpright(const Camera& camera, bool last);

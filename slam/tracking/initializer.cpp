@@ -34,7 +34,36 @@ void NormalizeScale(Map& map) {
 
 }  // namespace
 
-void Initializer::Restart(const View& view) {
+std::unique_ptr<Map> MapOfTwoViews(const Camera& camera, std::unique_ptr<Map> map,
+                                   const StartView& first_view, const StartView& second_view,
+                                   const TwoViewGeometry& geometry,
+                                   const std::vector<std::pair<int, int>>& matches, int min_points) {
+  constexpr int kBundleIterations = 20;
+  const KeyframeId first =
+      map->AddKeyframe(first_view.frame_index, first_view.timestamp, {}, first_view.features);
+  const KeyframeId second = map->AddKeyframe(second_view.frame_index, second_view.timestamp,
+                                             geometry.T_camera2_camera1, second_view.features);
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    if (geometry.points[i]) {
+      const PointId point = map->AddPoint(*geometry.points[i], first);
+      map->AddObservation(point, first, matches[i].first);
+      map->AddObservation(point, second, matches[i].second);
+    }
+  }
+  GlobalBundleAdjustment(*map, camera, kBundleIterations);
+  if (map->NumPoints() < min_points) {
+    return nullptr;
+  }
+  for (const MapPoint& point : map->Points()) {
+    map->UpdateAppearance(point.id);
+  }
+  NormalizeScale(*map);
+  map->UpdateCovisibility(first);
+  map->UpdateCovisibility(second);
+  return map;
+}
+
+void Initializer::Restart(const StartView& view) {
   start_.reset();
   if (static_cast<int>(view.features->Size()) < kMinFeatures) {
     refusal_ = fmt::format("too little texture ({} features, at least {} needed)", view.features->Size(),
@@ -52,7 +81,11 @@ std::vector<std::pair<int, int>> Initializer::MatchToStart(const FrameFeatures& 
     predictions.push_back({static_cast<int>(i), expected_[i], options_.search_radius, keypoint.octave,
                            &start_->features->descriptors[i], keypoint.angle});
   }
-  const auto matches = MatchPredictions(predictions, features, {}, kMaxUnguidedDistance, 0.9);
+  auto matches = MatchPredictions(predictions, features, {}, kMaxUnguidedDistance, 0.9);
+  if (static_cast<int>(matches.size()) < options_.min_matches) {  // moved farther than the search radius
+    constexpr double kRatio = 0.8;
+    matches = MatchAll(*start_->features, features, {}, {}, kMaxUnguidedDistance, kRatio);
+  }
   for (const auto& [i, keypoint] : matches) {
     expected_[i] = features.keypoints[keypoint].pixel;
   }
@@ -61,7 +94,7 @@ std::vector<std::pair<int, int>> Initializer::MatchToStart(const FrameFeatures& 
 
 std::unique_ptr<Map> Initializer::Add(std::int64_t frame_index, double timestamp,
                                       const FrameFeaturesPtr& features) {
-  const View view{frame_index, timestamp, features};
+  const StartView view{frame_index, timestamp, features};
   if (!start_ || frame_index - start_->frame_index > kMaxFrames) {
     Restart(view);
     return nullptr;
@@ -89,38 +122,11 @@ std::unique_ptr<Map> Initializer::Add(std::int64_t frame_index, double timestamp
     refusal_ = report.refusal;
     return nullptr;
   }
-  std::unique_ptr<Map> map = Build(*report.geometry, matches, view);
+  std::unique_ptr<Map> map = MapOfTwoViews(camera_, std::make_unique<Map>(levels_, ids_), *start_, view,
+                                           *report.geometry, matches, options_.two_view.min_points);
   if (map) {
     start_.reset();
   }
-  return map;
-}
-
-std::unique_ptr<Map> Initializer::Build(const TwoViewGeometry& geometry,
-                                        const std::vector<std::pair<int, int>>& matches,
-                                        const View& view) const {
-  constexpr int kBundleIterations = 20;
-  auto map = std::make_unique<Map>(levels_, ids_);
-  const KeyframeId first = map->AddKeyframe(start_->frame_index, start_->timestamp, {}, start_->features);
-  const KeyframeId second =
-      map->AddKeyframe(view.frame_index, view.timestamp, geometry.T_camera2_camera1, view.features);
-  for (std::size_t i = 0; i < matches.size(); ++i) {
-    if (geometry.points[i]) {
-      const PointId point = map->AddPoint(*geometry.points[i], first);
-      map->AddObservation(point, first, matches[i].first);
-      map->AddObservation(point, second, matches[i].second);
-    }
-  }
-  GlobalBundleAdjustment(*map, camera_, kBundleIterations);
-  if (map->NumPoints() < options_.two_view.min_points) {
-    return nullptr;
-  }
-  for (const MapPoint& point : map->Points()) {
-    map->UpdateAppearance(point.id);
-  }
-  NormalizeScale(*map);
-  map->UpdateCovisibility(first);
-  map->UpdateCovisibility(second);
   return map;
 }
 

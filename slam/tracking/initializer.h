@@ -9,6 +9,19 @@
 
 namespace sqslam {
 
+// One of the two images that a map starts from.
+struct StartView {
+  std::int64_t frame_index = 0;
+  double timestamp = 0.0;
+  FrameFeaturesPtr features;
+};
+
+// Fills an empty map with two keyframes, unit median depth in the first, refined by bundle adjustment; null
+// if fewer than `min_points` points remain. `matches`: those of which `geometry` was estimated.
+std::unique_ptr<Map> MapOfTwoViews(const Camera& camera, std::unique_ptr<Map> map, const StartView& first,
+                                   const StartView& second, const TwoViewGeometry& geometry,
+                                   const std::vector<std::pair<int, int>>& matches, int min_points);
+
 // Starts a map from two frames, as ORB-SLAM does (Mur-Artal et al. 2015, IV): waits until the camera has
 // translated enough, estimates the two-view geometry, triangulates, refines by bundle adjustment and sets the
 // median depth to 1.
@@ -30,22 +43,14 @@ class Initializer {
   std::string Reason() const;
 
  private:
-  struct View {
-    std::int64_t frame_index = 0;
-    double timestamp = 0.0;
-    FrameFeaturesPtr features;
-  };
-
-  void Restart(const View& view);
+  void Restart(const StartView& view);
   std::vector<std::pair<int, int>> MatchToStart(const FrameFeatures& features);
-  std::unique_ptr<Map> Build(const TwoViewGeometry& geometry, const std::vector<std::pair<int, int>>& matches,
-                             const View& view) const;
 
   Camera camera_;
   InitializationOptions options_;
   ScaleLevels levels_;
   std::shared_ptr<IdSource> ids_;
-  std::optional<View> start_;
+  std::optional<StartView> start_;
   std::vector<Eigen::Vector2d> expected_;  // last matched position of each feature of start_, px
   std::string refusal_;
   double largest_flow_ = 0.0;  // px, of the median over the matches

@@ -3,9 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <functional>
-#include <map>
 #include <ranges>
-#include <set>
 
 #include "slam/estimation/absolute_pose.h"
 #include "slam/estimation/reprojection_error.h"
@@ -258,31 +256,13 @@ bool PoseTracker::TrackWithoutPrediction(const TrackingView& view, const Tracked
   });
 }
 
-bool PoseTracker::LocateAmong(const TrackingView& view, const std::set<KeyframeId>& keyframes,
-                              int min_inliers, TrackedFrame& frame) const {
+bool PoseTracker::LocateFrom(const TrackingView& view, const std::vector<std::pair<PointId, int>>& matches,
+                             KeyframeId reference, int min_inliers, TrackedFrame& frame) const {
   constexpr int kIterations = 2000;
-  constexpr double kRatio = 0.8;
-  std::map<int, NearestTwo> best;  // by keypoint of the frame; the index is the map point's id
-  std::map<PointId, KeyframeId> seen_in;
-  for (const KeyframeId id : keyframes) {
-    const ViewKeyframe& keyframe = view.keyframes.at(id);
-    for (const auto& [i, j] : MatchDescriptors(*keyframe.features, keyframe.points, frame, kRatio)) {
-      best[j].Add(HammingDistance(keyframe.features->descriptors[i], frame.features->descriptors[j]),
-                  static_cast<int>(keyframe.points[i]));
-      seen_in[keyframe.points[i]] = id;
-    }
-  }
-  std::vector<std::pair<PointId, int>> matches;
-  std::map<KeyframeId, int> votes;
-  for (const auto& [keypoint, nearest] : best) {
-    matches.emplace_back(nearest.best.index, keypoint);
-    ++votes[seen_in.at(nearest.best.index)];
-  }
-  if (matches.empty() || !LocateByMatches(view, matches, kIterations, frame)) {
+  if (!LocateByMatches(view, matches, kIterations, frame)) {
     return false;
   }
-  const auto most = std::ranges::max_element(votes, {}, &std::pair<const KeyframeId, int>::second);
-  frame.anchor = {most->first, {}, view.keyframes.at(most->first).pose.scale};
+  frame.anchor = {reference, {}, view.keyframes.at(reference).pose.scale};
   SeenPoints seen;
   return ConfirmPose(view, min_inliers, frame, seen);
 }

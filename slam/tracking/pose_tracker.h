@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <set>
 #include <utility>
 #include <vector>
 
@@ -88,10 +87,10 @@ class PoseTracker {
   bool LocateNear(const TrackingView& view, const Rigid3d& T_camera_map, KeyframeId reference, double radius,
                   TrackedFrame& frame) const;
 
-  // Like Relocate(), with matches pooled from several keyframes: if views are far apart, each alone may share
-  // too few points with the frame.
-  bool LocateAmong(const TrackingView& view, const std::set<KeyframeId>& keyframes, int min_inliers,
-                   TrackedFrame& frame) const;
+  // Like Relocate(), from given matches of map points with keypoints of the frame: if views are far apart, a
+  // single keyframe may share too few points with the frame. `reference`: a keyframe that shares many.
+  bool LocateFrom(const TrackingView& view, const std::vector<std::pair<PointId, int>>& matches,
+                  KeyframeId reference, int min_inliers, TrackedFrame& frame) const;
 
   // Checks a suspicious step: if the image moved far since `last` and few of the visible points were found,
   // the search around a wrong prediction may have matched only distant points, which hardly move. Tries

@@ -7,6 +7,13 @@ namespace {
 
 constexpr double kMaxInterval = 0.5;  // s, longest time between frames over which motion is extrapolated
 
+// Photographs share less of their view than frames of a film: more features make up for it.
+OrbOptions RichFeatures(OrbOptions options) {
+  constexpr double kTimes = 2.5;
+  options.num_features = static_cast<int>(kTimes * options.num_features);
+  return options;
+}
+
 }  // namespace
 
 Tracker::Tracker(const Camera& camera, const TrackingOptions& options, const ObjectOptions& objects,
@@ -15,6 +22,7 @@ Tracker::Tracker(const Camera& camera, const TrackingOptions& options, const Obj
     : camera_(camera),
       options_(options),
       extractor_(options.features),
+      rich_extractor_(RichFeatures(options.features)),
       ignored_(options.moving),
       pose_tracker_(camera, options),
       shutter_(camera, options.rolling_shutter),
@@ -47,6 +55,7 @@ TrackingReport Tracker::Track(const Frame& frame, const AtlasViewPtr& atlas, int
     BeginSubmapOrWait(report);
   }
   TrackObjects(frame, tracked, report);
+  report.features = FeaturesToKeep(frame, tracked || report.pose);
   static_cast<FrameStamp&>(report) = StampOf(frame);
   return report;
 }
@@ -63,6 +72,17 @@ void Tracker::ExtractFeatures(const Frame& frame) {
       extractor_.Extract(frame.gray, frame.bgr, camera_, ignored_.MaskOf(frame)));
   current_.ClearPoints();
   motion_.reset();
+}
+
+// Returns what the mapping thread keeps of a frame for the end of the run.
+FrameFeaturesPtr Tracker::FeaturesToKeep(const Frame& frame, bool tracked) {
+  constexpr int kMaxRichFrames = 100;  // as many as photographs that are all compared
+  if (tracked || rich_frames_ == kMaxRichFrames) {
+    return current_.features;
+  }
+  ++rich_frames_;
+  return std::make_shared<const FrameFeatures>(
+      rich_extractor_.Extract(frame.gray, frame.bgr, camera_, ignored_.MaskOf(frame)));
 }
 
 FrameView Tracker::Newest() const {
@@ -249,7 +269,6 @@ void Tracker::BeginSubmapOrWait(TrackingReport& report) {
     map = initializer_.Add(current_.index, current_.timestamp, current_.features);
   }
   if (!map) {
-    report.unplaced = current_.features;
     untracked_.push_back(current_);
     if (untracked_.size() > kMaxUntracked) {
       untracked_.erase(untracked_.begin());

@@ -75,6 +75,7 @@ class Tracker {
 
   FrameStamp StampOf(const Frame& frame) const;
   void ExtractFeatures(const Frame& frame);
+  FrameFeaturesPtr FeaturesToKeep(const Frame& frame, bool tracked);
   void AdoptAtlas(const AtlasViewPtr& atlas);
   void MoveLastFrame();
   bool EstimatePose(TrackingReport& report);
@@ -95,6 +96,8 @@ class Tracker {
   Camera camera_;
   TrackingOptions options_;
   OrbExtractor extractor_;
+  OrbExtractor rich_extractor_;  // for frames without a pose
+  int rich_frames_ = 0;
   IgnoredRegions ignored_;
   PoseTracker pose_tracker_;
   RollingShutter shutter_;

@@ -15,7 +15,6 @@ struct InitializationOptions {
   void VisitFields(auto&& visit) {
     visit("min_matches", min_matches, 20, 10000);
     visit("search_radius", search_radius, 5.0, 1000.0);
-    visit("two_view", two_view);
   }
 };
 

@@ -41,7 +41,7 @@ struct TrackingReport : FrameStamp {
   std::vector<FrameMatch> matches;   // that give the pose
   SeenPoints seen;
   std::optional<KeyframeCandidate> keyframe;
-  FrameFeaturesPtr unplaced;           // features of a frame without a pose
+  FrameFeaturesPtr features;
   std::optional<Backlog> backlog;      // set when tracking begins or resumes
   std::optional<SeenObjects> objects;  // empty until the detector has processed the frame
 };

@@ -52,9 +52,9 @@ class CompletionAttemptsTest : public ::testing::Test {
   using Kind = CompletionAttempts::Kind;
 
   // Makes an attempt that fails; returns false if it was not made.
-  bool Fails(Kind kind, std::int64_t submap, std::int64_t leftover) {
+  bool Fails(Kind kind, std::int64_t submap, std::int64_t leftover, int evidence = 100) {
     bool made = false;
-    attempts_.Try(kind, submap, leftover, [&]() -> std::optional<int> {
+    attempts_.Try(kind, submap, leftover, evidence, [&]() -> std::optional<int> {
       made = true;
       return std::nullopt;
     });
@@ -65,41 +65,57 @@ class CompletionAttemptsTest : public ::testing::Test {
   CompletionAttempts attempts_{[this] { return stopped_; }};
 };
 
-TEST_F(CompletionAttemptsTest, RepeatsFailuresOnlyWhenAMapHasChanged) {
+TEST_F(CompletionAttemptsTest, RepeatsFailuresOnlyWithMoreEvidence) {
   EXPECT_TRUE(Fails(Kind::kTie, 1, 2));
   EXPECT_FALSE(Fails(Kind::kTie, 1, 2));
+  EXPECT_FALSE(Fails(Kind::kTie, 1, 2, 110));
+  EXPECT_TRUE(Fails(Kind::kTie, 1, 2, 130));
+  EXPECT_FALSE(Fails(Kind::kTie, 1, 2, 130));
   EXPECT_TRUE(Fails(Kind::kTie, 2, 1)) << "the other way round";
   EXPECT_TRUE(Fails(Kind::kTie, 1, 3));
   EXPECT_TRUE(Fails(Kind::kLocate, 1, 2));
   EXPECT_TRUE(Fails(Kind::kTwoViews, 1, 2));
-  EXPECT_TRUE(Fails(Kind::kLocate, 4, 1)) << "frame 1";
-  attempts_.ForgetFailuresIn(2);
-  EXPECT_TRUE(Fails(Kind::kTie, 1, 2));
-  EXPECT_FALSE(Fails(Kind::kTie, 1, 3));
-  EXPECT_FALSE(Fails(Kind::kLocate, 1, 2)) << "2 is a frame there";
-  attempts_.ForgetFailuresIn(1);
-  EXPECT_TRUE(Fails(Kind::kTie, 1, 3));
-  EXPECT_TRUE(Fails(Kind::kLocate, 1, 2));
-  EXPECT_FALSE(Fails(Kind::kLocate, 4, 1));
 }
 
 TEST_F(CompletionAttemptsTest, RepeatsSuccesses) {
   for (int i = 0; i < 2; ++i) {
-    EXPECT_EQ(attempts_.Try(Kind::kTie, 1, 2, [] { return std::optional(7); }), 7);
+    EXPECT_EQ(attempts_.Try(Kind::kTie, 1, 2, 100, [] { return std::optional(7); }), 7);
   }
 }
 
 TEST_F(CompletionAttemptsTest, MakesNoAttemptOnceStopped) {
   stopped_ = true;
   EXPECT_FALSE(Fails(Kind::kTie, 1, 2));
+  EXPECT_TRUE(attempts_.Stopped());
 }
 
 class CompletionTest : public ::testing::Test {
  protected:
+  // Adds the keyframes of a map to the images that are compared.
+  void AddViews(const Map& map, std::int64_t group) {
+    for (const auto& [id, keyframe] : map.Keyframes()) {
+      views_.Add(keyframe.frame_index, keyframe.features, group);
+    }
+  }
+  std::optional<TrackedFrame> Locate(const SyntheticMap& world, const LeftoverFrame& frame) {
+    AddViews(world.map, 0);
+    views_.Add(frame.index, frame.features);
+    views_.Match();
+    return completion_.Locate(MakeTrackingView(world.map), completion_.PointsShared(world.map, frame.index),
+                              frame);
+  }
+  std::optional<SubmapTie> Tie(const Map& current, const Map& known) {
+    AddViews(known, 0);
+    AddViews(current, 1);
+    views_.Match();
+    return completion_.Tie(current, known, MakeTrackingView(known), completion_.CommonViews(current, known));
+  }
+
   Camera camera_ = SyntheticWorld().camera;
   PoseTracker tracker_{camera_, {}};
   PlaceRecognizer places_{camera_, {}, nullptr};
-  Completion completion_{camera_, tracker_, places_};
+  ViewGraph views_{camera_, places_};
+  Completion completion_{camera_, tracker_, views_};
 };
 
 // Half way round the cloud from the nearest keyframe in time.
@@ -107,7 +123,7 @@ TEST_F(CompletionTest, LocatesFrameFarFromAllKeyframes) {
   const SyntheticMap world = MakeSyntheticMap({});
   const LeftoverFrame frame{
       40, 4.0, world.See(PoseOnArc(8.0), {.pixel_noise = 0.2, .flipped_bits = 10, .clutter = 200}).features};
-  const auto located = completion_.Locate(world.map, MakeTrackingView(world.map), frame);
+  const auto located = Locate(world, frame);
   ASSERT_TRUE(located);
   EXPECT_LT(CenterDistance(located->T_camera_map, PoseOnArc(8.0)), 5.0 * kThousandth);
   EXPECT_GT(located->inliers, 100);
@@ -117,19 +133,31 @@ TEST_F(CompletionTest, LocatesFrameFarFromAllKeyframes) {
 TEST_F(CompletionTest, DoesNotLocateFrameOfOtherWorld) {
   const SyntheticMap world = MakeSyntheticMap({});
   const SyntheticMap elsewhere = MakeSyntheticMap({.seed = 99});
-  EXPECT_FALSE(completion_.Locate(world.map, MakeTrackingView(world.map),
-                                  {7, 0.7, elsewhere.See(PoseOnArc(3.0)).features}));
-  EXPECT_FALSE(completion_.Locate(world.map, MakeTrackingView(world.map),
-                                  {7, 0.7, SyntheticWorld().See({}).features}));
+  EXPECT_FALSE(Locate(world, {30, 3.0, elsewhere.See(PoseOnArc(3.0)).features}));
+  EXPECT_FALSE(Locate(world, {31, 3.1, SyntheticWorld().See({}).features}));
 }
 
-TEST_F(CompletionTest, OrdersFramesByDistanceInTime) {
-  const SyntheticMap world = MakeSyntheticMap({.keyframes = 3});  // frames 0, 1 and 2
-  LeftoverFrames frames(10);
-  for (const int index : {30, 4, 12}) {
-    frames.Add({index, 0.1 * index, nullptr});
+// Six photographs of a cloud, four of another one.
+TEST_F(CompletionTest, FindsStartsThatFurtherViewsConfirm) {
+  const SyntheticMap world = MakeSyntheticMap({});
+  const SyntheticMap elsewhere = MakeSyntheticMap({.seed = 99});
+  LeftoverFrames frames(20);
+  for (int i = 0; i < 10; ++i) {
+    const SyntheticMap& shown = i < 6 ? world : elsewhere;
+    frames.Add({i, 0.1 * i, shown.See(PoseOnArc(i), {.pixel_noise = 0.3}).features});
+    views_.Add(i, frames.ByIndex().at(i).features);
   }
-  EXPECT_EQ(completion_.ByDistanceInTime(world.map, frames), (std::vector<std::int64_t>{4, 12, 30}));
+  views_.Match();
+  EXPECT_TRUE(views_.MatchesOf(0).contains(5));
+  EXPECT_FALSE(views_.MatchesOf(0).contains(6));
+  const std::vector<StartPair> starts = completion_.Starts(frames);
+  ASSERT_FALSE(starts.empty());
+  for (const StartPair& start : starts) {
+    EXPECT_EQ(start.first < 6, start.second < 6) << start.first << ' ' << start.second;
+    EXPECT_LT(start.geometry.direction_deviation, 0.1);
+  }
+  EXPECT_GT(completion_.ThirdViewSupport(MakeSyntheticMap({.keyframes = 2}).map, frames), 0.8);
+  EXPECT_LT(completion_.ThirdViewSupport(MakeSyntheticMap({.keyframes = 2, .seed = 5}).map, frames), 0.2);
 }
 
 // The same part of the ring twice, the second time in a frame and unit of its own.
@@ -137,12 +165,13 @@ TEST_F(CompletionTest, TiesMapsOfTheSamePlace) {
   const SyntheticMap known = MakeRingMap({.keyframes = 8, .scale_drift = 0.0, .rotation_drift = 0.0});
   SyntheticMap current =
       MakeRingMap({.keyframes = 8, .scale_drift = 0.0, .rotation_drift = 0.0, .first_id = 100});
+  current.map.Renumber({.frame = 100});
   const Sim3d S_current_ring{
       2.5,
       Eigen::Quaterniond(Eigen::AngleAxisd(0.8, Eigen::Vector3d(1.0, 2.0, 3.0).normalized())),
       {3.0, -1.0, 7.0}};
   current.map.Transform(S_current_ring);
-  const auto tie = completion_.Tie(current.map, known.map, MakeTrackingView(known.map));
+  const auto tie = Tie(current.map, known.map);
   ASSERT_TRUE(tie);
   EXPECT_TRUE(current.map.HasKeyframe(tie->loop.current));
   EXPECT_TRUE(known.map.HasKeyframe(tie->loop.known));
@@ -159,8 +188,9 @@ TEST_F(CompletionTest, TiesMapsOfTheSamePlace) {
 
 TEST_F(CompletionTest, DoesNotTieMapsOfDifferentPlaces) {
   const SyntheticMap known = MakeSyntheticMap({});
-  const SyntheticMap elsewhere = MakeSyntheticMap({.seed = 99});
-  EXPECT_FALSE(completion_.Tie(elsewhere.map, known.map, MakeTrackingView(known.map)));
+  SyntheticMap elsewhere = MakeSyntheticMap({.seed = 99});
+  elsewhere.map.Renumber({.frame = 100});
+  EXPECT_FALSE(Tie(elsewhere.map, known.map));
 }
 
 }  // namespace

@@ -241,22 +241,17 @@ TEST_F(PoseTrackerTest, CommutesWithASimilarity) {
   EXPECT_NEAR(moved.anchor.scale, 2.5, 1e-12);
 }
 
-// All keyframes together show what none of them shows enough of alone.
-TEST_F(PoseTrackerTest, LocatesByPooledMatchesOfSeveralKeyframes) {
-  constexpr int kKeyframes = 6;
-  for (const MapPoint& const_point : world_.map.Points()) {
-    for (KeyframeId id = 0; id < kKeyframes; ++id) {
-      if (const_point.id % kKeyframes != id && (const_point.id + 1) % kKeyframes != id) {
-        world_.map.RemoveObservation(const_point.id, id);
-      }
-    }
-  }
+TEST_F(PoseTrackerTest, LocatesByGivenMatches) {
   TrackedFrame frame = See(7.0, {.pixel_noise = 0.15, .flipped_bits = 15, .clutter = 500});
   const TrackingView view = View();
-  ASSERT_TRUE(tracker_.LocateAmong(view, {0, 1, 2, 3, 4, 5}, 100, frame));
+  std::vector<std::pair<PointId, int>> matches;  // the world's points come first, in the order of keyframe 5
+  for (int i = 0; i < 60; ++i) {
+    matches.emplace_back(view.keyframes.at(5).points[i], i);
+  }
+  ASSERT_TRUE(tracker_.LocateFrom(view, matches, 5, 100, frame));
   EXPECT_LT(CenterDistance(frame.T_camera_map, PoseOnArc(7.0)), 2.0 * kMillimetre);
   EXPECT_EQ(WrongMatches(frame), 0);
-  EXPECT_FALSE(tracker_.LocateAmong(view, {}, 20, frame));
+  EXPECT_FALSE(tracker_.LocateFrom(view, {}, 5, 20, frame));
 }
 
 // A pose that only a few points hold, far from the truth, gives way to the one that descriptors lead to.

@@ -1,0 +1,125 @@
+#include "slam/mapping/view_graph.h"
+
+#include <algorithm>
+#include <iterator>
+
+#include "slam/estimation/two_view.h"
+#include "slam/features/matching.h"
+#include "slam/recognition/place_index.h"
+#include "slam/util/parallel.h"
+
+namespace sqslam {
+
+void ViewGraph::Add(std::int64_t index, FrameFeaturesPtr features, std::int64_t group) {
+  images_.insert_or_assign(index, Image{std::move(features), group, {}});
+}
+
+const std::map<std::int64_t, ImageMatches>& ViewGraph::MatchesOf(std::int64_t index) const {
+  static const std::map<std::int64_t, ImageMatches> kNone;
+  const auto image = images_.find(index);
+  return image != images_.end() ? image->second.matches : kNone;
+}
+
+// Few images are all compared; among many, those next in order and those with the most similar words.
+std::set<ViewGraph::ImagePair> ViewGraph::Candidates() const {
+  constexpr std::size_t kFewImages = 60;
+  constexpr int kNext = 4;      // images after each one
+  constexpr int kSimilar = 12;  // images for each one
+  std::set<ImagePair> pairs;
+  const auto add = [&](std::int64_t a, std::int64_t b) {
+    const std::int64_t group = images_.at(a).group;
+    if (a != b && (group < 0 || group != images_.at(b).group)) {
+      pairs.insert(std::minmax(a, b));
+    }
+  };
+  std::map<std::int64_t, BagOfWords> words;
+  PlaceIndex index;
+  const bool few = images_.size() <= kFewImages;
+  for (const auto& [id, image] : images_) {
+    if (!few && places_.HasVocabulary()) {
+      words[id] = places_.WordsOf(*image.features);
+      index.Add(id, words[id]);
+    }
+  }
+  for (auto image = images_.begin(); image != images_.end(); ++image) {
+    int steps = 0;
+    for (auto next = std::next(image); next != images_.end() && (few || steps < kNext); ++next, ++steps) {
+      add(image->first, next->first);
+    }
+    if (const auto bow = words.find(image->first); bow != words.end()) {
+      PlaceQuery query;
+      query.bow = &bow->second;
+      query.min_shared_words = 0.3;
+      query.min_group_score = 0.0;
+      query.max_candidates = kSimilar;
+      const std::int64_t group = image->second.group;
+      query.exclude = [&](PlaceId id) {
+        return id == image->first || (group >= 0 && images_.at(id).group == group);
+      };
+      for (const PlaceCandidate& similar : index.Query(query)) {
+        add(image->first, similar.id);
+      }
+    }
+  }
+  return pairs;
+}
+
+ViewGraph::Comparison ViewGraph::Compare(const FrameFeatures& a, const FrameFeatures& b) const {
+  constexpr int kMaxDistance = 64;  // bits
+  constexpr double kRatio = 0.85;
+  constexpr std::size_t kMinMatches = 16;
+  const ImageMatches pairs = MatchAll(a, b, {}, {}, kMaxDistance, kRatio);
+  std::vector<TwoViewMatch> pixels;
+  for (const auto& [i, j] : pairs) {
+    pixels.push_back({a.keypoints[i].pixel, b.keypoints[j].pixel});
+  }
+  Comparison comparison;
+  for (const int i : EpipolarInliers(camera_, pixels, comparison.only_turns)) {
+    comparison.matches.push_back(pairs[i]);
+  }
+  if (comparison.matches.size() < kMinMatches) {
+    comparison.matches.clear();
+  }
+  return comparison;
+}
+
+// Returns true if any of the pairs shows that the camera has translated.
+bool ViewGraph::MatchPairs(const std::vector<ImagePair>& pairs, const std::function<bool()>& stop) {
+  std::vector<Comparison> compared(pairs.size());
+  ParallelFor(pairs.size(), 0, [&](std::size_t i) {
+    if (!stop || !stop()) {
+      compared[i] = Compare(FeaturesOf(pairs[i].first), FeaturesOf(pairs[i].second));
+    }
+  });
+  bool translates = false;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    ImageMatches& matches = compared[i].matches;
+    if (matches.empty()) {
+      continue;
+    }
+    translates = translates || !compared[i].only_turns;
+    ImageMatches& backward = images_.at(pairs[i].second).matches[pairs[i].first];
+    for (const auto& [a, b] : matches) {
+      backward.emplace_back(b, a);
+    }
+    images_.at(pairs[i].first).matches[pairs[i].second] = std::move(matches);
+  }
+  return translates;
+}
+
+void ViewGraph::Match(const std::function<bool()>& stop) {
+  // The images of a camera that stands still or only turns all match, and none of the pairs leads to a map: a
+  // sample of them tells.
+  constexpr std::size_t kEvery = 16;
+  const auto candidates = Candidates();
+  std::vector<ImagePair> sample;
+  std::vector<ImagePair> others;
+  for (std::size_t i = 0; const ImagePair& pair : candidates) {
+    (i++ % kEvery == 0 ? sample : others).push_back(pair);
+  }
+  if (MatchPairs(sample, stop) || sample.size() < kEvery) {
+    MatchPairs(others, stop);
+  }
+}
+
+}  // namespace sqslam

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "slam/features/frame_features.h"
+#include "slam/geometry/camera.h"
+#include "slam/mapping/place_recognizer.h"
+
+namespace sqslam {
+
+// Pairs (keypoint of one image, keypoint of the other).
+using ImageMatches = std::vector<std::pair<int, int>>;
+
+// Images and the matches of their keypoints, without any pose: what structure from motion starts from
+// (Schoenberger and Frahm 2016, Structure-from-motion revisited, section 4.1). Two images are compared if
+// they follow each other or look alike, and matched if an essential matrix explains enough of their
+// keypoints.
+class ViewGraph {
+ public:
+  ViewGraph(const Camera& camera, const PlaceRecognizer& places) : camera_(camera), places_(places) {}
+
+  // `group`: images of one group have poses in one map already and are not compared; negative: none.
+  void Add(std::int64_t index, FrameFeaturesPtr features, std::int64_t group = -1);
+
+  // Compares the images on all processors, until `stop` (may be empty) returns true.
+  void Match(const std::function<bool()>& stop = {});
+
+  // Returns the matches of an image by the index of the other one.
+  const std::map<std::int64_t, ImageMatches>& MatchesOf(std::int64_t index) const;
+
+  const FrameFeatures& FeaturesOf(std::int64_t index) const { return *images_.at(index).features; }
+
+ private:
+  struct Image {
+    FrameFeaturesPtr features;
+    std::int64_t group = -1;
+    std::map<std::int64_t, ImageMatches> matches;
+  };
+
+  struct Comparison {
+    ImageMatches matches;
+    bool only_turns = false;
+  };
+  using ImagePair = std::pair<std::int64_t, std::int64_t>;
+
+  std::set<ImagePair> Candidates() const;
+  Comparison Compare(const FrameFeatures& a, const FrameFeatures& b) const;
+  bool MatchPairs(const std::vector<ImagePair>& pairs, const std::function<bool()>& stop);
+
+  Camera camera_;
+  const PlaceRecognizer& places_;
+  std::map<std::int64_t, Image> images_;  // by index
+};
+
+}  // namespace sqslam
