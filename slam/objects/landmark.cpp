@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <optional>
 
+#include "slam/geometry/angles.h"
 #include "slam/util/thinned.h"
 
 namespace sqslam {
@@ -132,6 +134,23 @@ void Landmark::ThinViews() {
       std::erase_if(views, std::not_fn(keeps));
     }
   }
+}
+
+double Landmark::Evidence() const {
+  constexpr double kUsualStep =
+      1.0;  // degrees around the object, at most from frame to frame of a hand-held film
+  constexpr double kMaxWeight = 5.0;
+  double sum = 0.0;
+  std::optional<Eigen::Vector3d> last;  // direction to the object
+  for (const BoxView& view : views) {
+    const Eigen::Vector3d direction =
+        (superquadric.T_map_object.translation - view.T_map_camera.translation).normalized();
+    const double step =
+        last ? std::acos(std::clamp(direction.dot(*last), -1.0, 1.0)) * kDegreesPerRadian : 0.0;
+    sum += std::clamp(step / kUsualStep, 1.0, kMaxWeight);
+    last = direction;
+  }
+  return std::max(sum, static_cast<double>(observations));
 }
 
 void Landmark::Absorb(Landmark&& other) {

@@ -123,6 +123,10 @@ struct Landmark {
   // Upright objects stay upright: a small tilt is drift.
   void Transform(const Sim3d& S_new_old);
 
+  // Returns the evidence of the boxes in frames of a film: a box counts as several if the camera has moved
+  // farther around the object since the last one than from one frame to the next. At least `observations`.
+  double Evidence() const;
+
   // Calls `change` with the frame index and the pose (T_map_camera) of each view.
   void ForEachPose(const auto& change) {
     for (BoxView& view : views) {

@@ -106,7 +106,7 @@ void CompleteHiddenDepth(Landmark& landmark, const std::vector<BoxView>& views,
   landmark.covariance += effect * effect.transpose();
 }
 
-constexpr std::size_t kMinViews = 5;  // that a refinement needs
+constexpr std::size_t kMinViews = 3;  // that a refinement needs
 
 // Root mean square over the axes of sigma(half size) / half size.
 double LogSizeSigma(const Superquadric& shape, const Eigen::Matrix<double, 9, 9>& covariance) {
@@ -121,7 +121,7 @@ void JudgeReliability(Landmark& landmark, const std::vector<BoxView>& used,
   MarkHiddenEdges(landmark, context, held_out);
   const Superquadric& shape = landmark.superquadric.shape;
   ReliabilityEvidence evidence;
-  evidence.observations = landmark.observations;
+  evidence.observations = landmark.Evidence();
   evidence.holds_larger = context.surroundings.holds_larger;
   evidence.held_out_agreement = BoxAgreement(landmark.visible, held_out, context.camera);
   if (context.options->method == ObjectMethod::kRefined) {

@@ -205,7 +205,7 @@ struct ObjectMapper::Impl {
     if (known.contains(landmark.id)) {
       return landmark.estimated;
     }
-    return landmark.estimated && landmark.observations >= options.min_observations &&
+    return landmark.estimated && landmark.Evidence() >= options.min_observations &&
            landmark.box_agreement >= (static_cast<int>(landmark.points.size()) >= options.min_points
                                           ? options.min_box_agreement
                                           : options.pointless_box_agreement);

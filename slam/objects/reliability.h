@@ -10,7 +10,7 @@ namespace sqslam {
 
 // Evidence for the reliability of an object's estimate.
 struct ReliabilityEvidence {
-  int observations = 0;
+  double observations = 0.0;        // boxes, see Landmark::Evidence()
   double held_out_agreement = 0.0;  // mean IoU with boxes that the fit did not use, in [0, 1]
   double log_size_sigma = 0.0;      // root mean square over the axes of sigma(half size) / half size
   double class_surprise = 0.0;      // chi square of size and proportions under the class's prior, three terms
