@@ -5,9 +5,12 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <array>
+#include <cctype>
 #include <iterator>
 #include <map>
 #include <opencv2/imgcodecs.hpp>
+#include <optional>
 
 #include "slam/io/cameras.h"
 #include "slam/io/dataset_layouts.h"
@@ -262,9 +265,29 @@ void AttachMasks(const fs::path& masks, Sequence& sequence) {
   }
 }
 
+// Returns the video of a folder that holds nothing else to map.
+std::optional<fs::path> OnlyVideoIn(const fs::path& folder) {
+  constexpr std::array kExtensions = {".mp4", ".mov", ".avi", ".mkv", ".m4v", ".webm"};
+  if (!fs::is_directory(folder) || DetectFormat(folder) != SequenceFormat::kImages ||
+      !ListColorImages(folder).empty()) {
+    return std::nullopt;
+  }
+  std::vector<fs::path> videos;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    std::string extension = entry.path().extension().string();
+    std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
+    if (std::ranges::find(kExtensions, extension) != kExtensions.end()) {
+      videos.push_back(entry.path());
+    }
+  }
+  return videos.size() == 1 ? std::optional(videos.front()) : std::nullopt;
+}
+
 }  // namespace
 
-Sequence OpenSequence(const SequenceRequest& request) {
+Sequence OpenSequence(const SequenceRequest& given) {
+  SequenceRequest request = given;
+  request.path = OnlyVideoIn(given.path).value_or(given.path);
   const SequenceFormat detected = DetectFormat(request.path);
   const SequenceFormat format = request.format == SequenceFormat::kAuto ? detected : request.format;
   ThrowIf<InputError>((format == SequenceFormat::kVideo) == fs::is_directory(request.path),

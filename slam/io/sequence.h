@@ -43,7 +43,7 @@ struct Sequence {
 };
 
 struct SequenceRequest {
-  std::filesystem::path path;
+  std::filesystem::path path;  // a folder, also one with a single video and no image, or a video
   SequenceFormat format = SequenceFormat::kAuto;  // kAuto: see DetectFormat()
   // Calibration file or preset; "auto": a guess (GuessCamera); empty: camera.yaml of the folder, or the
   // dataset's preset, or else a guess for a video or a folder of images.

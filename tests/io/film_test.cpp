@@ -41,6 +41,15 @@ class FilmTest : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
+TEST_F(FilmTest, OpensFolderWithOneFilm) {
+  WriteFilm(Path(), EvenTimes(5), Picture);
+  const Sequence sequence = OpenSequence({.path = folder_.Path()});
+  EXPECT_EQ(sequence.video_path, Path());
+  EXPECT_EQ(sequence.frames.size(), 5U);
+  WriteFilm(folder_.Path() / "second.mp4", EvenTimes(5), Picture);
+  EXPECT_THROW(OpenSequence({.path = folder_.Path()}), InputError) << "which of the two?";
+}
+
 TEST_F(FilmTest, KeepsTimesOfVariableFrameRate) {
   const std::vector<double> seconds = {0.0, 0.040, 0.100, 0.133, 0.300, 0.310, 0.400, 0.900};
   WriteFilm(Path(), seconds, Picture);
