@@ -11,6 +11,7 @@
 #include "app/terminal/terminal.h"
 #include "slam/detection/detector.h"
 #include "slam/inspection/film_inspection.h"
+#include "slam/run/trial_run.h"
 #include "slam/util/json_file.h"
 #include "slam/util/options.h"
 #include "slam/util/statistics.h"
@@ -20,10 +21,9 @@ namespace sqslam::app {
 namespace {
 
 constexpr const char* kDoctorNotes = R"(
-Checks a sample of the frames and lists, with times, what prevents mapping: the camera stands still, only turns
-or moves too fast; the images are blurred, too dark, too bright or lack texture. A video is suitable if at least
-60 % of it can be tracked without a break and the camera moves well in at least 30 %. Exits with 0 if it is,
-otherwise with 3.
+Maps the video for trial, thinned out to about ten frames a second, and lists, with times, what makes mapping
+hard: the camera stands still, only turns or moves too fast; the images are blurred, too dark, too bright or lack
+texture. A video is suitable if the trial maps at least 60 % of the frames. Exits with 0 if it is, otherwise with 3.
 
 Examples:
   sqslam doctor film.mp4
@@ -102,19 +102,14 @@ void PrintInspection(const Sequence& sequence, const FilmInspection& inspection)
   }
 }
 
-std::string Verdict(const FilmInspection& inspection) {
-  const double whole = std::max(inspection.seconds, 1e-9);
-  if (inspection.findings.empty()) {
-    return "suitable for mapping";
+std::string Verdict(const FilmInspection& inspection, const TrialRun& trial) {
+  if (trial.mapped == 0) {
+    return fmt::format("not suitable for mapping: {}", trial.no_map_reason);
   }
-  if (inspection.IsFit()) {
-    return fmt::format("can be mapped; the camera moves well in {:.0f} % of it",
-                       100.0 * inspection.moving / whole);
-  }
-  return fmt::format(
-      "not suitable for mapping: the camera moves well in {:.0f} % of it, and the longest part that can "
-      "be tracked is {:.0f} %",
-      100.0 * inspection.moving / whole, 100.0 * inspection.longest / whole);
+  return fmt::format("{} for mapping: a trial run mapped {} of {} frames, {:.0f} %{}",
+                     inspection.IsFit() ? "suitable" : "not suitable", trial.mapped, trial.frames,
+                     100.0 * trial.Share(),
+                     trial.losses > 0 ? fmt::format(", and lost its place {} times", trial.losses) : "");
 }
 
 void WriteInspection(const std::string& path, const FilmInspection& inspection) {
@@ -142,6 +137,7 @@ void WriteInspection(const std::string& path, const FilmInspection& inspection) 
   WriteJsonFile(path, nlohmann::ordered_json{{"format", "sqslam-inspection"},
                                              {"version", 1},
                                              {"fit", inspection.IsFit()},
+                                             {"mapped", inspection.mapped.value_or(0.0)},
                                              {"seconds", inspection.seconds},
                                              {"moving", inspection.moving},
                                              {"longest", inspection.longest},
@@ -166,20 +162,25 @@ int Examine(const DoctorArguments& a) {
     count = [&](const cv::Mat& bgr) { return static_cast<int>(detector->Detect(bgr).size()); };
   }
   StoppableProgress progress(a.quiet);
-  const FilmInspection inspection =
+  FilmInspection inspection =
       InspectFilm(sequence, range, options, count,
                   [&](std::int64_t done, std::int64_t total) { return progress(done, total, "checking"); });
+  progress.Finish();
+  const TrialRun trial = MapForTrial(sequence, range, [&](std::int64_t done, std::int64_t total) {
+    return progress(done, total, "mapping for trial");
+  });
   progress.Finish();
   if (progress.interrupt.Interrupted()) {
     return 130;
   }
+  inspection.mapped = trial.Share();
   if (!a.output.empty()) {
     WriteInspection(a.output, inspection);
   }
   if (!a.quiet) {
     PrintInspection(sequence, inspection);
   }
-  fmt::print("{}: {}\n", sequence.path.string(), Verdict(inspection));
+  fmt::print("{}: {}\n", sequence.path.string(), Verdict(inspection, trial));
   return inspection.IsFit() ? 0 : 3;
 }
 

@@ -226,6 +226,10 @@ std::string ClockTime(double seconds) {
 bool FilmInspection::IsFit() const {
   constexpr double kMinLongestShare = 0.6;  // of the film
   constexpr double kMinMovingShare = 0.3;
+  constexpr double kMinMapped = 0.6;  // of the frames
+  if (mapped) {
+    return *mapped >= kMinMapped;
+  }
   return seconds > 0.0 && longest >= kMinLongestShare * seconds && moving >= kMinMovingShare * seconds;
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -75,9 +76,10 @@ struct FilmInspection {
   double seconds = 0.0;               // from the first to the last sample
   double moving = 0.0;                // seconds of sideways motion without trouble
   double longest = 0.0;               // seconds of the longest part without a break of tracking
+  std::optional<double> mapped;       // share of the frames that a trial run mapped
   double skew = 0.0;                  // 95 % quantile of the motion in 20 ms, share of the image's width
 
-  // Returns true if most of the video can be expected in one map.
+  // Returns true if most of the video can be expected in one map: by the trial run, or else by the samples.
   bool IsFit() const;
 };
 

@@ -16,6 +16,7 @@
 #include "slam/run/map_files.h"
 #include "slam/run/map_to_extend.h"
 #include "slam/run/pace.h"
+#include "slam/run/path_check.h"
 #include "slam/run/recorder.h"
 #include "slam/run/warning_log.h"
 #include "slam/util/atomic_file.h"
@@ -124,6 +125,12 @@ void WarnIfFewAreTracked(const RunStats& stats) {
         "only {} of {} frames are in the map: the camera may turn on the spot, move too fast, or see too "
         "little texture",
         stats.tracked, stats.frames);
+  }
+}
+
+void WarnAboutJumps(const RunResult& result) {
+  if (const std::vector<PathJump> jumps = FindJumps(result.map.trajectory); !jumps.empty()) {
+    spdlog::warn(InWords(jumps));
   }
 }
 
@@ -315,6 +322,7 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
     return run;
   }
   WarnIfFewAreTracked(run.stats);
+  WarnAboutJumps(run.result);
   if (run.stats.counters.placed_at_end + run.stats.counters.tied_at_end > 0) {
     host.Say(CompletionText(run.stats.counters));
   }
