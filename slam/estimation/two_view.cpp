@@ -62,10 +62,11 @@ struct Candidate {
 };
 
 // Returns the parallax, in radians, above which the noise of both pixels leaves a depth uncertain by less
-// than an eighth.
+// than an eighth; no more than what is enough for any lens.
 double MinParallax(const Camera& camera) {
   constexpr double kMaxDeviation = 0.125;  // of the depth, relative
-  return std::sqrt(2.0 * kVariance) / camera.fx / kMaxDeviation;
+  constexpr double kWideParallax = 0.026;  // rad, 1.5 degrees
+  return std::min(kWideParallax, std::sqrt(2.0 * kVariance) / camera.fx / kMaxDeviation);
 }
 
 // Triangulates the inliers. A point is good if it is in front of both cameras with a small reprojection
