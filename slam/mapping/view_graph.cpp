@@ -22,7 +22,7 @@ const std::map<std::int64_t, ImageMatches>& ViewGraph::MatchesOf(std::int64_t in
 
 // Few images are all compared; among many, those next in order and those with the most similar words.
 std::set<ViewGraph::ImagePair> ViewGraph::Candidates() const {
-  constexpr std::size_t kMaxImagesAllCompared = 60;
+  constexpr std::size_t kMaxImagesAllCompared = 40;
   constexpr int kNext = 4;      // images after each one
   constexpr int kSimilar = 12;  // images for each one
   std::set<ImagePair> pairs;

@@ -76,7 +76,7 @@ void Tracker::ExtractFeatures(const Frame& frame) {
 
 // Returns what the mapping thread keeps of a frame for the end of the run.
 FrameFeaturesPtr Tracker::FeaturesToKeep(const Frame& frame, bool tracked) {
-  constexpr int kMaxRichFrames = 100;  // as many as photographs that are all compared
+  constexpr int kMaxRichFrames = 60;
   if (tracked || rich_frames_ == kMaxRichFrames) {
     return current_.features;
   }

@@ -25,7 +25,7 @@ using ::testing::HasSubstr;
 using ::testing::Matcher;
 using ::testing::Not;
 
-constexpr int kFrames = 60;
+constexpr int kFrames = 40;
 constexpr double kNoise = 3.0;  // grey levels, standard deviation of a sensor in a dim room
 
 // The same images as a sensor sees them: each with noise of its own.
