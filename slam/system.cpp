@@ -4,6 +4,7 @@
 #include <chrono>
 #include <exception>
 #include <mutex>
+#include <opencv2/imgcodecs.hpp>
 #include <optional>
 #include <thread>
 #include <utility>
@@ -25,7 +26,10 @@ struct System::Impl {
         tracker(camera, options.tracking, options.objects, ids, vocabulary, times),
         mapper(camera, OptionsOfMapper(options), vocabulary,
                {[this](AtlasViewPtr new_view) { view.Set(std::move(new_view)); }, std::move(on_snapshot),
-                [this] { return !Repeatable() && queue.WaitingKeyframes() > 0; }, KeepBy(on_kept)},
+                [this] { return !Repeatable() && queue.WaitingKeyframes() > 0; }, KeepBy(on_kept),
+                [](const std::string& path) {
+                  return path.empty() ? cv::Mat() : cv::imread(path, cv::IMREAD_GRAYSCALE);
+                }},
                times, ids) {}
 
   std::function<void(std::string)> KeepBy(const KeptCallback& on_kept) {

@@ -209,6 +209,16 @@ std::pair<std::vector<cv::Point2d>, std::vector<cv::Point2d>> PixelsOf(
           ToVector(matches, [](const TwoViewMatch& m) { return cv::Point2d(m.pixel2.x(), m.pixel2.y()); })};
 }
 
+std::vector<int> IndicesWhere(std::size_t count, auto&& holds) {
+  std::vector<int> indices;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (holds(i)) {
+      indices.push_back(static_cast<int>(i));
+    }
+  }
+  return indices;
+}
+
 // MAGSAC++ refines its models; the translation of plain RANSAC is so inaccurate that bundle adjustment of
 // two views with little parallax does not recover.
 cv::Mat FindEssential(const std::vector<cv::Point2d>& points1, const std::vector<cv::Point2d>& points2,
@@ -248,36 +258,28 @@ std::vector<double> ResidualsOfRotation(const Camera& camera, const std::vector<
 
 std::vector<int> EpipolarInliers(const Camera& camera, const std::vector<TwoViewMatch>& matches,
                                  bool& only_turns) {
-  constexpr double kMaxResidual = 2.0;      // px
+  constexpr double kMaxResidual = 2.0;      // px, of a match that a rotation explains
   constexpr double kMinExplained = 0.9;     // share of the matches that a rotation explains
   constexpr std::size_t kMaxSampled = 400;  // matches that give the essential matrix
-  std::vector<int> inliers;
   only_turns = false;
   if (matches.size() < kMinMatches) {
-    return inliers;
+    return {};
   }
-  const auto keep_below = [&](double limit, auto&& error) {
-    inliers.clear();
-    for (std::size_t i = 0; i < matches.size(); ++i) {
-      if (std::abs(error(i)) <= limit) {
-        inliers.push_back(static_cast<int>(i));
-      }
-    }
-  };
-  // Such images determine no essential matrix, and the search for one is long.
+  // Images of a camera that turns determine no essential matrix, and the search for one is long.
   const std::vector<double> residuals = ResidualsOfRotation(camera, matches);
-  keep_below(kMaxResidual, [&](std::size_t i) { return residuals[i]; });
+  std::vector<int> inliers =
+      IndicesWhere(matches.size(), [&](std::size_t i) { return residuals[i] <= kMaxResidual; });
   if (static_cast<double>(inliers.size()) >= kMinExplained * static_cast<double>(matches.size())) {
     only_turns = true;
     return inliers;
   }
-  cv::Mat K;
-  cv::eigen2cv(camera.K(), K);
   const std::size_t count = std::min(matches.size(), kMaxSampled);
   std::vector<TwoViewMatch> sampled;
   for (std::size_t i = 0; i < count; ++i) {
     sampled.push_back(matches[i * matches.size() / count]);
   }
+  cv::Mat K;
+  cv::eigen2cv(camera.K(), K);
   const auto [points1, points2] = PixelsOf(sampled);
   std::vector<uchar> mask;
   const cv::Mat E = FindEssential(points1, points2, K, &mask);
@@ -285,13 +287,13 @@ std::vector<int> EpipolarInliers(const Camera& camera, const std::vector<TwoView
     return {};
   }
   if (count == matches.size()) {
-    keep_below(0.5, [&](std::size_t i) { return mask[i] != 0 ? 0.0 : 1.0; });
-    return inliers;
+    return IndicesWhere(count, [&](std::size_t i) { return mask[i] != 0; });
   }
   const Rigid3d motion = MotionsFromEssential(E.rowRange(0, 3)).front();
-  keep_below(std::sqrt(kChi2OneDof * kVariance),
-             [&](std::size_t i) { return SampsonError(camera, matches[i], motion); });
-  return inliers;
+  return IndicesWhere(matches.size(), [&](std::size_t i) {
+    const double error = SampsonError(camera, matches[i], motion);
+    return error * error <= kChi2OneDof * kVariance;
+  });
 }
 
 double FlowWithoutRotation(const Camera& camera, const std::vector<TwoViewMatch>& matches) {

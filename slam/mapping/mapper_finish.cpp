@@ -1,6 +1,5 @@
 // The end of a run: leftovers are tried once more, then every submap gets its last adjustment.
 #include <algorithm>
-#include <opencv2/imgcodecs.hpp>
 #include <ranges>
 
 #include "slam/mapping/local_mapping.h"
@@ -80,7 +79,7 @@ bool Mapper::StartSubmap(Completion& completion) {
     const LeftoverFrame& frame = leftovers_.ByIndex().at(index);
     return StartView{frame.index, frame.timestamp, frame.features};
   };
-  // Below, the two views are as good as alone. Where there are no others, nothing can confirm them.
+  // Two images alone cannot be confirmed.
   const double min_support = leftovers_.ByIndex().size() > 2 ? 0.3 : 0.0;
   std::unique_ptr<Map> best;
   double best_support = 0.0;
@@ -151,7 +150,10 @@ void Mapper::DissolveSmallSubmaps() {
     const auto& keyframes = submap->Map().Keyframes();
     if (static_cast<int>(keyframes.size()) < kMinSubmapKeyframes) {
       for (const auto& [id, keyframe] : keyframes) {
-        leftovers_.Add({keyframe.frame_index, keyframe.timestamp, keyframe.features});
+        const auto image = images_.find(keyframe.frame_index);
+        leftovers_.Add(image != images_.end()
+                           ? image->second
+                           : LeftoverFrame{keyframe.frame_index, keyframe.timestamp, keyframe.features});
       }
       ++counters_.resets;
       Drop(submap->Number());
@@ -276,6 +278,9 @@ bool Mapper::MapAfresh(const std::function<bool()>& stop) {
   leftovers_ = std::move(afresh.leftovers_);
   placed_ = std::move(afresh.placed_);
   active_ = RankedSubmaps().front();
+  for (SnapshotDetection& detection : shown_.detections) {
+    detection.object_id = -1;  // of the other map
+  }
   return true;
 }
 
@@ -303,15 +308,20 @@ void Mapper::TrackBoxesOf(const LeftoverFrame& image, Submap& submap, ObjectTrac
   frame.T_map_camera = *submap.FramePose(image.index);
   frame.camera = camera_;
   frame.detections = image.detections;
-  if (!image.image_path.empty()) {
-    frame.gray = cv::imread(image.image_path, cv::IMREAD_GRAYSCALE);
-    if (frame.gray.size() != cv::Size(camera_.width, camera_.height)) {
-      frame.gray = cv::Mat();  // resized, or rewritten meanwhile: no lines
-    }
+  if (outputs_.read_gray) {
+    frame.gray = outputs_.read_gray(image.image_path);
+  }
+  if (frame.gray.size() != cv::Size(camera_.width, camera_.height)) {
+    frame.gray = cv::Mat();  // the run has resized it: no lines
   }
   frame.points = submap.PointsIn(image.index, camera_);
   const std::vector<ObjectObservation> observations = tracker.Track(frame, *submap.Objects().View(), &times_);
   submap.Objects().AddObservations(observations);
+  if (image.index == shown_.frame_index) {
+    for (const ObjectObservation& o : observations) {
+      shown_.detections[o.detection_index].object_id = o.object_id;
+    }
+  }
   if (const std::optional<Rigid3d> T_new_old = submap.KeepUpright(camera_, false)) {
     const Sim3d S_new_old = Sim3d::FromRigid(*T_new_old);
     MoveOrigins(submap.Number(), S_new_old, submap.Number());

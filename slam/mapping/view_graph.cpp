@@ -85,12 +85,14 @@ ViewGraph::Comparison ViewGraph::Compare(const FrameFeatures& a, const FrameFeat
 
 // Returns true if any of the pairs shows that the camera has translated.
 bool ViewGraph::MatchPairs(const std::vector<ImagePair>& pairs, const std::function<bool()>& stop) {
+  constexpr std::size_t kPart = 64;  // pairs between two calls of `stop`, which belongs to this thread
   std::vector<Comparison> compared(pairs.size());
-  ParallelFor(pairs.size(), 0, [&](std::size_t i) {
-    if (!stop || !stop()) {
-      compared[i] = Compare(FeaturesOf(pairs[i].first), FeaturesOf(pairs[i].second));
-    }
-  });
+  for (std::size_t begin = 0; begin < pairs.size() && !(stop && stop()); begin += kPart) {
+    ParallelFor(std::min(kPart, pairs.size() - begin), 0, [&](std::size_t k) {
+      const auto& [first, second] = pairs[begin + k];
+      compared[begin + k] = Compare(FeaturesOf(first), FeaturesOf(second));
+    });
+  }
   bool translates = false;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     ImageMatches& matches = compared[i].matches;

@@ -9,7 +9,7 @@
 
 namespace sqslam {
 
-// What became of a film that was mapped for trial.
+// Outcome of mapping a film for trial.
 struct TrialRun {
   int frames = 0;             // that were tried
   int mapped = 0;             // of them, in the main map

@@ -327,6 +327,26 @@ SystemRun RunWithBoxes(const std::vector<Rigid3d>& path, const SystemOptions& op
   return run;
 }
 
+// Twenty photographs of a walk in random order: none of them follows the one before.
+TEST(System, MapsPhotographsInAnyOrder) {
+  constexpr int kStep = 12;
+  const std::vector<Rigid3d> walk = HandHeldPath(20 * kStep);
+  std::vector<Rigid3d> path;
+  for (int i = 0; i < 20; ++i) {
+    path.push_back(walk[static_cast<std::size_t>(7 * i % 20 * kStep)]);
+  }
+  for (const std::size_t delay : {0, 3}) {
+    const SystemRun run = RunWithBoxes(path, TestOptions(true), delay);
+    ASSERT_NE(run.result.map.snapshot, nullptr) << run.result.no_map_reason;
+    EXPECT_EQ(run.result.tracked, 20);
+    EXPECT_TRUE(run.result.others.empty());
+    EXPECT_GT(run.result.counters.placed_at_end, 10);
+    EXPECT_LT(TrajectoryError(run, path), 0.02);
+    ASSERT_EQ(run.result.map.snapshot->objects.size(), 1U) << "its boxes are found again";
+    EXPECT_EQ(run.result.map.snapshot->objects[0].label, "book");
+  }
+}
+
 TEST(System, AssignsLateBoxesToTheirFrames) {
   const std::vector<Rigid3d> path = HandHeldPath(100);
   // A panel that leans fits no upright solid well, and two starts of the refined estimate are about as good:
