@@ -269,6 +269,8 @@ void Submap::FillSnapshot(MapSnapshot& snapshot) const {
       snapshot.covisibility.push_back({id, it->first, it->second});
     }
   }
+  // Frames placed at the end have higher ids than later frames.
+  std::ranges::stable_sort(snapshot.keyframes, {}, &SnapshotKeyframe::timestamp);
   const auto evidence = objects_.Evidence();
   for (const MapPoint& point : map_->Points()) {
     const auto it = evidence.find(point.id);

@@ -129,8 +129,8 @@ struct MapSnapshot {
   double timestamp = 0.0;  // seconds, of that frame
   std::string image_path;  // of that frame; empty if there is none (camera)
   Camera camera;
-  std::optional<Rigid3d> T_map_camera;  // empty while tracking is lost
-  std::vector<SnapshotKeyframe> keyframes;
+  std::optional<Rigid3d> T_map_camera;      // empty while tracking is lost
+  std::vector<SnapshotKeyframe> keyframes;  // by time
   std::vector<SnapshotPoint> points;
   std::vector<SnapshotObject> objects;
   std::vector<SnapshotDetection> detections;  // boxes of the frame

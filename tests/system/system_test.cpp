@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <chrono>
 #include <opencv2/imgproc.hpp>
 #include <set>
@@ -342,6 +343,7 @@ TEST(System, MapsPhotographsInAnyOrder) {
     EXPECT_TRUE(run.result.others.empty());
     EXPECT_GT(run.result.counters.placed_at_end, 10);
     EXPECT_LT(TrajectoryError(run, path), 0.02);
+    EXPECT_TRUE(std::ranges::is_sorted(run.result.map.snapshot->keyframes, {}, &SnapshotKeyframe::timestamp));
     ASSERT_EQ(run.result.map.snapshot->objects.size(), 1U) << "its boxes are found again";
     EXPECT_EQ(run.result.map.snapshot->objects[0].label, "book");
   }
