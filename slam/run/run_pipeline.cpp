@@ -128,12 +128,6 @@ void WarnIfFewAreTracked(const RunStats& stats) {
   }
 }
 
-void WarnAboutJumps(const RunResult& result) {
-  if (const std::vector<PathJump> jumps = FindJumps(result.map.trajectory); !jumps.empty()) {
-    spdlog::warn(InWords(jumps));
-  }
-}
-
 // Reports what was recovered at the end of the run.
 std::string CompletionText(const RunCounters& counters) {
   const auto count = [](int n, const char* what) {
@@ -322,7 +316,9 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
     return run;
   }
   WarnIfFewAreTracked(run.stats);
-  WarnAboutJumps(run.result);
+  for (const std::string& warning : CheckPath(input.sequence, camera.camera, run.result.map)) {
+    spdlog::warn(warning);
+  }
   if (run.stats.counters.placed_at_end + run.stats.counters.tied_at_end > 0) {
     host.Say(CompletionText(run.stats.counters));
   }
