@@ -5,6 +5,7 @@
 #include <bit>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <numeric>
 #include <opencv2/core/hal/hal.hpp>
 
@@ -90,23 +91,61 @@ namespace {
 using DescriptorWords = std::array<std::uint64_t, 4>;
 static_assert(sizeof(DescriptorWords) == sizeof(Descriptor));
 
-std::vector<DescriptorWords> WordsOf(const std::vector<Descriptor>& descriptors) {
-  std::vector<DescriptorWords> words(descriptors.size());
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    std::memcpy(&words[i], descriptors[i].data(), sizeof(DescriptorWords));
-  }
-  return words;
-}
+// Descriptors that may be matched, with their indices.
+struct UsedDescriptors {
+  std::vector<DescriptorWords> words;
+  std::vector<int> indices;
 
-// Hamming distances of one descriptor to all others: the processor's own bit count takes a third of the time
-// of a call for each pair.
-SQSLAM_WIDE_REGISTERS void Distances(const DescriptorWords& a, const std::vector<DescriptorWords>& others,
-                                     std::vector<int>& distances) {
-  for (std::size_t j = 0; j < others.size(); ++j) {
-    const DescriptorWords& b = others[j];
-    distances[j] = std::popcount(a[0] ^ b[0]) + std::popcount(a[1] ^ b[1]) + std::popcount(a[2] ^ b[2]) +
-                   std::popcount(a[3] ^ b[3]);
+  UsedDescriptors(const std::vector<Descriptor>& descriptors, const std::vector<bool>& use) {
+    for (std::size_t i = 0; i < descriptors.size(); ++i) {
+      if (use.empty() || use[i]) {
+        std::memcpy(&words.emplace_back(), descriptors[i].data(), sizeof(DescriptorWords));
+        indices.push_back(static_cast<int>(i));
+      }
+    }
   }
+};
+
+// A distance and, in the lower bits, whose it is: the smaller of two is the nearer, the first of equals.
+using RankedDistance = std::uint32_t;
+constexpr int kIndexBits = 20;
+constexpr RankedDistance kNoDistance = std::numeric_limits<RankedDistance>::max();
+constexpr int DistanceOf(RankedDistance ranked) { return static_cast<int>(ranked >> kIndexBits); }
+constexpr int IndexOf(RankedDistance ranked) { return static_cast<int>(ranked & ((1U << kIndexBits) - 1)); }
+
+struct RankedPair {
+  RankedDistance best = kNoDistance;
+  RankedDistance second = kNoDistance;
+};
+
+// Returns the two of the others that are nearest to descriptor `i`, and updates the nearest to each of them.
+// The processor's own bit count takes a third of the time of a call for each pair; loops without conditions
+// fill its wide registers.
+SQSLAM_WIDE_REGISTERS RankedPair NearestOf(const DescriptorWords& a, std::uint32_t i,
+                                           const std::vector<DescriptorWords>& others,
+                                           std::vector<RankedDistance>& to_others,
+                                           std::vector<RankedDistance>& nearest_of_others) {
+  const auto count = static_cast<std::uint32_t>(others.size());
+  for (std::uint32_t j = 0; j < count; ++j) {
+    const DescriptorWords& b = others[j];
+    to_others[j] = static_cast<RankedDistance>(std::popcount(a[0] ^ b[0]) + std::popcount(a[1] ^ b[1]) +
+                                               std::popcount(a[2] ^ b[2]) + std::popcount(a[3] ^ b[3]))
+                   << kIndexBits;
+  }
+  for (std::uint32_t j = 0; j < count; ++j) {
+    nearest_of_others[j] = std::min(nearest_of_others[j], to_others[j] | i);
+    to_others[j] |= j;
+  }
+  RankedDistance best = kNoDistance;
+  for (std::uint32_t j = 0; j < count; ++j) {
+    best = std::min(best, to_others[j]);
+  }
+  RankedDistance above =
+      kNoDistance;  // of the second over the next possible one; the best itself wraps round
+  for (std::uint32_t j = 0; j < count; ++j) {
+    above = std::min(above, to_others[j] - best - 1);
+  }
+  return {best, above == kNoDistance ? kNoDistance : best + 1 + above};
 }
 
 }  // namespace
@@ -114,32 +153,24 @@ SQSLAM_WIDE_REGISTERS void Distances(const DescriptorWords& a, const std::vector
 std::vector<std::pair<int, int>> MatchAll(const FrameFeatures& a, const FrameFeatures& b,
                                           const std::vector<bool>& use_a, const std::vector<bool>& use_b,
                                           int max_distance, double ratio) {
-  const std::vector<DescriptorWords> words_a = WordsOf(a.descriptors);
-  const std::vector<DescriptorWords> words_b = WordsOf(b.descriptors);
-  std::vector<int> distances(b.Size());
-  std::vector<NearestTwo> nearest_of_a(a.Size());
-  std::vector<NearestTwo> nearest_of_b(b.Size());
-  for (std::size_t i = 0; i < a.Size(); ++i) {
-    if (!use_a.empty() && !use_a[i]) {
-      continue;
-    }
-    Distances(words_a[i], words_b, distances);
-    for (std::size_t j = 0; j < b.Size(); ++j) {
-      if (!use_b.empty() && !use_b[j]) {
-        continue;
-      }
-      nearest_of_a[i].Add(distances[j], static_cast<int>(j));
-      nearest_of_b[j].Add(distances[j], static_cast<int>(i));
-    }
+  const UsedDescriptors used_a(a.descriptors, use_a);
+  const UsedDescriptors used_b(b.descriptors, use_b);
+  std::vector<RankedDistance> distances(used_b.words.size());
+  std::vector<RankedDistance> nearest_of_b(used_b.words.size(), kNoDistance);
+  std::vector<RankedPair> nearest_of_a;
+  for (std::size_t i = 0; i < used_a.words.size(); ++i) {
+    nearest_of_a.push_back(
+        NearestOf(used_a.words[i], static_cast<std::uint32_t>(i), used_b.words, distances, nearest_of_b));
   }
   std::vector<std::pair<int, int>> matches;
   std::vector<std::pair<float, float>> angles;
-  for (std::size_t i = 0; i < a.Size(); ++i) {
-    const auto [best, second] = nearest_of_a[i];
-    if (best.index >= 0 && best.distance <= max_distance && best.distance <= ratio * second.distance &&
-        nearest_of_b[best.index].best.index == static_cast<int>(i)) {
-      matches.emplace_back(static_cast<int>(i), best.index);
-      angles.emplace_back(a.keypoints[i].angle, b.keypoints[best.index].angle);
+  for (std::size_t k = 0; k < nearest_of_a.size(); ++k) {
+    const auto [best, second] = nearest_of_a[k];
+    const bool distinct = best != kNoDistance && DistanceOf(best) <= max_distance &&
+                          DistanceOf(best) <= ratio * DistanceOf(second);
+    if (distinct && IndexOf(nearest_of_b[IndexOf(best)]) == static_cast<int>(k)) {
+      matches.emplace_back(used_a.indices[k], used_b.indices[IndexOf(best)]);
+      angles.emplace_back(a.keypoints[matches.back().first].angle, b.keypoints[matches.back().second].angle);
     }
   }
   return KeepConsistent(matches, angles);
