@@ -318,6 +318,9 @@ void Mapper::TrackBoxesOf(const LeftoverFrame& image, Submap& submap, ObjectTrac
   const std::vector<ObjectObservation> observations = tracker.Track(frame, *submap.Objects().View(), &times_);
   submap.Objects().AddObservations(observations);
   if (image.index == shown_.frame_index) {
+    shown_.detections = ToVector(image.detections, [](const Detection& detection) {
+      return SnapshotDetection{detection, -1};  // boxes seen before any map began were not recorded
+    });
     for (const ObjectObservation& o : observations) {
       shown_.detections[o.detection_index].object_id = o.object_id;
     }
