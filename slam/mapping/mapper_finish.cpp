@@ -311,9 +311,6 @@ void Mapper::TrackBoxesOf(const LeftoverFrame& image, Submap& submap, ObjectTrac
   if (outputs_.read_gray) {
     frame.gray = outputs_.read_gray(image.image_path);
   }
-  if (frame.gray.size() != cv::Size(camera_.width, camera_.height)) {
-    frame.gray = cv::Mat();  // the run has resized it: no lines
-  }
   frame.points = submap.PointsIn(image.index, camera_);
   const std::vector<ObjectObservation> observations = tracker.Track(frame, *submap.Objects().View(), &times_);
   submap.Objects().AddObservations(observations);
