@@ -10,6 +10,7 @@
 #include <utility>
 #include <variant>
 
+#include "slam/io/image_files.h"
 #include "slam/map/map.h"
 #include "slam/mapping/mapper.h"
 #include "slam/recognition/vocabulary.h"
@@ -27,8 +28,8 @@ struct System::Impl {
         mapper(camera, OptionsOfMapper(options), vocabulary,
                {[this](AtlasViewPtr new_view) { view.Set(std::move(new_view)); }, std::move(on_snapshot),
                 [this] { return !Repeatable() && queue.WaitingKeyframes() > 0; }, KeepBy(on_kept),
-                [](const std::string& path) {
-                  return path.empty() ? cv::Mat() : cv::imread(path, cv::IMREAD_GRAYSCALE);
+                [size = cv::Size(camera.width, camera.height)](const std::string& path) {
+                  return path.empty() ? cv::Mat() : ReadImageInSize(path, size, cv::IMREAD_GRAYSCALE);
                 }},
                times, ids) {}
 

@@ -149,6 +149,7 @@ int CalibrateCamera(const CalibrateArguments& given) {
   CheckFigurePath(a.figure);
   SequenceRequest request = a.sequence.Request();
   request.camera = kAutoCamera;
+  request.resize = request.resize.empty() ? "1" : request.resize;  // corners need every pixel
   a.sequence.Range();  // throws on invalid ranges before anything is read
   const Sequence sequence = OpenSequence(request);
   const BoardSearch search = FindBoards(a, sequence);

@@ -2,7 +2,6 @@
 #include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
-#include <cmath>
 #include <filesystem>
 #include <optional>
 #include <ranges>
@@ -18,6 +17,7 @@
 #include "slam/io/frame_source.h"
 #include "slam/util/data_path.h"
 #include "slam/util/throw_if.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam::app {
 namespace {
@@ -31,7 +31,7 @@ colours, decoder, classes, threshold); scripts/fetch-detector.sh downloads a net
 
 Examples:
   sqslam detect film.mp4 --camera phone.yaml -o boxes.txt
-  sqslam detect film.mp4 --camera auto --resize 960 -o boxes.txt
+  sqslam detect film.mp4 -o boxes.txt
   sqslam detect data/kitchen --detector yolox-nano --set threshold=0.4 -o boxes.txt
   sqslam detect film.mp4 --camera auto --output-format coco -o boxes.json
   sqslam detect --check boxes.txt data/kitchen      find missing frames and unknown labels
@@ -47,6 +47,11 @@ struct DetectArguments {
   bool quiet = false;
 };
 
+// Returns the size of each frame's image, px.
+std::vector<cv::Size> ImageSizes(const Sequence& sequence) {
+  return ToVector(ImageHeaders(sequence), &ImageHeader::size);
+}
+
 // Prints how many items there are, and the first few.
 template <typename Item>
 void PrintList(const char* what, const std::vector<Item>& items) {
@@ -59,13 +64,12 @@ void PrintList(const char* what, const std::vector<Item>& items) {
 
 // Reports suspicious boxes; returns 3 if a run would drop or clip any.
 int CheckBoxes(const DetectArguments& a) {
-  SequenceRequest request = a.sequence.Request();
-  request.resize.clear();  // boxes in files are in pixels of the original images
-  const Sequence sequence = OpenSequence(request);
+  const Sequence sequence = OpenSequence(a.sequence.Request());
   const FrameRange range = a.sequence.Range();
   range.CheckHasFrames(sequence);
   const std::vector<double> timestamps = Timestamps(sequence);
-  const auto [frames, report] = CheckDetections(a.check, sequence.camera, timestamps, ImageNames(sequence));
+  const auto [frames, report] =
+      CheckDetections(a.check, ImageSizes(sequence), timestamps, ImageNames(sequence));
   std::vector<double> without;
   for (std::int64_t i = 0; i < range.SizeIn(sequence); ++i) {
     const auto frame = static_cast<std::size_t>(range.start + i * range.stride);
@@ -96,7 +100,8 @@ bool DetectAll(const DetectArguments& a, const Sequence& sequence, const FrameRa
   int done = 0;
   while (const std::optional<Frame> frame = interrupt.Interrupted() ? std::nullopt : source.Next()) {
     if (!writer.IsDone(frame->timestamp)) {
-      writer.Add(frame->timestamp, detector.Detect(frame->bgr));
+      writer.Add(frame->timestamp, InFilePixels(DetectIn(*frame, detector), frame->bgr.size(),
+                                                FileSize(sequence), frame->quarter_turns));
     }
     progress.Update(++done, range.SizeIn(sequence), fmt::format("{} boxes", writer.Boxes()));
   }
@@ -109,21 +114,17 @@ bool DetectAll(const DetectArguments& a, const Sequence& sequence, const FrameRa
 
 // Converts a boxes.txt to another format.
 void ConvertBoxes(const fs::path& boxes, const fs::path& output, BoxFormat format, const Sequence& sequence) {
-  Camera camera = sequence.camera;
-  const Eigen::Vector2d pixels = FilePixels(sequence);
-  camera.width = static_cast<int>(std::lround(camera.width * pixels.x()));
-  camera.height = static_cast<int>(std::lround(camera.height * pixels.y()));
-  const CheckedDetections checked =
-      CheckDetections(boxes, camera, Timestamps(sequence), ImageNames(sequence));
+  const std::vector<cv::Size> sizes = ImageSizes(sequence);
+  const CheckedDetections checked = CheckDetections(boxes, sizes, Timestamps(sequence), ImageNames(sequence));
   const bool video = !sequence.video_path.empty();
   std::vector<ImageBoxes> frames;
   for (std::size_t i = 0; i < sequence.frames.size(); ++i) {
     const SequenceFrame& frame = sequence.frames[i];
     frames.push_back({frame.timestamp, static_cast<std::int64_t>(i),
-                      (video ? sequence.video_path : frame.image_path).filename().string(),
+                      (video ? sequence.video_path : frame.image_path).filename().string(), sizes[i],
                       checked.frames[i]});
   }
-  WriteBoxFile(output, format, {camera.width, camera.height}, video, frames);
+  WriteBoxFile(output, format, video, frames);
 }
 
 int Detect(const DetectArguments& a) {
@@ -143,8 +144,7 @@ int Detect(const DetectArguments& a) {
   const fs::path boxes = plain ? a.output : a.output + ".boxes.txt";
   ThrowIf<UsageError>(!plain && fs::exists(a.output), "--output {}: exists already, expected a new name",
                       a.output);
-  DetectionWriter writer(boxes, fmt::format("boxes of {}, {}", sequence.path.string(), detector.Settings()),
-                         FilePixels(sequence));
+  DetectionWriter writer(boxes, fmt::format("boxes of {}, {}", sequence.path.string(), detector.Settings()));
   if (writer.Frames() > 0 && !a.quiet) {
     PrintNotice(fmt::format("{} frames are done already, resuming", writer.Frames()));
   }

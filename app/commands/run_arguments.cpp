@@ -63,8 +63,9 @@ Argument& SequenceArguments::AddTo(Command& command, const std::string& input_he
   }
   command.Option(
       "--resize SIZE", resize,
-      "Scale images down to WIDTH, WIDTH,HEIGHT or a factor such as 0.5; calibration and boxes refer "
-      "to the original size");
+      "Scale images to WIDTH, WIDTH,HEIGHT or a factor such as 0.5 (1: full size); calibration, boxes and "
+      "exports refer to the original size. Default: at most " +
+          std::to_string(kMaxMappedSide) + " pixels on the longer side");
   command.Option("--start N", start, "First frame").AtLeast(0);
   command.Option("--frames N|A:B", frames, "The first N frames, or A to B without B; A or B may be omitted");
   command.Option("--stride N", stride, "Use every N-th frame").AtLeast(1);

@@ -24,7 +24,7 @@ Examples:
   sqslam run rgbd_dataset_freiburg1_xyz --camera tum-freiburg1
   sqslam run --camera-index 0 --camera webcam.yaml   a live camera, until Ctrl-C
   sqslam run rtsp://192.168.1.20/main --camera door.yaml   a network camera
-  sqslam run film.mp4 --resize 960               a phone's video: estimates the focal length, detects objects
+  sqslam run film.mp4                            a phone's video: estimates the focal length, detects objects
   sqslam run film.mp4 --camera phone.yaml --set tracking.features.num_features=1500
   sqslam run data/kitchen --video kitchen.mp4
   sqslam run data/kitchen2 --extend out/kitchen      continue an existing map; the new result holds both
@@ -65,7 +65,7 @@ camera.yaml, stats.json and a map.sqmap with the map and the new poses, for rend
 
 Examples:
   sqslam localize data/kitchen2 --map out/kitchen
-  sqslam localize film2.mp4 --map out/film --resize 960      if film.mp4 was mapped with --resize 960
+  sqslam localize film2.mp4 --map out/film
   sqslam localize photos/ --map out/kitchen -o out/photos
   sqslam render out/photos --output found.png                show where they were taken
 )";

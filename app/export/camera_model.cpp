@@ -148,10 +148,11 @@ double CameraModel::MeanError() const {
   return points.empty() ? 0.0 : sum / static_cast<double>(points.size());
 }
 
-CameraModel ModelOf(const Map& map, const Camera& camera, const std::map<std::int64_t, std::string>& files) {
+CameraModel ModelOf(const Map& map, const Camera& camera, const Camera& of_files,
+                    const std::map<std::int64_t, std::string>& files) {
   const Eigen::Vector2d to_centre(kPixelCentre, kPixelCentre);
   CameraModel model;
-  model.camera = camera;
+  model.camera = of_files;
   std::map<KeyframeId, std::size_t> image_of;
   for (const auto& [id, keyframe] : map.Keyframes()) {
     const auto file = files.find(keyframe.frame_index);
@@ -166,7 +167,7 @@ CameraModel ModelOf(const Map& map, const Camera& camera, const std::map<std::in
     image.points = keyframe.points;
     for (const Keypoint& keypoint : keyframe.features->keypoints) {
       // Not the raw pixel: the pose belongs to the pixel that was corrected for the rolling shutter.
-      image.pixels.emplace_back(camera.ProjectDistorted(camera.Unproject(keypoint.pixel)) + to_centre);
+      image.pixels.emplace_back(of_files.ProjectDistorted(camera.Unproject(keypoint.pixel)) + to_centre);
     }
   }
   for (const MapPoint& point : map.Points()) {
@@ -179,7 +180,7 @@ CameraModel ModelOf(const Map& map, const Camera& camera, const std::map<std::in
         const CameraModel::Image& image = model.images[index->second];
         const auto pixel = static_cast<std::size_t>(o.keypoint);
         const Eigen::Vector2d projected =
-            camera.ProjectDistorted(image.T_camera_map * point.p_map) + to_centre;
+            of_files.ProjectDistorted(image.T_camera_map * point.p_map) + to_centre;
         out.error += (projected - image.pixels[pixel]).norm();
         out.track.emplace_back(index->second, pixel);
       }

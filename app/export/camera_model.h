@@ -42,8 +42,9 @@ struct CameraModel {
 };
 
 // Returns the keyframes with an image file, by the index of their frame, and the points that two of them
-// observe.
-CameraModel ModelOf(const Map& map, const Camera& camera, const std::map<std::int64_t, std::string>& files);
+// observe. `camera`: of the map. `of_files`: the same in pixels of the image files.
+CameraModel ModelOf(const Map& map, const Camera& camera, const Camera& of_files,
+                    const std::map<std::int64_t, std::string>& files);
 
 // Writes cameras, images and points3D as .bin and .txt (COLMAP 3.8, https://colmap.github.io/format.html)
 // into an existing folder. The lens decides between PINHOLE, OPENCV, FULL_OPENCV and OPENCV_FISHEYE. Ids
@@ -77,10 +78,10 @@ struct ModelRequest {
 };
 
 // Writes the live map of a result into a new folder: sparse/0 for COLMAP, transforms.json and points.ply for
-// nerfstudio, and images/ for both. images/ is a link to the sequence if its images are files of the camera's
-// size; otherwise (videos, resized images) the images are written. Keyframes without an image are omitted.
-// `progress` is called after each written image. Throws InputError, and UsageError if the folder is not
-// empty.
+// nerfstudio, and images/ for both, all in the pixels of the images in the files. images/ is a link to the
+// sequence if its images are files of one size; otherwise (videos, photographs taken with the camera turned)
+// the images are written. Keyframes without an image are omitted. `progress` is called after each written
+// image. Throws InputError, and UsageError if the folder is not empty.
 ModelSummary ExportModel(const ModelRequest& request,
                          const std::function<void(int done, int total)>& progress);
 

@@ -5,13 +5,14 @@
 #include <map>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 #include <string>
-#include <system_error>
 
 #include "app/export/camera_model.h"
 #include "slam/geometry/silhouette.h"
 #include "slam/io/frame_source.h"
 #include "slam/io/image_files.h"
+#include "slam/io/image_header.h"
 #include "slam/io/input_images.h"
 #include "slam/io/result_files.h"
 #include "slam/io/sequence.h"
@@ -28,12 +29,14 @@ namespace {
 
 constexpr const char* kMasks = "masks";  // folder
 
+// Opens the images in the size that they have in the files.
 Sequence OpenMapped(const MapToExtend& known, const fs::path& moved_to) {
   const RecordingReader recording(known.recording);
   SequenceRequest request;
   request.path = moved_to.empty() ? fs::path(recording.Info().sequence_path) : moved_to;
   request.known_camera = known.map.camera;
   Sequence sequence = OpenSequence(request);
+  sequence.camera = InFilePixels(sequence.camera, sequence);
   CheckNumbering(recording, sequence);
   return sequence;
 }
@@ -45,19 +48,19 @@ const fs::path& FileOf(const Sequence& sequence, std::int64_t frame) {
   return sequence.frames[static_cast<std::size_t>(frame)].image_path;
 }
 
-// Returns true if the sequence's image files can be linked as they are: at the camera's size and inside its
-// folder.
-bool AreFilesAsMapped(const Sequence& sequence, const Camera& camera, const ImageFiles& files) {
-  return sequence.video_path.empty() &&
-         cv::imread(FileOf(sequence, files.begin()->first).string()).size() ==
-             cv::Size(camera.width, camera.height) &&
-         std::ranges::all_of(files, [&](const auto& file) {
-           const fs::path below = FileOf(sequence, file.first).lexically_relative(sequence.path);
-           return !below.empty() && *below.begin() != "..";
+// Returns true if the sequence's image files can be linked as they are: of one size, inside its folder, and
+// not rotated by EXIF, which COLMAP ignores.
+bool CanLinkFiles(const Sequence& sequence, const ImageFiles& files) {
+  return sequence.video_path.empty() && std::ranges::all_of(files, [&](const auto& file) {
+           const fs::path& path = FileOf(sequence, file.first);
+           const std::optional<ImageHeader> header = ReadImageHeader(path);
+           const fs::path below = path.lexically_relative(sequence.path);
+           return header && header->size == FileSize(sequence) && header->quarter_turns == 0 &&
+                  !below.empty() && *below.begin() != "..";
          });
 }
 
-// Writes the images at the camera's size as JPEG. Returns those that can be read.
+// Writes the images at the camera's size as JPEG, turned as they were mapped. Returns those that can be read.
 ImageFiles WriteImages(const Sequence& sequence, const ImageFiles& files, const fs::path& folder,
                        const std::function<void(int, int)>& progress) {
   constexpr int kQuality = 95;
@@ -107,11 +110,9 @@ std::vector<SnapshotPoint> CloudOf(const CameraModel& model) {
 ImageFiles ListImages(const Map& map, const Sequence& sequence, ModelSummary& summary) {
   ImageFiles files;
   for (const auto& [id, keyframe] : map.Keyframes()) {
-    std::error_code none;
     if (!HasFrame(sequence, keyframe.frame_index)) {
       ++summary.of_other_sequence;  // the run that was extended
-    } else if (!sequence.video_path.empty() ||
-               fs::is_regular_file(FileOf(sequence, keyframe.frame_index), none)) {
+    } else if (!sequence.video_path.empty() || ReadImageHeader(FileOf(sequence, keyframe.frame_index))) {
       files.emplace(keyframe.frame_index, "");
     } else {
       ++summary.unreadable;
@@ -137,7 +138,7 @@ ModelSummary ExportModel(const ModelRequest& request, const std::function<void(i
   };
   check_any();
   CreateResultFolder(folder);
-  const bool linked = AreFilesAsMapped(sequence, known.map.camera, files);
+  const bool linked = CanLinkFiles(sequence, files);
   for (auto& [frame, name] : files) {
     name = linked ? FileOf(sequence, frame).lexically_relative(sequence.path).generic_string()
                   : fmt::format("{:06}.jpg", frame);
@@ -150,7 +151,7 @@ ModelSummary ExportModel(const ModelRequest& request, const std::function<void(i
     summary.unreadable += static_cast<int>(listed - files.size());
     check_any();
   }
-  CameraModel model = ModelOf(map, known.map.camera, files);
+  CameraModel model = ModelOf(map, known.map.camera, sequence.camera, files);
   if (const std::optional<MapScale> scale = ReadMapScale(known.recording)) {
     model.Scale(scale->metres);
   }

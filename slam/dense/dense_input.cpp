@@ -10,11 +10,8 @@
 #include <string>
 
 #include "slam/io/cameras.h"
-#include "slam/io/detections.h"
-#include "slam/io/image_files.h"
 #include "slam/io/input_images.h"
 #include "slam/io/trajectory.h"
-#include "slam/io/video_index.h"
 #include "slam/snapshot/recording.h"
 #include "slam/util/error.h"
 #include "slam/util/markup.h"
@@ -23,20 +20,6 @@
 
 namespace sqslam {
 namespace fs = std::filesystem;
-namespace {
-
-// Boxes refer to the images in the files, which may be larger than the frames were.
-cv::Size FileSize(const Sequence& sequence) {
-  if (!sequence.video_path.empty()) {
-    const VideoIndex video = IndexVideo(sequence.video_path);
-    return video.quarter_turns % 2 == 0 ? cv::Size(video.width, video.height)
-                                        : cv::Size(video.height, video.width);
-  }
-  const cv::Mat first = ReadImageInSize(sequence.frames.front().image_path.string(), {});
-  return first.empty() ? cv::Size(sequence.camera.width, sequence.camera.height) : first.size();
-}
-
-}  // namespace
 
 MovingMask::MovingMask(const fs::path& result, const Sequence& sequence,
                        const std::vector<std::string>& labels) {
@@ -46,14 +29,10 @@ MovingMask::MovingMask(const fs::path& result, const Sequence& sequence,
   if (labels.empty() || !fs::exists(file)) {
     return;
   }
-  Camera camera = sequence.camera;
-  const cv::Size size = FileSize(sequence);
-  camera.width = size.width;
-  camera.height = size.height;
-  const CheckedDetections detections =
-      CheckDetections(file, camera, Timestamps(sequence), ImageNames(sequence));
-  for (std::size_t i = 0; i < detections.frames.size(); ++i) {
-    for (const Detection& detection : detections.frames[i]) {
+  const std::vector<std::vector<Detection>> frames = ReadFrameBoxes(file, sequence, false);
+  const Camera& size = sequence.camera;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    for (const Detection& detection : frames[i]) {
       if (std::ranges::find(labels, detection.label) != labels.end()) {
         const Box2d& box = detection.box;
         boxes_[static_cast<std::int64_t>(i)].push_back(

@@ -87,11 +87,11 @@ void BackgroundDetector::Work() {
 
 std::vector<FrameBoxes> BackgroundDetector::BoxesOf(const std::vector<Frame>& batch) {
   std::vector<FrameBoxes> boxes = ToVector(batch, [](const Frame& frame) {
-    return FrameBoxes{frame.index, frame.timestamp, {}, false};
+    return FrameBoxes{frame.index, frame.timestamp, {}, false, frame.quarter_turns};
   });
   {
     const StageTimes::Scope timer(times_, "detection");
-    boxes.back().detections = detector_->Detect(batch.back().bgr);
+    boxes.back().detections = DetectIn(batch.back(), *detector_);
     boxes.back().seen = true;
   }
   if (batch.size() > 1 && batch.size() <= kMaxTracked && !last_image_.empty()) {

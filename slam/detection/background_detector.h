@@ -37,7 +37,8 @@ struct FrameBoxes {
   std::int64_t frame_index = 0;
   double timestamp = 0.0;
   std::vector<Detection> detections;
-  bool seen = false;  // true if the network processed the frame
+  bool seen = false;      // true if the network processed the frame
+  int quarter_turns = 0;  // of the frame
 };
 
 // Frames that a detector on its own thread processes.

@@ -11,6 +11,7 @@
 #include "slam/detection/decoders.h"
 #include "slam/detection/network.h"
 #include "slam/io/coco.h"
+#include "slam/io/image_header.h"
 #include "slam/util/data_path.h"
 #include "slam/util/enum_names.h"
 #include "slam/util/options.h"
@@ -112,6 +113,15 @@ std::vector<ScoredBox> Detector::Run(const cv::Mat& input) {
   } catch (const InputError& e) {
     throw InputError("{}: {}", options_.file, e.what());
   }
+}
+
+std::vector<Detection> DetectIn(const Frame& frame, ObjectDetector& detector) {
+  const cv::Mat upright = Turned(frame.bgr, -frame.quarter_turns);
+  std::vector<Detection> detections = detector.Detect(upright);
+  for (Detection& detection : detections) {
+    detection.box = Turned(detection.box, upright.size(), frame.quarter_turns, frame.bgr.size());
+  }
+  return detections;
 }
 
 std::vector<Detection> Detector::Detect(const cv::Mat& bgr) {

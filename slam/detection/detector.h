@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "slam/geometry/box2.h"
+#include "slam/io/frame.h"
 
 namespace sqslam {
 
@@ -87,6 +88,10 @@ class ObjectDetector {
   virtual std::string Name() const { return "a detector of the program's own"; }  // for display
   virtual std::string Settings() const { return Name(); }  // everything that boxes depend on, in one line
 };
+
+// Returns the boxes of a frame in its own pixels. The detector sees the image upright, as people do, if the
+// frame was turned.
+std::vector<Detection> DetectIn(const Frame& frame, ObjectDetector& detector);
 
 // A network, run on the CPU by OpenCV or ONNX Runtime, with as many threads as OpenCV uses.
 class Detector final : public ObjectDetector {

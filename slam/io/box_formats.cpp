@@ -161,10 +161,9 @@ bool ArePartsOfImage(const std::vector<FileBox>& boxes) {
   });
 }
 
-void ScaleToPixels(const cv::Size& image, std::vector<FileBox>& boxes) {
+void MarkParts(std::vector<FileBox>& boxes) {
   for (FileBox& item : boxes) {
-    Box2d& box = item.detection.box;
-    box = {box.x * image.width, box.y * image.height, box.width * image.width, box.height * image.height};
+    item.in_parts = true;
   }
 }
 
@@ -208,7 +207,7 @@ std::vector<FileBox> ReadBoxes(const fs::path& path, std::string_view text) {
 }
 
 // Reads one file for each frame.
-std::vector<FileBox> ReadFolder(const fs::path& folder, const cv::Size& image) {
+std::vector<FileBox> ReadFolder(const fs::path& folder) {
   const fs::path names_file = folder / "classes.txt";
   std::vector<fs::path> files;
   for (const auto& entry : fs::directory_iterator(folder)) {
@@ -235,7 +234,7 @@ std::vector<FileBox> ReadFolder(const fs::path& folder, const cv::Size& image) {
     }
   }
   if (ArePartsOfImage(boxes)) {
-    ScaleToPixels(image, boxes);
+    MarkParts(boxes);
     MoveCentersToCorners(boxes);
   } else if (without_score) {
     throw InputError("{}: a box without a score in a folder with boxes in pixels, expected {}",
@@ -285,7 +284,7 @@ Columns ColumnsOf(const fs::path& path, const TextLine& header) {
 }
 
 // Reads a table with a header line (CSV).
-std::vector<FileBox> ReadTable(const fs::path& path, std::string_view text, const cv::Size& image) {
+std::vector<FileBox> ReadTable(const fs::path& path, std::string_view text) {
   const std::vector<TextLine> lines = TextLinesIn(text);
   const char separator = lines.front().text.find(';') != std::string::npos ? ';' : ',';
   const TextLine header = SplitAt(lines.front(), separator);
@@ -299,7 +298,7 @@ std::vector<FileBox> ReadTable(const fs::path& path, std::string_view text, cons
     boxes.push_back(table.Read(line));
   }
   if (ArePartsOfImage(boxes)) {
-    ScaleToPixels(image, boxes);
+    MarkParts(boxes);
   }
   if (table.ByCenter()) {
     MoveCentersToCorners(boxes);
@@ -486,9 +485,9 @@ BoxFormat FormatOf(std::string_view text) {
 
 }  // namespace
 
-std::vector<FileBox> ReadBoxFile(const fs::path& path, const cv::Size& image) {
+std::vector<FileBox> ReadBoxFile(const fs::path& path) {
   if (fs::is_directory(path)) {
-    return ReadFolder(path, image);
+    return ReadFolder(path);
   }
   const std::string text = ReadFile(path, "a file with boxes");  // once: a pipe does not give it again
   switch (FormatOf(text)) {
@@ -497,7 +496,7 @@ std::vector<FileBox> ReadBoxFile(const fs::path& path, const cv::Size& image) {
     case BoxFormat::kMot:
       return ReadMot(path, text);
     case BoxFormat::kCsv:
-      return ReadTable(path, text, image);
+      return ReadTable(path, text);
     default:
       return ReadBoxes(path, text);
   }

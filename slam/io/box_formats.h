@@ -39,25 +39,27 @@ using FrameKey = std::variant<FrameTime, FrameNumber, ImageNumber, std::string>;
 struct FileBox {
   std::string place;  // FILE:LINE, or FILE with the number of the annotation
   FrameKey frame;
-  Detection detection;  // pixels, top-left corner
+  Detection detection;    // pixels, top-left corner
+  bool in_parts = false;  // in parts of the image's width and height instead
 };
 
-// Reads all boxes of a file or folder. `image`: size of the images that they refer to, pixels. Labels are
-// those of the file's own categories, or of classes.txt in the folder (labels.txt beside a MOT file), or
-// COCO's (MOTChallenge's). Throws InputError that names file and line, also if the content is ambiguous.
-std::vector<FileBox> ReadBoxFile(const std::filesystem::path& path, const cv::Size& image);
+// Reads all boxes of a file or folder. Labels are those of the file's own categories, or of classes.txt in
+// the folder (labels.txt beside a MOT file), or COCO's (MOTChallenge's). Throws InputError that names file
+// and line, also if the content is ambiguous.
+std::vector<FileBox> ReadBoxFile(const std::filesystem::path& path);
 
 // The boxes of one frame, for writing.
 struct ImageBoxes {
   double timestamp = 0.0;
   std::int64_t number = 0;  // from 0
   std::string name;         // of the image, or of the video
+  cv::Size image;           // px
   std::vector<Detection> detections;
 };
 
 // Writes kFolder (in image fractions, with classes.txt), kCoco or kMot (with labels.txt beside it), which
 // ReadBoxFile can read. Throws InputError if they cannot be written, UsageError for other formats.
-void WriteBoxFile(const std::filesystem::path& path, BoxFormat format, const cv::Size& image, bool video,
+void WriteBoxFile(const std::filesystem::path& path, BoxFormat format, bool video,
                   const std::vector<ImageBoxes>& frames);
 
 // Returns the bounds of an annotation's `segmentation` in COCO's JSON, pixels: polygons [[x, y, x, y, ...],

@@ -37,16 +37,15 @@ std::string NameOf(const ImageBoxes& frame, bool video) {
 }
 
 nlohmann::ordered_json CocoDocument(const std::vector<ImageBoxes>& frames,
-                                    const std::vector<std::string>& names, const cv::Size& image,
-                                    bool video) {
+                                    const std::vector<std::string>& names, bool video) {
   nlohmann::ordered_json document{{"images", nlohmann::ordered_json::array()},
                                   {"annotations", nlohmann::ordered_json::array()},
                                   {"categories", nlohmann::ordered_json::array()}};
   for (const ImageBoxes& frame : frames) {
     document["images"].push_back({{"id", frame.number},
                                   {"file_name", video ? NameOf(frame, video) : frame.name},
-                                  {"width", image.width},
-                                  {"height", image.height}});
+                                  {"width", frame.image.width},
+                                  {"height", frame.image.height}});
     for (const Detection& d : frame.detections) {
       document["annotations"].push_back({{"id", document["annotations"].size() + 1},
                                          {"image_id", frame.number},
@@ -64,12 +63,13 @@ nlohmann::ordered_json CocoDocument(const std::vector<ImageBoxes>& frames,
 }
 
 void WriteFolder(const fs::path& path, const std::vector<ImageBoxes>& frames,
-                 const std::vector<std::string>& names, const cv::Size& image, bool video) {
+                 const std::vector<std::string>& names, bool video) {
   CreateResultFolder(path);
   for (const ImageBoxes& frame : frames) {
     std::string text;
     for (const Detection& d : frame.detections) {
       const Box2d& b = d.box;
+      const cv::Size& image = frame.image;
       text += fmt::format("{} {:.6f} {:.6f} {:.6f} {:.6f} {:.3f}\n", IndexOf(names, d.label),
                           (b.x + 0.5 * b.width) / image.width, (b.y + 0.5 * b.height) / image.height,
                           b.width / image.width, b.height / image.height, d.score);
@@ -93,15 +93,14 @@ std::string MotText(const std::vector<ImageBoxes>& frames, const std::vector<std
 
 }  // namespace
 
-void WriteBoxFile(const fs::path& path, BoxFormat format, const cv::Size& image, bool video,
-                  const std::vector<ImageBoxes>& frames) {
+void WriteBoxFile(const fs::path& path, BoxFormat format, bool video, const std::vector<ImageBoxes>& frames) {
   const std::vector<std::string> names = Classes(frames);
   switch (format) {
     case BoxFormat::kFolder:
-      WriteFolder(path, frames, names, image, video);
+      WriteFolder(path, frames, names, video);
       return;
     case BoxFormat::kCoco:
-      WriteJsonFile(path, CocoDocument(frames, names, image, video));
+      WriteJsonFile(path, CocoDocument(frames, names, video));
       return;
     case BoxFormat::kMot:
       WriteFileAtomically(path, MotText(frames, names));

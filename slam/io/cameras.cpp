@@ -9,15 +9,14 @@
 #include <cmath>
 #include <memory>
 #include <numbers>
-#include <opencv2/imgcodecs.hpp>
 #include <set>
 #include <sstream>
 #include <string>
 
 #include "slam/io/image_files.h"
+#include "slam/io/image_header.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/data_path.h"
-#include "slam/util/image_decoding.h"
 #include "slam/util/limits.h"
 #include "slam/util/text_lines.h"
 #include "slam/util/throw_if.h"
@@ -310,19 +309,18 @@ CameraGuess GuessCamera(int width, int height, double fps) {
 }
 
 std::optional<CameraGuess> GuessCamera(const std::filesystem::path& image, double fps) {
-  const DecodedImage decoded = DecodeImage(ReadImageFile(image).bytes, cv::IMREAD_COLOR);
-  ThrowIf<InputError>(decoded.too_large, "{}: {}", image.string(), decoded.problem);
-  const cv::Mat& read = decoded.pixels;  // rotated as its EXIF says
-  if (read.empty()) {
+  const std::optional<ImageHeader> header = ReadImageHeader(image);
+  if (!header) {
     return std::nullopt;
   }
-  CheckImageSides(image, read.size());
+  const auto [width, height] = std::pair(header->size.width, header->size.height);
+  CheckImageSides(image, header->size);
   if (const std::optional<double> film = FocalLength35mm(image)) {
     // By the diagonal, as the standard defines it for aspect ratios other than the film's.
-    return WithFocal(read.cols, read.rows, fps, *film / kFilmDiagonal * std::hypot(read.cols, read.rows),
+    return WithFocal(width, height, fps, *film / kFilmDiagonal * std::hypot(width, height),
                      fmt::format("the {:.4g} mm (35 mm film) of {}", *film, image.filename().string()));
   }
-  return GuessCamera(read.cols, read.rows, fps);
+  return GuessCamera(width, height, fps);
 }
 
 }  // namespace sqslam

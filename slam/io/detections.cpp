@@ -80,9 +80,9 @@ void WarnOfBoxes(const std::vector<std::string>& places, std::string_view what) 
 // Assigns the boxes of files to frames.
 class DetectionSorter {
  public:
-  DetectionSorter(const Camera& camera, const std::vector<double>& timestamps,
-                  const std::vector<std::string>& images)
-      : camera_(camera), timestamps_(timestamps), frames_(timestamps.size()) {
+  DetectionSorter(const std::vector<cv::Size>& images, const std::vector<double>& timestamps,
+                  const std::vector<std::string>& names)
+      : images_(images), timestamps_(timestamps), frames_(timestamps.size()) {
     // A tenth of a frame interval: allows for rounded timestamps but never reaches the neighbour. The
     // median, since a pause in a recording raises the mean.
     std::vector<double> intervals;
@@ -92,8 +92,8 @@ class DetectionSorter {
     if (!intervals.empty()) {
       tolerance_ = std::max(tolerance_, 0.1 * UpperMedian(std::move(intervals)));
     }
-    for (std::size_t i = 0; i < images.size(); ++i) {
-      const std::string stem = fs::path(images[i]).stem().string();
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      const std::string stem = fs::path(names[i]).stem().string();
       names_.emplace(stem, i);
       if (const auto number = ParseNumber<std::int64_t>(stem)) {
         numbers_.emplace(*number, i);
@@ -114,7 +114,14 @@ class DetectionSorter {
         std::visit([&](const auto& key) { return FrameOf(key, box.place); }, box.frame);
     if (!frame || *frame >= frames_.size()) {
       report_.no_frame.push_back(box.place);
-    } else if (Clip(box.place, detection.box)) {
+      return;
+    }
+    const cv::Size& image = images_[std::min(*frame, images_.size() - 1)];
+    if (box.in_parts) {
+      const Box2d& b = box.detection.box;
+      detection.box = {b.x * image.width, b.y * image.height, b.width * image.width, b.height * image.height};
+    }
+    if (Clip(box.place, image, detection.box)) {
       frames_[*frame].push_back(std::move(detection));
     }
   }
@@ -166,27 +173,27 @@ class DetectionSorter {
   }
 
   // Returns false if the box lies outside the image.
-  bool Clip(const std::string& place, Box2d& box) {
+  bool Clip(const std::string& place, const cv::Size& image, Box2d& box) {
     constexpr double kBorderTolerance =
         2.0;  // pixels; boxes that detectors rounded across the border need no warning
     const double left = std::max(box.x, 0.0);
     const double top = std::max(box.y, 0.0);
-    const double right = std::min(box.x + box.width, static_cast<double>(camera_.width));
-    const double bottom = std::min(box.y + box.height, static_cast<double>(camera_.height));
+    const double right = std::min(box.x + box.width, static_cast<double>(image.width));
+    const double bottom = std::min(box.y + box.height, static_cast<double>(image.height));
     if (right - left < 1.0 || bottom - top < 1.0) {
       report_.outside.push_back(place);
       return false;
     }
     if (box.x < -kBorderTolerance || box.y < -kBorderTolerance ||
-        box.x + box.width > camera_.width + kBorderTolerance ||
-        box.y + box.height > camera_.height + kBorderTolerance) {
+        box.x + box.width > image.width + kBorderTolerance ||
+        box.y + box.height > image.height + kBorderTolerance) {
       report_.clipped.push_back(place);
     }
     box = {left, top, right - left, bottom - top};
     return true;
   }
 
-  const Camera& camera_;
+  const std::vector<cv::Size>& images_;
   const std::vector<double>& timestamps_;
   double tolerance_ = 1e-3;                      // seconds
   std::map<std::string, std::size_t> names_;     // of the images, without ending
@@ -197,20 +204,20 @@ class DetectionSorter {
 
 }  // namespace
 
-CheckedDetections CheckDetections(const fs::path& path, const Camera& camera,
+CheckedDetections CheckDetections(const fs::path& path, const std::vector<cv::Size>& images,
                                   const std::vector<double>& frame_timestamps,
                                   const std::vector<std::string>& image_names) {
-  DetectionSorter sorter(camera, frame_timestamps, image_names);
-  for (const FileBox& box : ReadBoxFile(path, {camera.width, camera.height})) {
+  DetectionSorter sorter(images, frame_timestamps, image_names);
+  for (const FileBox& box : ReadBoxFile(path)) {
     sorter.Add(box);
   }
   return sorter.Finish();
 }
 
-std::vector<std::vector<Detection>> ReadDetections(const fs::path& path, const Camera& camera,
+std::vector<std::vector<Detection>> ReadDetections(const fs::path& path, const std::vector<cv::Size>& images,
                                                    const std::vector<double>& frame_timestamps,
                                                    const std::vector<std::string>& image_names) {
-  CheckedDetections checked = CheckDetections(path, camera, frame_timestamps, image_names);
+  CheckedDetections checked = CheckDetections(path, images, frame_timestamps, image_names);
   for (const auto& [label, places] : checked.report.unknown_labels) {
     WarnOfBoxes(places, fmt::format("label '{}' is unknown, kept as it is", label));
   }
@@ -220,12 +227,11 @@ std::vector<std::vector<Detection>> ReadDetections(const fs::path& path, const C
   return std::move(checked.frames);
 }
 
-DetectionWriter::DetectionWriter(fs::path path, std::string settings, const Eigen::Vector2d& file_pixels)
+DetectionWriter::DetectionWriter(fs::path path, std::string settings)
     : path_(std::move(path)),
       part_(path_.string() + ".part"),
       lock_(FileLock::Try(part_)),
-      settings_(std::move(settings)),
-      file_pixels_(file_pixels) {
+      settings_(std::move(settings)) {
   ThrowIf<InputError>(!lock_,
                       "{}: another program is writing this file, expected a separate output for each program",
                       part_.string());
@@ -263,9 +269,8 @@ void DetectionWriter::Add(double timestamp, const std::vector<Detection>& detect
   const std::string time = TimeText(timestamp);
   std::string text;
   for (const Detection& d : detections) {
-    text += fmt::format("{} {} {:.3f} {:.1f} {:.1f} {:.1f} {:.1f}\n", time, d.label, d.score,
-                        d.box.x * file_pixels_.x(), d.box.y * file_pixels_.y(),
-                        d.box.width * file_pixels_.x(), d.box.height * file_pixels_.y());
+    text += fmt::format("{} {} {:.3f} {:.1f} {:.1f} {:.1f} {:.1f}\n", time, d.label, d.score, d.box.x,
+                        d.box.y, d.box.width, d.box.height);
   }
   text += fmt::format("{}{}\n", kEnd, time);
   Append(text);

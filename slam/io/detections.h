@@ -1,10 +1,10 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <cstddef>
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <opencv2/core.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "slam/geometry/box2.h"
-#include "slam/geometry/camera.h"
 #include "slam/util/file_lock.h"
 
 namespace sqslam {
@@ -20,12 +19,14 @@ namespace sqslam {
 // Reads the boxes of a whole sequence: one list for each of the given frames.
 //
 // `path`: a file or folder in one of the formats of BoxFormat, detected by content. `frame_timestamps`:
-// ascending. `image_names`: file names of the images, empty for a video.
+// ascending. `images`: sizes of the images (px), to which boxes refer, one for each frame or one for all.
+// `image_names`: file names of the images, empty for a video.
 //
 // Clips boxes to the image and drops those fully outside. Warns (spdlog), at most once per kind or label,
 // about boxes outside, boxes of missing frames, and unknown labels. Throws InputError that names file and
 // line for a broken line.
-std::vector<std::vector<Detection>> ReadDetections(const std::filesystem::path& path, const Camera& camera,
+std::vector<std::vector<Detection>> ReadDetections(const std::filesystem::path& path,
+                                                   const std::vector<cv::Size>& images,
                                                    const std::vector<double>& frame_timestamps,
                                                    const std::vector<std::string>& image_names = {});
 
@@ -48,7 +49,7 @@ struct CheckedDetections {
 };
 
 // Like ReadDetections, with a report instead of warnings.
-CheckedDetections CheckDetections(const std::filesystem::path& path, const Camera& camera,
+CheckedDetections CheckDetections(const std::filesystem::path& path, const std::vector<cv::Size>& images,
                                   const std::vector<double>& frame_timestamps,
                                   const std::vector<std::string>& image_names = {});
 
@@ -56,18 +57,17 @@ CheckedDetections CheckDetections(const std::filesystem::path& path, const Camer
 // complete: an interrupted job resumes from there. The part is locked, since two writers would lose frames.
 class DetectionWriter {
  public:
-  // `file_pixels`: factor for the boxes, see FilePixels(). `settings`: how the boxes were made, one line; a
-  // part file with other settings is started over. Throws InputError if the file cannot be written, or if
-  // another writer has it.
-  DetectionWriter(std::filesystem::path path, std::string settings,
-                  const Eigen::Vector2d& file_pixels = {1.0, 1.0});
+  // `settings`: how the boxes were made, one line; a part file with other settings is started over. Throws
+  // InputError if the file cannot be written, or if another writer has it.
+  DetectionWriter(std::filesystem::path path, std::string settings);
 
   // Returns true if an earlier job has done the frame of this time.
   bool IsDone(double timestamp) const;
   int Frames() const { return frames_; }  // done, by earlier jobs and this one
   int Boxes() const { return boxes_; }    // in them
 
-  // Throws InputError on a full disk; frames added before stay.
+  // `detections`: in pixels of the image in the file. Throws InputError on a full disk; frames added before
+  // stay.
   void Add(double timestamp, const std::vector<Detection>& detections);
 
   // Completes the file and gives it its final name. Throws InputError if another program changed the part.
@@ -80,7 +80,6 @@ class DetectionWriter {
   std::filesystem::path part_;
   std::optional<FileLock> lock_;  // on the part
   std::string settings_;
-  Eigen::Vector2d file_pixels_;
   std::unordered_set<std::string> done_;  // times, as written, of the frames that earlier jobs have done
   int frames_ = 0;
   int boxes_ = 0;

@@ -17,6 +17,7 @@ struct Frame {
   cv::Mat bgr;             // 8UC3, as recorded (distorted)
   cv::Mat gray;            // 8UC1
   cv::Mat ignored;         // 8UC1, nonzero where a mask forbids tracking; may be empty
+  int quarter_turns = 0;   // clockwise, from the image as shown to `bgr` (QuarterTurnsTo)
   std::vector<Detection> detections;
   bool detections_follow = false;  // a detector delivers them later, see System::AddDetections
 };

@@ -18,6 +18,7 @@
 #include <thread>
 
 #include "slam/io/image_files.h"
+#include "slam/io/image_header.h"
 #include "slam/util/image_decoding.h"
 #include "slam/util/text_lines.h"
 #include "slam/util/throw_if.h"
@@ -40,12 +41,12 @@ bool IsCutOff(std::string_view text) {
   });
 }
 
-DecodedImage DecodeFile(const std::filesystem::path& path) {
+ShownImage DecodeFile(const std::filesystem::path& path, cv::Size frame) {
   const ImageFile file = ReadImageFile(path);
   if (!file.problem.empty() || IsCutOff(file.bytes)) {
-    return {{}, file.problem.empty() ? "is cut off" : file.problem};
+    return {{{}, file.problem.empty() ? "is cut off" : file.problem}};
   }
-  return DecodeImage(file.bytes, cv::IMREAD_COLOR);
+  return DecodeForFrame(file.bytes, frame, cv::IMREAD_COLOR);
 }
 
 }  // namespace
@@ -108,39 +109,33 @@ struct FrameSource::Impl {
     thread = std::jthread([this](const std::stop_token& stop) { Run(stop); });
   }
 
-  DecodedImage DecodeVideo(std::int64_t index) {
-    DecodedImage decoded;
+  ShownImage DecodeVideo(std::int64_t index) {
+    cv::Mat pixels;
     // Seeking in videos is inexact with many codecs; reading on is exact and, with strides of a few, as fast.
     while (video_position < index && video.grab()) {
       ++video_position;
     }
-    if (video_position != index || !video.read(decoded.pixels)) {
+    if (video_position != index || !video.read(pixels)) {
       video_ended = true;
-      return decoded;
+      return {};
     }
     ++video_position;
-    if (sequence.quarter_turns > 0) {
-      constexpr std::array<int, 3> kTurns = {cv::ROTATE_90_CLOCKWISE, cv::ROTATE_180,
-                                             cv::ROTATE_90_COUNTERCLOCKWISE};
-      cv::Mat turned;
-      cv::rotate(decoded.pixels, turned, kTurns[static_cast<std::size_t>(sequence.quarter_turns - 1)]);
-      decoded.pixels = turned;
-    }
-    return decoded;
+    pixels = Turned(pixels, sequence.quarter_turns);
+    return {{pixels}, pixels.size()};
   }
 
   std::optional<Frame> Decode(std::int64_t index) {
     const SequenceFrame& listed = sequence.frames[static_cast<std::size_t>(index)];
-    DecodedImage decoded = sequence.video_path.empty() ? DecodeFile(listed.image_path) : DecodeVideo(index);
+    const cv::Size size(sequence.camera.width, sequence.camera.height);
+    ShownImage image = sequence.video_path.empty() ? DecodeFile(listed.image_path, size) : DecodeVideo(index);
     if (video_ended) {
       return std::nullopt;
     }
-    const cv::Size size(sequence.camera.width, sequence.camera.height);
-    const cv::Size expected =
-        sequence.image_width > 0 ? cv::Size(sequence.image_width, sequence.image_height) : size;
-    if (decoded.problem.empty() && !sequence.any_image_size && decoded.pixels.size() != expected) {
-      decoded.problem = fmt::format("is {}x{}, expected the camera's {}x{}", decoded.pixels.cols,
-                                    decoded.pixels.rows, expected.width, expected.height);
+    auto& [decoded, shown, turns] = image;
+    const cv::Size expected = FileSize(sequence);
+    if (decoded.problem.empty() && !sequence.any_image_size && Turned(shown, turns) != expected) {
+      decoded.problem = fmt::format("is {}x{}, expected the camera's {}x{}", shown.width, shown.height,
+                                    expected.width, expected.height);
     }
     if (!decoded.problem.empty()) {
       ++skipped;
@@ -153,29 +148,32 @@ struct FrameSource::Impl {
     frame.index = index;
     frame.timestamp = listed.timestamp;
     frame.image_path = listed.image_path.string();
-    frame.bgr = Resized(decoded.pixels, size);
+    frame.quarter_turns = turns;
+    frame.bgr = Resized(Turned(decoded.pixels, turns), size);
     cv::cvtColor(frame.bgr, frame.gray, cv::COLOR_BGR2GRAY);
     frame.detections = listed.detections;
-    frame.ignored = Ignored(index, listed.mask_path, decoded.pixels.size(), size);
+    frame.ignored = Ignored(frame, listed.mask_path, shown);
     return frame;
   }
 
-  // Returns the mask in the size of the frames, with 255 where it is black.
-  static cv::Mat Ignored(std::int64_t index, const std::filesystem::path& file, cv::Size image,
-                         cv::Size frame) {
+  // Returns the mask in the size of the frame, with 255 where it is black. `image`: size of the shown image,
+  // which a mask has, or that of the turned one, if it is the mask of all images.
+  static cv::Mat Ignored(const Frame& frame, const std::filesystem::path& file, cv::Size image) {
     if (file.empty()) {
       return {};
     }
-    const cv::Mat mask = ReadImage(file, cv::IMREAD_GRAYSCALE);
-    if (mask.size() != image) {
-      spdlog::warn("frame {} has no mask: {} {}", index, file.string(),
+    cv::Mat mask = ReadImage(file, cv::IMREAD_GRAYSCALE);
+    if (mask.size() == image) {
+      mask = Turned(mask, frame.quarter_turns);
+    } else if (mask.size() != Turned(image, frame.quarter_turns)) {
+      spdlog::warn("frame {} has no mask: {} {}", frame.index, file.string(),
                    mask.empty() ? "cannot be read"
                                 : fmt::format("is {}x{}, expected the image's {}x{}", mask.cols, mask.rows,
                                               image.width, image.height));
       return {};
     }
     cv::Mat ignored;
-    cv::resize(mask == 0, ignored, frame, 0.0, 0.0, cv::INTER_NEAREST);
+    cv::resize(mask == 0, ignored, frame.bgr.size(), 0.0, 0.0, cv::INTER_NEAREST);
     return ignored;
   }
 

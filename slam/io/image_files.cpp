@@ -12,7 +12,7 @@
 #include <string>
 #include <string_view>
 
-#include "slam/util/image_decoding.h"
+#include "slam/io/image_header.h"
 #include "slam/util/limits.h"
 #include "slam/util/text_lines.h"
 #include "slam/util/throw_if.h"
@@ -116,9 +116,6 @@ cv::Size ImageResize::Of(cv::Size image) const {
 }
 
 ImageResize ParseImageResize(const std::string& text) {
-  if (text.empty()) {
-    return {};
-  }
   const std::size_t comma = text.find(',');
   const std::optional<double> first = ParseNumber<double>(std::string_view(text).substr(0, comma));
   if (comma != std::string::npos) {
@@ -177,8 +174,23 @@ std::string EncodedImage(const std::string& extension, const cv::Mat& image,
   return {bytes.begin(), bytes.end()};
 }
 
-cv::Mat ReadImageInSize(const std::string& path, cv::Size size) {
-  return Resized(ReadImage(path, cv::IMREAD_COLOR), size);
+ShownImage DecodeForFrame(const std::string& bytes, cv::Size frame, cv::ImreadModes flag) {
+  const std::optional<ImageHeader> jpeg = JpegHeader(bytes);
+  const int turns = jpeg ? QuarterTurnsTo(frame, *jpeg) : 0;
+  const cv::Size turned = jpeg ? Turned(jpeg->size, turns) : cv::Size();
+  if (!frame.empty() && turned.width >= 2 * frame.width && turned.height >= 2 * frame.height) {
+    const int half = flag == cv::IMREAD_COLOR ? cv::IMREAD_REDUCED_COLOR_2 : cv::IMREAD_REDUCED_GRAYSCALE_2;
+    return {DecodeImage(bytes, half), jpeg->size, turns};
+  }
+  ShownImage image{DecodeImage(bytes, flag)};
+  image.size = image.decoded.pixels.size();
+  image.quarter_turns = QuarterTurnsTo(frame, {image.size, jpeg ? jpeg->quarter_turns : 0});
+  return image;
+}
+
+cv::Mat ReadImageInSize(const std::string& path, cv::Size size, cv::ImreadModes flag) {
+  const ShownImage image = DecodeForFrame(ReadImageFile(path).bytes, size, flag);
+  return Resized(Turned(image.decoded.pixels, image.quarter_turns), size);
 }
 
 }  // namespace sqslam

@@ -3,11 +3,14 @@
 #include <cstdint>
 #include <filesystem>
 #include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <optional>
 #include <regex>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "slam/util/image_decoding.h"
 
 namespace sqslam {
 
@@ -42,8 +45,7 @@ struct ImageResize {
   cv::Size Of(cv::Size image) const;
 };
 
-// Parses "640", "640,480" (pixels) or "0.5" (a factor, at most 1); empty: unchanged. Throws UsageError for
-// anything else.
+// Parses "640", "640,480" (pixels) or "0.5" (a factor, at most 1). Throws UsageError for anything else.
 ImageResize ParseImageResize(const std::string& text);
 
 // Returns the image in another size, with averaged pixels if it shrinks; the image itself if it has that size
@@ -59,14 +61,26 @@ struct ImageFile {
 // block, and a device may never end.
 ImageFile ReadImageFile(const std::filesystem::path& path);
 
+// An image as people see it, and its way to a frame.
+struct ShownImage {
+  DecodedImage decoded;   // half the size if frames are smaller still: decodes in half of the time
+  cv::Size size;          // px, of the image in the file
+  int quarter_turns = 0;  // to the frames (QuarterTurnsTo)
+};
+
+// Decodes the bytes of an image file for a frame of this size with OpenCV's flag, cv::IMREAD_COLOR or
+// cv::IMREAD_GRAYSCALE.
+ShownImage DecodeForFrame(const std::string& bytes, cv::Size frame, cv::ImreadModes flag);
+
 // Throws InputError that begins with the path if a side is too short or too long, or the image too large.
 void CheckImageSides(const std::filesystem::path& path, const cv::Size& size);
 
 // Reads an image file as DecodeImage() (util/image_decoding.h) does; empty if it cannot be read.
 cv::Mat ReadImage(const std::filesystem::path& path, int flags);
 
-// Reads an image in this size, 8UC3; empty if it cannot be read.
-cv::Mat ReadImageInSize(const std::string& path, cv::Size size);
+// Reads an image as a frame of this size: turned if the other side is longer (QuarterTurnsTo), and resized.
+// Empty if it cannot be read.
+cv::Mat ReadImageInSize(const std::string& path, cv::Size size, cv::ImreadModes flag);
 
 // Returns the bytes of a file of this extension, with OpenCV's parameters.
 std::string EncodedImage(const std::string& extension, const cv::Mat& image,

@@ -1,6 +1,7 @@
 #include "slam/io/input_images.h"
 
 #include <filesystem>
+#include <opencv2/imgcodecs.hpp>
 #include <set>
 #include <utility>
 
@@ -70,7 +71,7 @@ cv::Mat InputImages::Read(std::int64_t frame) {
   }
   if (sequence_->video_path.empty()) {
     return ReadImageInSize(sequence_->frames[static_cast<std::size_t>(frame)].image_path.string(),
-                           {camera_.width, camera_.height});
+                           {camera_.width, camera_.height}, cv::IMREAD_COLOR);
   }
   // A video opened anew is decoded from its start, but without handing out the frames on the way.
   if (!source_ || frame < next_ || frame - next_ > next_) {
@@ -87,7 +88,8 @@ cv::Mat InputImages::Read(std::int64_t frame) {
 }
 
 cv::Mat InputImages::Read(const std::string& file, std::int64_t frame) {
-  const cv::Mat image = IsThere(file) ? ReadImageInSize(file, {camera_.width, camera_.height}) : cv::Mat();
+  const cv::Mat image =
+      IsThere(file) ? ReadImageInSize(file, {camera_.width, camera_.height}, cv::IMREAD_COLOR) : cv::Mat();
   return image.empty() ? Read(frame) : image;
 }
 

@@ -16,7 +16,9 @@
 #include "slam/io/dataset_layouts.h"
 #include "slam/io/detections.h"
 #include "slam/io/image_files.h"
+#include "slam/io/image_header.h"
 #include "slam/io/video_index.h"
+#include "slam/util/image_decoding.h"
 #include "slam/util/text_lines.h"
 #include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
@@ -126,16 +128,64 @@ Camera VideoCamera(Camera camera, const VideoIndex& video, const fs::path& path)
   return camera;
 }
 
-// The first readable image gives the size.
-CameraGuess GuessFromImages(const std::vector<SequenceFrame>& frames, double fps) {
-  constexpr std::size_t kMaxTriedImages = 20;
-  for (std::size_t i = 0; i < std::min(kMaxTriedImages, frames.size()); ++i) {
-    if (const auto guess = GuessCamera(frames[i].image_path, fps)) {
-      return *guess;
+// An image with the size and orientation of most.
+struct TypicalImage {
+  fs::path path;
+  ImageHeader header;
+};
+
+// Looks at evenly spaced images. Returns the first one of the most frequent size; nothing if none of them can
+// be read.
+std::optional<TypicalImage> FindTypicalImage(const std::vector<SequenceFrame>& frames) {
+  constexpr std::size_t kMaxSamples = 24;
+  const std::size_t count = std::min(kMaxSamples, frames.size());
+  std::vector<std::pair<TypicalImage, int>> sizes;  // with their number
+  for (std::size_t i = 0; i < count; ++i) {
+    const fs::path& path = frames[i * frames.size() / count].image_path;
+    const std::optional<ImageHeader> header = ReadImageHeader(path);
+    if (!header) {
+      continue;
+    }
+    const auto same = std::ranges::find_if(
+        sizes, [&](const auto& counted) { return counted.first.header.size == header->size; });
+    if (same == sizes.end()) {
+      sizes.emplace_back(TypicalImage{path, *header}, 1);
+    } else {
+      ++same->second;
     }
   }
-  throw InputError("{}: cannot be read, expected an image to take the camera's size from",
-                   frames.front().image_path.string());
+  const auto most = std::ranges::max_element(sizes, {}, &std::pair<TypicalImage, int>::second);
+  return most == sizes.end() ? std::nullopt : std::optional(most->first);
+}
+
+CameraGuess GuessFromImages(const std::vector<SequenceFrame>& frames,
+                            const std::optional<TypicalImage>& typical, double fps) {
+  if (const auto guess = typical ? GuessCamera(typical->path, fps) : std::nullopt) {
+    return *guess;
+  }
+  const fs::path& first = frames.front().image_path;
+  const DecodedImage decoded = DecodeImage(ReadImageFile(first).bytes, cv::IMREAD_COLOR);
+  ThrowIf<InputError>(decoded.too_large, "{}: {}", first.string(), decoded.problem);
+  throw InputError("{}: cannot be read, expected an image to take the camera's size from", first.string());
+}
+
+// Rotates the calibration of the sensor's pixels if most images are shown rotated.
+Camera CameraAsShown(const Camera& camera, const std::optional<TypicalImage>& typical) {
+  const cv::Size size(camera.width, camera.height);
+  if (!typical || size == typical->header.size || size != Turned(typical->header.size, 1)) {
+    return camera;
+  }
+  const int exif = typical->header.quarter_turns;
+  const int turns = exif % 2 != 0 ? exif : QuarterTurnsTo(typical->header.size, {size});
+  spdlog::info("{}: most images are turned by {} degrees, the calibration with them", typical->path.string(),
+               90 * turns);
+  return RotatedCamera(camera, turns);
+}
+
+// Returns the size of the images in files, turned as the frames are.
+cv::Size SizeInFiles(const Camera& camera, const std::optional<TypicalImage>& typical) {
+  const cv::Size size(camera.width, camera.height);
+  return typical ? Turned(typical->header.size, QuarterTurnsTo(size, typical->header)) : size;
 }
 
 std::vector<SequenceFrame> ListFrames(SequenceFormat format, const fs::path& path, double fps) {
@@ -160,11 +210,20 @@ void ListSequence(const SequenceRequest& request, Sequence& sequence) {
     sequence.camera = guessed.camera;
     sequence.guessed_by = guessed.source;
   };
+  const auto use_size = [&sequence](cv::Size size) {
+    sequence.image_width = size.width;
+    sequence.image_height = size.height;
+  };
   if (sequence.format != SequenceFormat::kVideo) {
     sequence.frames = ListFrames(sequence.format, sequence.path, camera.fps);
+    const std::optional<TypicalImage> typical = FindTypicalImage(sequence.frames);
     if (guess) {
-      use_guess(GuessFromImages(sequence.frames, camera.fps));
+      use_guess(GuessFromImages(sequence.frames, typical, camera.fps));
+    } else if (!request.known_camera) {
+      sequence.camera = CameraAsShown(camera, typical);
     }
+    use_size(request.known_camera ? SizeInFiles(camera, typical)
+                                  : cv::Size(sequence.camera.width, sequence.camera.height));
     return;
   }
   const VideoIndex video = IndexVideo(sequence.path);
@@ -178,25 +237,13 @@ void ListSequence(const SequenceRequest& request, Sequence& sequence) {
   } else if (!request.known_camera) {
     sequence.camera = VideoCamera(camera, video, sequence.path);
   }
+  use_size({video.ShownSize().first, video.ShownSize().second});
 }
 
-// From here on, camera and boxes are those of the resized images.
-void ResizeSequence(const ImageResize& resize, Sequence& sequence) {
-  sequence.image_width = sequence.camera.width;
-  sequence.image_height = sequence.camera.height;
-  if (!resize.Changes()) {
-    return;
-  }
-  const cv::Size size = resize.Of({sequence.camera.width, sequence.camera.height});
-  const double x = static_cast<double>(size.width) / sequence.camera.width;
-  const double y = static_cast<double>(size.height) / sequence.camera.height;
-  sequence.camera = ResizedCamera(sequence.camera, size.width, size.height);
-  for (SequenceFrame& frame : sequence.frames) {
-    for (Detection& detection : frame.detections) {
-      Box2d& box = detection.box;
-      box = {box.x * x, box.y * y, box.width * x, box.height * y};
-    }
-  }
+ImageResize ResizeOf(const SequenceRequest& request, const Camera& camera) {
+  const double longer_side = std::max(camera.width, camera.height);
+  return request.resize.empty() ? ImageResize{.scale = std::min(1.0, kMaxMappedSide / longer_side)}
+                                : ParseImageResize(request.resize);
 }
 
 void AttachDetections(const SequenceRequest& request, Sequence& sequence) {
@@ -209,8 +256,7 @@ void AttachDetections(const SequenceRequest& request, Sequence& sequence) {
   }
   ThrowIf<InputError>(!fs::exists(path), "{}: does not exist, expected a file or folder with boxes",
                       path.string());
-  std::vector<std::vector<Detection>> detections =
-      ReadDetections(path, sequence.camera, Timestamps(sequence), ImageNames(sequence));
+  std::vector<std::vector<Detection>> detections = ReadFrameBoxes(path, sequence, true);
   for (std::size_t i = 0; i < detections.size(); ++i) {
     sequence.frames[i].detections = std::move(detections[i]);
   }
@@ -296,16 +342,19 @@ Sequence OpenSequence(const SequenceRequest& given) {
   Sequence sequence;
   sequence.path = fs::absolute(request.path).lexically_normal();
   sequence.format = format;
-  const ImageResize resize = ParseImageResize(request.resize);
   ListSequence(request, sequence);
   sequence.any_image_size = request.known_camera.has_value();
   if (!request.known_camera) {
-    CheckImageSides(sequence.path, {sequence.camera.width, sequence.camera.height});
+    const cv::Size file(sequence.camera.width, sequence.camera.height);
+    CheckImageSides(sequence.path, file);
+    if (const ImageResize resize = ResizeOf(request, sequence.camera); resize.Changes()) {
+      const cv::Size size = resize.Of(file);
+      sequence.camera = ResizedCamera(sequence.camera, size.width, size.height);
+    }
     AttachDetections(request, sequence);
     if (!request.mask.empty()) {
       AttachMasks(request.mask, sequence);
     }
-    ResizeSequence(resize, sequence);
   }
   return sequence;
 }
@@ -328,12 +377,48 @@ std::vector<std::string> ImageNames(const Sequence& sequence) {
   return names;
 }
 
-Eigen::Vector2d FilePixels(const Sequence& sequence) {
-  if (sequence.image_width == 0) {
-    return {1.0, 1.0};
+cv::Size FileSize(const Sequence& sequence) {
+  return sequence.image_width > 0 ? cv::Size(sequence.image_width, sequence.image_height)
+                                  : cv::Size(sequence.camera.width, sequence.camera.height);
+}
+
+Camera InFilePixels(const Camera& camera, const Sequence& sequence) {
+  const cv::Size file = FileSize(sequence);
+  const bool resized =
+      file != cv::Size(camera.width, camera.height);  // else the numbers are not rounded again
+  return resized ? ResizedCamera(camera, file.width, file.height) : camera;
+}
+
+std::vector<ImageHeader> ImageHeaders(const Sequence& sequence) {
+  return ToVector(sequence.frames, [typical = ImageHeader{FileSize(sequence)}](const SequenceFrame& frame) {
+    return frame.image_path.empty() ? typical : ReadImageHeader(frame.image_path).value_or(typical);
+  });
+}
+
+std::vector<std::vector<Detection>> ReadFrameBoxes(const fs::path& path, const Sequence& sequence,
+                                                   bool warn) {
+  const std::vector<ImageHeader> headers = ImageHeaders(sequence);
+  const std::vector<cv::Size> sizes = ToVector(headers, &ImageHeader::size);
+  const std::vector<double> timestamps = Timestamps(sequence);
+  const std::vector<std::string> names = ImageNames(sequence);
+  std::vector<std::vector<Detection>> frames = warn ? ReadDetections(path, sizes, timestamps, names)
+                                                    : CheckDetections(path, sizes, timestamps, names).frames;
+  const cv::Size frame(sequence.camera.width, sequence.camera.height);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const int turns = QuarterTurnsTo(frame, headers[i]);
+    for (Detection& detection : frames[i]) {
+      detection.box = Turned(detection.box, headers[i].size, turns, frame);
+    }
   }
-  return {static_cast<double>(sequence.image_width) / sequence.camera.width,
-          static_cast<double>(sequence.image_height) / sequence.camera.height};
+  return frames;
+}
+
+std::vector<Detection> InFilePixels(std::vector<Detection> detections, cv::Size frame, cv::Size file,
+                                    int quarter_turns) {
+  for (Detection& detection : detections) {
+    detection.box = Turned(detection.box, frame, -quarter_turns, Turned(file, quarter_turns));
+  }
+  return detections;
 }
 
 }  // namespace sqslam

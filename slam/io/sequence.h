@@ -1,23 +1,24 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <opencv2/core.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "slam/geometry/box2.h"
 #include "slam/geometry/camera.h"
+#include "slam/io/image_header.h"
 #include "slam/util/enum_names.h"
 
 namespace sqslam {
 
 struct SequenceFrame {
-  double timestamp = 0.0;            // seconds, rising
-  std::filesystem::path image_path;  // empty for a video
-  std::vector<Detection> detections;
+  double timestamp = 0.0;                // seconds, rising
+  std::filesystem::path image_path;      // empty for a video
+  std::vector<Detection> detections;     // in pixels of the frame
   std::filesystem::path mask_path = {};  // black: ignored, as in COLMAP; empty: none
 };
 
@@ -35,7 +36,7 @@ struct Sequence {
   Camera camera;           // of the frames as delivered
   std::string guessed_by;  // source of the focal length of --camera auto; empty: a calibration
   int quarter_turns = 0;   // clockwise, applied to a video's pictures
-  int image_width = 0;     // px, of the rotated pictures before resizing to the camera's; 0: the camera's
+  int image_width = 0;     // px, of the images in the files, turned but not resized; 0: the camera's
   int image_height = 0;
   bool any_image_size = false;  // images of any size are resized
   std::vector<SequenceFrame> frames;
@@ -50,7 +51,8 @@ struct SequenceRequest {
   std::string camera = {};
   // boxes.txt or folder; empty: boxes.txt of the sequence folder if it is there.
   std::filesystem::path detections = {};
-  std::string resize = {};  // WIDTH, WIDTH,HEIGHT or a factor (ParseImageResize); empty: unchanged
+  // WIDTH, WIDTH,HEIGHT or a factor (ParseImageResize); empty: the longer side is at most kMaxMappedSide.
+  std::string resize = {};
   // Camera of an earlier run, instead of `camera` and `resize`: images of any size are resized to it, and
   // boxes are not read.
   std::optional<Camera> known_camera = {};
@@ -59,16 +61,21 @@ struct SequenceRequest {
   std::filesystem::path mask = {};
 };
 
+// Longer side of frames, px, if the request does not say it: more pixels take time and add nothing to a map.
+inline constexpr int kMaxMappedSide = 1280;
+
 // Value of --camera for an uncalibrated camera.
 inline constexpr const char* kAutoCamera = "auto";
 
 // Lists the frames of a folder with rgb.txt, of a dataset layout (dataset_layouts.h), of a folder of images
 // (in numeric order, timestamps from the camera's fps, without depth images), or of a video file (timestamps
-// of the container; a calibration of the stored pictures is rotated with them). Calibration and boxes refer
-// to the images in the files; `resize` scales both. Ground truth is never read. Throws InputError that names
-// file, line and what was expected: broken lines, timestamps that do not rise, a broken or missing camera, a
-// video of another size, no frame at all; UsageError for an unknown camera preset. Images are not opened here
-// (FrameSource skips unusable ones), except the first to guess a camera.
+// of the container). Calibration and boxes refer to the images in the files, as people see them; both are
+// resized with the frames. A calibration of the stored pixels of a video or of portrait photographs is
+// rotated with them. Most of the images decide whether frames are portrait or landscape; the others are
+// turned (QuarterTurnsTo). Ground truth is never read. Throws InputError that names file, line and what was
+// expected: broken lines, timestamps that do not rise, a broken or missing camera, a video of another size,
+// no frame at all; UsageError for an unknown camera preset. Images are not decoded here (FrameSource skips
+// unusable ones), except one to guess a camera.
 Sequence OpenSequence(const SequenceRequest& request);
 
 // Returns true if the sequence has a frame of this number, counted from 0. Numbers that were recorded may be
@@ -79,7 +86,24 @@ bool HasFrame(const Sequence& sequence, std::int64_t frame);
 std::vector<double> Timestamps(const Sequence& sequence);
 std::vector<std::string> ImageNames(const Sequence& sequence);
 
-// Returns the size of a frame's pixel in pixels of the image file, x and y.
-Eigen::Vector2d FilePixels(const Sequence& sequence);
+// Returns the size of the images in the files, px, turned as the frames are.
+cv::Size FileSize(const Sequence& sequence);
+
+// Returns a camera of the frames in pixels of the images in the files.
+Camera InFilePixels(const Camera& camera, const Sequence& sequence);
+
+// Returns size and orientation of each frame's image in the files; those of most images for one that cannot
+// be read.
+std::vector<ImageHeader> ImageHeaders(const Sequence& sequence);
+
+// Reads a file or folder with boxes (ReadDetections) and converts them to pixels of the frames. `warn`: of
+// boxes that are dropped or clipped, and of unknown labels.
+std::vector<std::vector<Detection>> ReadFrameBoxes(const std::filesystem::path& path,
+                                                   const Sequence& sequence, bool warn);
+
+// Converts boxes of a frame to pixels of the shown image in the file. `file`: its size, turned as the frame
+// is (FileSize). `quarter_turns`: of the frame (Frame::quarter_turns).
+std::vector<Detection> InFilePixels(std::vector<Detection> detections, cv::Size frame, cv::Size file,
+                                    int quarter_turns);
 
 }  // namespace sqslam

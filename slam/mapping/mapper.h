@@ -36,7 +36,8 @@ class Mapper {
     std::function<bool()> keyframe_waiting;  // a waiting keyframe interrupts the bundle adjustment
     // Receives Save() of the growing map, so that it survives a killed run. Empty: never called.
     std::function<void(std::string)> keep = {};
-    // Reads an image as recorded, 8UC1, for the lines in boxes of frames placed at the end. Empty: no lines.
+    // Reads an image in the camera's size, 8UC1, for the lines in boxes of frames placed at the end. Empty:
+    // no lines.
     std::function<cv::Mat(const std::string& path)> read_gray = {};
   };
 

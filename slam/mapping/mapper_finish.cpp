@@ -311,13 +311,13 @@ void Mapper::TrackBoxesOf(const LeftoverFrame& image, Submap& submap, ObjectTrac
   if (outputs_.read_gray) {
     frame.gray = outputs_.read_gray(image.image_path);
   }
-  if (frame.gray.size() != cv::Size(camera_.width, camera_.height)) {
-    frame.gray = cv::Mat();  // the run has resized it: no lines
-  }
   frame.points = submap.PointsIn(image.index, camera_);
   const std::vector<ObjectObservation> observations = tracker.Track(frame, *submap.Objects().View(), &times_);
   submap.Objects().AddObservations(observations);
   if (image.index == shown_.frame_index) {
+    shown_.detections = ToVector(image.detections, [](const Detection& detection) {
+      return SnapshotDetection{detection, -1};  // boxes seen before any map began were not recorded
+    });
     for (const ObjectObservation& o : observations) {
       shown_.detections[o.detection_index].object_id = o.object_id;
     }

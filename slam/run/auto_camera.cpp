@@ -41,8 +41,9 @@ LearningPass MapOnce(const Sequence& sequence, const FrameRange& range, const Ca
   while (std::optional<Frame> frame = host.Stopped() ? std::nullopt : source.Next()) {
     frame->detections.clear();
     system.Process(*frame);
-    host.ShowProgress(done + ++pass.played, 0,
-                      fmt::format("estimating the focal length, now {:.1f} px", camera.fx));
+    host.ShowProgress(
+        done + ++pass.played, 0,
+        fmt::format("estimating the focal length, now {:.1f} px", InFilePixels(camera, sequence).fx));
   }
   pass.learnt = system.Finish([&host] { return host.Stopped(); }).map.learnt_camera;
   return pass;
@@ -56,6 +57,14 @@ void AutoCamera::Adopt(const LearntCamera& learnt_camera) {
     focal_deviation = learnt_camera.focal_deviation;
     learnt = true;
   }
+}
+
+AutoCamera AutoCamera::InFiles(const Sequence& sequence) const {
+  AutoCamera in_files = *this;
+  in_files.guess = InFilePixels(guess, sequence);
+  in_files.camera = InFilePixels(camera, sequence);
+  in_files.focal_deviation *= static_cast<double>(in_files.camera.width) / camera.width;
+  return in_files;
 }
 
 std::string AutoCamera::Text() const {
@@ -82,7 +91,7 @@ AutoCamera LearnCamera(const Sequence& sequence, const FrameRange& range, const 
     return result;
   }
   spdlog::warn("--camera auto: focal length {}, guessed from {}; sqslam calibrate gives a better one",
-               InWords(sequence.camera), sequence.guessed_by);
+               InWords(InFilePixels(sequence.camera, sequence)), sequence.guessed_by);
   const SystemOptions learning = LearningOptions(options);
   FrameRange part = range;
   part.count = std::min(kFirstPassFrames, available);

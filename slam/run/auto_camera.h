@@ -22,6 +22,9 @@ struct AutoCamera {
 
   void Adopt(const LearntCamera& learnt_camera);  // if it is trusted
 
+  // Returns the same camera in pixels of the images in the files instead of the frames.
+  AutoCamera InFiles(const Sequence& sequence) const;
+
   // Returns one line for people: guess, result and uncertainty. Empty for a calibrated camera.
   std::string Text() const;
 };

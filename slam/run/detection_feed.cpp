@@ -5,6 +5,7 @@
 #include <exception>
 #include <utility>
 
+#include "slam/io/sequence.h"
 #include "slam/util/error.h"
 
 namespace sqslam {
@@ -13,7 +14,7 @@ DetectionFeed::DetectionFeed(std::shared_ptr<ObjectDetector> detector, Options o
     : options_(std::move(options)) {
   const std::string settings = fmt::format("boxes of {}, {}", options_.sequence, detector->Settings());
   detector_.emplace(std::move(detector), options_.detection, options_.pace);
-  writer_.emplace(options_.boxes, settings, options_.file_pixels);
+  writer_.emplace(options_.boxes, settings);
 }
 
 TrackingState DetectionFeed::Process(const Frame& given, System& system) {
@@ -67,7 +68,10 @@ void DetectionFeed::Deliver(const std::vector<FrameBoxes>& frames, System& syste
   for (const FrameBoxes& frame : frames) {
     seen_ += frame.seen ? 1 : 0;
     system.AddDetections(frame.frame_index, frame.detections);
-    Attempt([&] { writer_->Add(frame.timestamp, frame.detections); });
+    Attempt([&] {
+      writer_->Add(frame.timestamp,
+                   InFilePixels(frame.detections, options_.frame, options_.file, frame.quarter_turns));
+    });
   }
 }
 

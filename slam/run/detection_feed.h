@@ -20,9 +20,10 @@ class DetectionFeed {
   struct Options {
     DetectionOptions detection;
     DetectionPace pace = DetectionPace::kEveryNth;
-    std::filesystem::path boxes;            // boxes.txt to write
-    std::string sequence;                   // name of the sequence, for the first line of the file
-    Eigen::Vector2d file_pixels{1.0, 1.0};  // see FilePixels()
+    std::filesystem::path boxes;  // boxes.txt to write
+    std::string sequence;         // name of the sequence, for the first line of the file
+    cv::Size frame;               // size of the frames, px
+    cv::Size file;                // see FileSize()
   };
 
   DetectionFeed() = default;

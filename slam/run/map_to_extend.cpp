@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <opencv2/core.hpp>
 #include <optional>
 #include <string>
 
@@ -37,7 +39,22 @@ double LargestShift(const Camera& a, const Camera& b) {
   return largest;
 }
 
+// Returns true if images of this size have the camera's aspect ratio, up to the rounding of a side.
+bool IsScaled(cv::Size image, const Camera& camera) {
+  const double height = static_cast<double>(camera.width) / image.width * image.height;
+  return std::abs(height - camera.height) <= 1.0;
+}
+
 }  // namespace
+
+Camera CameraInFiles(const MapToExtend& map) {
+  const fs::path file = map.recording.parent_path() / "camera.yaml";
+  if (!fs::exists(file)) {
+    return map.map.camera;
+  }
+  const Camera written = ReadCamera(file);
+  return ResizedCamera(map.map.camera, written.width, written.height);
+}
 
 SystemOptions OptionsOfRun(const fs::path& result) {
   const fs::path recording = ResultFile(result, "map.sqmap");
@@ -69,6 +86,11 @@ void CheckSameCamera(const fs::path& source, const Camera& camera, const MapToEx
 Sequence OpenSequenceFor(const MapToExtend& map, const SequenceRequest& request) {
   Sequence sequence = OpenSequence(request);
   const Camera& known = map.map.camera;
+  if (request.resize.empty() && IsScaled(FileSize(sequence), known)) {
+    SequenceRequest sized = request;
+    sized.resize = fmt::format("{},{}", known.width, known.height);
+    sequence = OpenSequence(sized);
+  }
   Camera stated = known;  // an uncalibrated camera is assumed to be the map's
   stated.width = sequence.camera.width;
   stated.height = sequence.camera.height;

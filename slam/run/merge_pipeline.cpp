@@ -22,11 +22,11 @@ FinishedRun MergeResults(const fs::path& first, const fs::path& second, const fs
   CreateResultFolder(output);
   run.sequence = WriteJoinedSequence(output, RecordingReader(a.recording).Info().sequence_path,
                                      RecordingReader(b.recording).Info().sequence_path, *run.result.added,
-                                     run.result.kept.camera)
+                                     CameraInFiles(a))
                      .string();
   run.stats = StatsOf(run.result);
   run.stats.wall_seconds = stopwatch.Seconds();
-  AttemptAll({[&] { WriteCamera(output / "camera.yaml", run.result.kept.camera); },
+  AttemptAll({[&] { WriteCamera(output / "camera.yaml", CameraInFiles(a)); },
               [&] { WriteMapFiles(output, run.result); },
               [&] {
                 RecordingWriter(output / "map.sqmap", {run.sequence, SQSLAM_VERSION, DumpOptions(a.options)})

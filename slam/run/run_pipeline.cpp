@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <utility>
@@ -34,10 +35,13 @@ DetectionFeed MakeFeed(const RunRequest& request, const RunInput& input, RunHost
     return {};
   }
   host.Say(fmt::format("boxes by {}", input.detector->Name()));
-  return {
-      input.detector,
-      {request.options.detection, request.HasRealClock() ? DetectionPace::kNewest : DetectionPace::kEveryNth,
-       request.output / "boxes.txt", input.sequence.path.string(), FilePixels(input.sequence)}};
+  return {input.detector,
+          {request.options.detection,
+           request.HasRealClock() ? DetectionPace::kNewest : DetectionPace::kEveryNth,
+           request.output / "boxes.txt",
+           input.sequence.path.string(),
+           {input.sequence.camera.width, input.sequence.camera.height},
+           FileSize(input.sequence)}};
 }
 
 // A camera that is only guessed is refined in the run. A recording is mapped in step.
@@ -49,6 +53,23 @@ SystemOptions OptionsFor(const RunRequest& request, const AutoCamera& camera) {
     options.mapping.camera.what = LearntPart::kFocal;
   }
   return options;
+}
+
+void SayHowImagesAreMapped(const Sequence& sequence, RunHost& host) {
+  const cv::Size file = FileSize(sequence);
+  const cv::Size frame(sequence.camera.width, sequence.camera.height);
+  if (file != frame) {
+    host.Say(fmt::format("images of {}x{} are mapped at {}x{} (--resize 1: at full size)", file.width,
+                         file.height, frame.width, frame.height));
+  }
+  if (sequence.format == SequenceFormat::kImages) {
+    const auto turned = std::ranges::count_if(
+        ImageHeaders(sequence), [&](const ImageHeader& image) { return QuarterTurnsTo(frame, image) != 0; });
+    if (turned > 0) {
+      host.Say(fmt::format("{} of {} images were taken with the camera turned and are turned back", turned,
+                           sequence.frames.size()));
+    }
+  }
 }
 
 std::unique_ptr<System> MakeSystem(const RunInput& input, const Camera& camera, const SystemOptions& options,
@@ -103,9 +124,15 @@ void AdoptLearntCamera(const RunResult& result, AutoCamera& camera) {
     camera.Adopt(*result.map.learnt_camera);
   }
   camera.camera.readout_ms = std::round(1e4 * result.readout) / 10.0;
+}
+
+// Returns the camera for people and files, in pixels of the images in the files.
+AutoCamera CameraInFiles(const AutoCamera& camera, const Sequence& sequence) {
+  AutoCamera in_files = camera.InFiles(sequence);
   if (camera.IsGuessed()) {
-    spdlog::log(camera.learnt ? spdlog::level::info : spdlog::level::warn, camera.Text());
+    spdlog::log(camera.learnt ? spdlog::level::info : spdlog::level::warn, in_files.Text());
   }
+  return in_files;
 }
 
 void WarnAboutOmittedObjects(const RunResult& result) {
@@ -240,9 +267,10 @@ void SaveWithoutMap(const FinishedRun& run, Recorder& recorder) {
 
 [[noreturn]] void ThrowNoMap(const RunRequest& request, const RunInput& input, const RunResult& result) {
   const Sequence& sequence = input.sequence;
-  ThrowIf<InputError>(
-      result.frames == 0, "{}: none of the {} images could be used, expected readable images of {}x{}",
-      sequence.path.string(), input.frames->Skipped(), sequence.camera.width, sequence.camera.height);
+  const cv::Size size = FileSize(sequence);
+  ThrowIf<InputError>(result.frames == 0,
+                      "{}: none of the {} images could be used, expected readable images of {}x{}",
+                      sequence.path.string(), input.frames->Skipped(), size.width, size.height);
   const std::string path = sequence.path.string();  // live images cannot be examined again
   throw NoMapError("{}: no map: {}{}", path, result.no_map_reason,
                    request.IsLive() ? "" : fmt::format("; sqslam doctor {} looks closer", path));
@@ -254,9 +282,9 @@ void JoinSequences(const RunInput& input, FinishedRun& run) {
     return;
   }
   const fs::path known = RecordingReader(input.known->recording).Info().sequence_path;
-  run.sequence =
-      WriteJoinedSequence(run.output, known, input.sequence.path, *run.result.added, run.result.kept.camera)
-          .string();
+  run.sequence = WriteJoinedSequence(run.output, known, input.sequence.path, *run.result.added,
+                                     InFilePixels(run.result.kept.camera, input.sequence))
+                     .string();
   SetSequencePath(run.output / "map.sqmap", run.sequence);
 }
 
@@ -267,6 +295,7 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
   const WarningLog warnings;
   RunInput input = OpenInput(request, host);  // before the folder: unusable input leaves nothing behind
   CreateResultFolder(request.output);
+  SayHowImagesAreMapped(input.sequence, host);
   DetectionFeed feed = MakeFeed(request, input, host);
 
   const Stopwatch stopwatch;
@@ -295,6 +324,7 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
                   {}};
   const int live_depth = FinishLive(std::move(live), host);
   AdoptLearntCamera(run.result, camera);
+  const AutoCamera in_files = CameraInFiles(camera, input.sequence);
   WarnAboutOmittedObjects(run.result);
 
   run.stats = MakeStats(run.result, input, feed);
@@ -304,7 +334,7 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
   run.stats.host = HostName();
   run.stats.job = SlurmJob();
   run.stats.command = request.command;
-  run.stats.camera = camera.IsGuessed() ? camera.Text() : "calibrated";
+  run.stats.camera = in_files.IsGuessed() ? in_files.Text() : "calibrated";
   run.stats.wall_seconds = stopwatch.Seconds();
   if (!run.result.map.snapshot) {
     run.stats.warnings = warnings.Lines();
@@ -322,7 +352,7 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
   if (run.stats.counters.placed_at_end + run.stats.counters.tied_at_end > 0) {
     host.Say(CompletionText(run.stats.counters));
   }
-  AttemptAll({[&] { WriteCamera(run.output / "camera.yaml", camera.camera, camera.Text()); },
+  AttemptAll({[&] { WriteCamera(run.output / "camera.yaml", in_files.camera, in_files.Text()); },
               [&] { WriteMapFiles(run.output, run.result); }, [&] { recorder.Close(); },
               [&] { SaveMapInRecording(run.output / "map.sqmap", run.result.kept); },
               [&] { JoinSequences(input, run); }, [&] { Scale(request, input, run, host); },

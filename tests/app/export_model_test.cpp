@@ -3,14 +3,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <sstream>
 
 #include "app/export/camera_model.h"
+#include "slam/io/cameras.h"
 #include "slam/io/result_files.h"
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/recording.h"
@@ -241,23 +244,76 @@ TEST_F(SavedMapCommands, WritesWhiteMasksOfSolids) {
   ExpectRefused("export " + Map() + " --masks", 2, "--masks: applies to --format only");
 }
 
-// The images of a resized sequence are written, in the size that the camera of the model has.
-TEST_F(SavedMapCommands, WritesResizedImages) {
+TEST_F(SavedMapCommands, LinksFullImagesWhenMappedSmaller) {
   const ProgramRun run = RunProgram("run " + Input() + " --no-render --deterministic --detector none " +
                                     "--resize 0.75 --frames 50 -o " + Out("small").string());
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const ProgramRun exported =
       RunProgram("export " + Out("small").string() + " --format colmap -o " + Out("small-colmap").string());
   ASSERT_EQ(exported.exit_code, 0) << exported.err;
-  int images = 0;
-  for (const fs::directory_entry& file : fs::directory_iterator(Out("small-colmap") / "images")) {
-    EXPECT_EQ(cv::imread(file.path().string()).size(), cv::Size(240, 180)) << file.path();
-    ++images;
+  EXPECT_TRUE(fs::is_symlink(Out("small-colmap") / "images"));
+  const Camera given = ReadCamera(fs::path(Input()) / "camera.yaml");
+  const Camera written = ReadCamera(Out("small") / "camera.yaml");
+  EXPECT_EQ(written.width, given.width);
+  EXPECT_NEAR(written.fx, given.fx, 1e-9);
+  EXPECT_NEAR(written.cy, given.cy, 1e-9);
+  EXPECT_THAT(Slurp(Out("small-colmap") / "sparse" / "0" / "cameras.txt"), HasSubstr("PINHOLE 320 240 "));
+  const MapSnapshotPtr map = RecordingReader(Out("small") / "map.sqmap").Last();
+  EXPECT_EQ(map->camera.width, 240);
+  std::istringstream text(Slurp(Out("small-colmap") / "sparse" / "0" / "images.txt"));
+  double right = 0.0, bottom = 0.0;
+  for (std::string line; std::getline(text, line);) {
+    if (line.starts_with("#")) {
+      continue;
+    }
+    std::getline(text, line);
+    std::istringstream row(line);
+    for (double x = 0.0, y = 0.0, id = 0.0; row >> x >> y >> id;) {
+      right = std::max(right, x);
+      bottom = std::max(bottom, y);
+    }
   }
-  EXPECT_EQ(images, ReadStats(Out("small") / "stats.json").keyframes);
+  EXPECT_GT(right, 250.0);
+  EXPECT_LT(right, 320.0);
+  EXPECT_GT(bottom, 190.0);
+  EXPECT_LT(bottom, 240.0);
 }
 
-// Once in a folder that is linked, once in one of smaller images, which are written.
+TEST_F(SavedMapCommands, MapsAndExportsPhotographsTakenWithTurnedCamera) {
+  const fs::path photographs = Out("photographs");
+  fs::create_directories(photographs);
+  fs::copy_file(fs::path(Input()) / "camera.yaml", photographs / "camera.yaml");
+  const auto original = [](int i) {
+    return cv::imread((fs::path(Input()) / "rgb" / fmt::format("{:04}.jpg", i)).string());
+  };
+  for (int i = 0; i < 50; ++i) {
+    cv::Mat photograph = original(i);
+    if (i % 4 == 1) {
+      cv::rotate(photograph, photograph, cv::ROTATE_90_CLOCKWISE);
+    }
+    cv::imwrite((photographs / fmt::format("{:04}.png", i)).string(), photograph);
+  }
+  const ProgramRun run = RunProgram("run " + photographs.string() + " --no-render --deterministic " +
+                                    "--detector none -o " + Out("turned").string());
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("13 of 50 images were taken with the camera turned"));
+  EXPECT_EQ(ReadStats(Out("turned") / "stats.json").tracked, 50);
+  const ProgramRun exported =
+      RunProgram("export " + Out("turned").string() + " --format colmap -o " + Out("turned-colmap").string());
+  ASSERT_EQ(exported.exit_code, 0) << exported.err;
+  int images = 0;
+  for (const fs::directory_entry& file : fs::directory_iterator(Out("turned-colmap") / "images")) {
+    const cv::Mat image = cv::imread(file.path().string());
+    const cv::Mat expected = original(std::stoi(file.path().stem().string()));
+    ASSERT_EQ(image.size(), expected.size()) << file.path();
+    EXPECT_LT(cv::norm(image, expected, cv::NORM_L1) / static_cast<double>(3 * expected.total()), 3.0)
+        << file.path();
+    ++images;
+  }
+  EXPECT_EQ(images, ReadStats(Out("turned") / "stats.json").keyframes);
+}
+
+// Once in a folder that is linked, once in one of portrait images, which are turned and written.
 TEST_F(SavedMapCommands, OmitsKeyframesWithUnreadableImages) {
   const MapSnapshotPtr map = RecordingReader(fs::path(Map()) / "map.sqmap").Last();
   const std::string image = fmt::format("{:04}.jpg", map->keyframes.at(1).frame_index);
@@ -270,7 +326,7 @@ TEST_F(SavedMapCommands, OmitsKeyframesWithUnreadableImages) {
       fs::remove(input / "rgb" / image);
     } else {
       for (const fs::directory_entry& file : fs::directory_iterator(input / "rgb")) {
-        cv::imwrite(file.path().string(), cv::Mat(120, 160, CV_8UC3, cv::Scalar::all(90)));
+        cv::imwrite(file.path().string(), cv::Mat(160, 120, CV_8UC3, cv::Scalar::all(90)));
       }
       WriteFileAtomically(input / "rgb" / image, "no image");
     }

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "slam/io/cameras.h"
 #include "slam/io/result_files.h"
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/recording.h"
@@ -75,6 +76,22 @@ TEST_F(SavedMapCommands, RejectsUnusableMapsInOneLine) {
   const ProgramRun itself = RunProgram("run " + Input() + " --extend " + Map() + " -o " + Map());
   EXPECT_EQ(itself.exit_code, 3);
   EXPECT_THAT(itself.ErrorLines(), ElementsAre(HasSubstr("cannot be extended into itself")));
+}
+
+TEST_F(SavedMapCommands, ResizesImagesToThoseOfTheMap) {
+  const std::string quick = " --no-render --deterministic --detector none ";
+  const ProgramRun small =
+      RunProgram("run " + Input() + quick + "--resize 0.75 --frames 40 -o " + Out("map-240").string());
+  ASSERT_EQ(small.exit_code, 0) << small.err;
+  const ProgramRun found = RunProgram("localize " + Input() + " --frames 20:30 --map " +
+                                      Out("map-240").string() + " -o " + Out("found-240").string());
+  EXPECT_EQ(found.exit_code, 0) << found.err;
+  EXPECT_THAT(found.out, HasSubstr("10 of 10 frames found"));
+  const ProgramRun extended = RunProgram("run " + Input() + quick + "--frames 20:60 --extend " +
+                                         Out("map-240").string() + " -o " + Out("both-240").string());
+  EXPECT_EQ(extended.exit_code, 0) << extended.err;
+  EXPECT_EQ(ReadCamera(Out("both-240") / "camera.yaml").width, 320);
+  EXPECT_EQ(ReadCamera(Out("both-240") / "sequence" / "camera.yaml").width, 320);
 }
 
 TEST_F(SavedMapCommands, MergesTwoMaps) {

@@ -55,6 +55,30 @@ class BackgroundDetectorTest : public testing::Test {
   NetworkOptions network_;
 };
 
+// Says the left half of every image.
+class LeftHalf : public ObjectDetector {
+ public:
+  std::vector<Detection> Detect(const cv::Mat& bgr) override {
+    return {{"half", 1.0, {0.0, 0.0, 0.5 * bgr.cols, 1.0 * bgr.rows}}};
+  }
+};
+
+TEST_F(BackgroundDetectorTest, FindsUprightBoxesInTurnedFrames) {
+  Frame frame = FrameAt(0);  // 64 x 32
+  frame.quarter_turns = 3;   // what is left in the upright image is below in the frame
+  BackgroundDetector detector(std::make_shared<LeftHalf>(), {"", 1}, DetectionPace::kEveryNth);
+  detector.Add(frame);
+  const std::vector<FrameBoxes> boxes = detector.Finish();
+  ASSERT_EQ(boxes.size(), 1U);
+  EXPECT_EQ(boxes[0].quarter_turns, 3);
+  ASSERT_EQ(boxes[0].detections.size(), 1U);
+  const Box2d& box = boxes[0].detections[0].box;
+  EXPECT_EQ(box.x, 0.0);
+  EXPECT_EQ(box.y, 16.0);
+  EXPECT_EQ(box.width, 64.0);
+  EXPECT_EQ(box.height, 16.0);
+}
+
 TEST_F(BackgroundDetectorTest, ReturnsEveryFrameOnceInOrder) {
   for (const DetectionPace pace : {DetectionPace::kNewest, DetectionPace::kEveryNth}) {
     BackgroundDetector detector = Make(0, pace);

@@ -152,7 +152,7 @@ void ReadNetwork(const fs::path& file) {
   LoadNetwork(file.string());
 }
 
-void ReadBoxes(const fs::path& file) { ReadDetections(file, kCamera, {0.0, 0.033, 0.067, 0.1}); }
+void ReadBoxes(const fs::path& file) { ReadDetections(file, {{64, 48}}, {0.0, 0.033, 0.067, 0.1}); }
 
 void ReadRecording(const fs::path& file) {
   const RecordingReader reader(file);

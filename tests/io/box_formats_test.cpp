@@ -17,16 +17,13 @@ namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::SizeIs;
 
+const cv::Size kImage(200, 100);
+
 class BoxFormats : public ::testing::Test {
  protected:
-  BoxFormats() {
-    camera_.width = 200;
-    camera_.height = 100;
-  }
-
   std::vector<std::vector<Detection>> Read(const fs::path& path,
                                            const std::vector<std::string>& images = {}) const {
-    return ReadDetections(path, camera_, {0.0, 0.1, 0.2}, images);
+    return ReadDetections(path, {kImage}, {0.0, 0.1, 0.2}, images);
   }
   std::string ErrorOf(const fs::path& path, const std::vector<std::string>& images = {}) const {
     return InputErrorOf([&] { Read(path, images); });
@@ -42,7 +39,6 @@ class BoxFormats : public ::testing::Test {
     EXPECT_NEAR(frame[0].box.height, box.height, 1e-3);
   }
 
-  Camera camera_;
   TemporaryFolder folder_;
   const std::vector<std::string> images_{"000.png", "001.png", "002.png"};
 };
@@ -188,14 +184,14 @@ class WrittenBoxes : public BoxFormats, public ::testing::WithParamInterface<std
 
 TEST_P(WrittenBoxes, ReadBackUnchanged) {
   const auto [format, video] = GetParam();
-  std::vector<ImageBoxes> frames{{0.0, 0, "", {{"cup", 0.5, {10, 20, 30, 40}}}},
-                                 {0.1, 1, "", {}},
-                                 {0.2, 2, "", {{"tea_pot", 0.25, {0, 0, 200, 100}}}}};
+  std::vector<ImageBoxes> frames{{0.0, 0, "", kImage, {{"cup", 0.5, {10, 20, 30, 40}}}},
+                                 {0.1, 1, "", kImage, {}},
+                                 {0.2, 2, "", kImage, {{"tea_pot", 0.25, {0, 0, 200, 100}}}}};
   for (std::size_t i = 0; i < frames.size(); ++i) {
     frames[i].name = video ? "film.mp4" : images_[i];
   }
   const fs::path path = folder_.Path() / "written";
-  WriteBoxFile(path, format, {200, 100}, video, frames);
+  WriteBoxFile(path, format, video, frames);
   const auto read = Read(path, video ? std::vector<std::string>() : images_);
   ExpectBox(read[0], "cup", 0.5, {10, 20, 30, 40});
   EXPECT_TRUE(read[1].empty());

@@ -16,6 +16,8 @@ namespace fs = std::filesystem;
 
 using ::testing::HasSubstr;
 
+const std::vector<cv::Size> kSmall = {{100, 80}};
+
 class DetectionFilesTest : public testing::Test {
  protected:
   void SetUp() override {
@@ -23,13 +25,6 @@ class DetectionFilesTest : public testing::Test {
     fs::create_directories(folder_);
   }
   void TearDown() override { fs::remove_all(folder_); }
-
-  static Camera SmallCamera() {
-    Camera camera;
-    camera.width = 100;
-    camera.height = 80;
-    return camera;
-  }
 
   fs::path folder_;
 };
@@ -40,7 +35,7 @@ TEST_F(DetectionFilesTest, ReadsBackUnchanged) {
   writer.Add(0.1, {});
   writer.Finish();
   EXPECT_FALSE(fs::exists(folder_ / "boxes.txt.part"));
-  const auto frames = ReadDetections(folder_ / "boxes.txt", SmallCamera(), {0.0, 0.1});
+  const auto frames = ReadDetections(folder_ / "boxes.txt", kSmall, {0.0, 0.1});
   ASSERT_EQ(frames[0].size(), 2U);
   EXPECT_EQ(frames[0][1].label, "book");
   EXPECT_NEAR(frames[0][0].box.width, 30.0, 1e-9);
@@ -99,7 +94,7 @@ TEST_F(DetectionFilesTest, RefusesSecondWriter) {
               HasSubstr("boxes.txt.part: another program is writing this file"));
   writer.Add(0.1, {{"book", 0.5, {1, 2, 30, 40}}});
   writer.Finish();
-  const auto frames = ReadDetections(file, SmallCamera(), {0.0, 0.1});
+  const auto frames = ReadDetections(file, kSmall, {0.0, 0.1});
   EXPECT_EQ(frames[0].size(), 1U);
   EXPECT_EQ(frames[1].size(), 1U);
 }
@@ -131,13 +126,13 @@ TEST_F(DetectionFilesTest, KeepsBoxesInTheirFramesAcrossPause) {
     writer.Add(time, {{"cup", 0.5, {1, 2, 30, 40}}});
   }
   writer.Finish();
-  const auto frames = ReadDetections(folder_ / "boxes.txt", SmallCamera(), times);
+  const auto frames = ReadDetections(folder_ / "boxes.txt", kSmall, times);
   EXPECT_TRUE(std::ranges::all_of(frames, [](const auto& frame) { return frame.size() == 1; }));
 }
 
 TEST_F(DetectionFilesTest, AssignsBoxToNearestFrame) {
   std::ofstream(folder_ / "boxes.txt") << "1.0504 cup 0.9 1 2 30 40\n";
-  const auto frames = ReadDetections(folder_ / "boxes.txt", SmallCamera(), {0.0, 1.0, 1.05, 2.0, 3.0});
+  const auto frames = ReadDetections(folder_ / "boxes.txt", kSmall, {0.0, 1.0, 1.05, 2.0, 3.0});
   EXPECT_TRUE(frames[1].empty());
   EXPECT_EQ(frames[2].size(), 1U);
 }
@@ -146,7 +141,7 @@ TEST_F(DetectionFilesTest, ReportsUnusualBoxes) {
   std::ofstream(folder_ / "boxes.txt")
       << "# boxes\n0.0 cup 0.9 1 2 30 40\n0.0 gizmo 0.9 1 2 30 40\n"
          "0.1 cup 0.9 80 2 30 40\n0.55 cup 0.9 1 2 30 40\n0.1 cup 0.9 300 2 30 40\n";
-  const auto [frames, report] = CheckDetections(folder_ / "boxes.txt", SmallCamera(), {0.0, 0.1, 0.2});
+  const auto [frames, report] = CheckDetections(folder_ / "boxes.txt", kSmall, {0.0, 0.1, 0.2});
   EXPECT_EQ(report.boxes, 5);
   EXPECT_EQ(frames[0].size(), 2U);
   EXPECT_EQ(frames[1].size(), 1U);

@@ -169,10 +169,10 @@ TEST(Sequence, ReportsOtherFolders) {
 class DetectionsTest : public ::testing::Test {
  protected:
   std::vector<std::vector<Detection>> Read(const std::string& text) {
-    return ReadDetections(folder_.Write("boxes.txt", text), camera_, {0.0, 0.033333, 0.066667});
+    return ReadDetections(folder_.Write("boxes.txt", text), images_, {0.0, 0.033333, 0.066667});
   }
   TemporaryFolder folder_;
-  Camera camera_{64, 48, 50.0, 50.0, 32.0, 24.0, {}, 30.0};
+  const std::vector<cv::Size> images_ = {{64, 48}};
 };
 
 TEST_F(DetectionsTest, ClipsBoxesAndDropsThoseOutside) {
@@ -219,7 +219,7 @@ TEST_F(DetectionsTest, NamesCocoClassesInFolderOfFiles) {
   const CapturedLog log;
   folder_.Write("boxes/0.033333.txt", "41 1 2 10 12 0.75\n93 1 2 10 12 0.5\n");
   folder_.Write("boxes/5.0.txt", "41 1 2 10 12 0.75\n");
-  const auto frames = ReadDetections(folder_.Path() / "boxes", camera_, {0.0, 0.033333});
+  const auto frames = ReadDetections(folder_.Path() / "boxes", images_, {0.0, 0.033333});
   ASSERT_EQ(frames[1].size(), 2u);
   EXPECT_EQ(frames[1][0].label, "cup");
   EXPECT_EQ(frames[1][0].score, 0.75);
@@ -227,7 +227,7 @@ TEST_F(DetectionsTest, NamesCocoClassesInFolderOfFiles) {
   EXPECT_THAT(log.Text(), HasSubstr("'class_93' is unknown"));
   EXPECT_THAT(log.Text(), HasSubstr("5.0.txt:1: box of a frame that does not exist"));
   folder_.Write("boxes/0.0.txt", "cup 1 2 10 12 0.75\n");
-  EXPECT_THAT(InputErrorOf([&] { ReadDetections(folder_.Path() / "boxes", camera_, {0.0}); }),
+  EXPECT_THAT(InputErrorOf([&] { ReadDetections(folder_.Path() / "boxes", images_, {0.0}); }),
               HasSubstr("0.0.txt:1:"));
 }
 

@@ -1,8 +1,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
+#include "slam/io/image_header.h"
 #include "slam/run/run_pipeline.h"
 #include "slam/snapshot/recording.h"
 #include "slam/util/error.h"
@@ -60,6 +62,21 @@ TEST_F(OwnDetectorTest, ReplacesBoxesOfTheSequence) {
   EXPECT_THAT(boxes, StartsWith("# boxes of " + sequence_.Path().string() + ", constant"));
   EXPECT_THAT(boxes, HasSubstr(" panel "));
   EXPECT_THAT(boxes, Not(HasSubstr(" cup ")));
+}
+
+// The detector sees the photograph as people do, and its boxes are written in pixels of the file.
+TEST_F(OwnDetectorTest, SeesTurnedPhotographUpright) {
+  const std::string photograph = sequence_.Image(5).string();
+  cv::imwrite(photograph, Turned(cv::imread(photograph), 1));
+  RunRequest request = Request();
+  request.sequence.resize = "0.5";
+  request.detector = std::make_shared<ConstantDetector>();
+  RunHost host;
+  const FinishedRun run = RunPipeline(request, host);
+  EXPECT_EQ(run.stats.skipped, 0);
+  const std::string boxes = ReadFile(run.output / "boxes.txt", "boxes");
+  EXPECT_THAT(boxes, HasSubstr("\n0.000000 panel 0.900 80.0 60.0 128.0 96.0\n"));
+  EXPECT_THAT(boxes, HasSubstr("\n0.166667 panel 0.900 60.0 80.0 96.0 128.0\n"));
 }
 
 TEST_F(OwnDetectorTest, SavesMapBeforeRethrowingDetectorError) {

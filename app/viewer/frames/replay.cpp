@@ -1,5 +1,7 @@
 #include "app/viewer/frames/replay.h"
 
+#include <fmt/format.h>
+
 #include <condition_variable>
 #include <deque>
 #include <future>
@@ -23,8 +25,9 @@ namespace {
 // sequence, poses from trajectory.txt beside the recording.
 class RunFrames {
  public:
-  // Never throws: missing data is left out, and WhyNoImages() gives the reason.
-  RunFrames(const RecordingReader& recording, const fs::path& map_file);
+  // Never throws: missing data is left out, and WhyNoImages() gives the reason. `camera`: of the map, for
+  // the size of images and boxes.
+  RunFrames(const RecordingReader& recording, const fs::path& map_file, const Camera& camera);
 
   // Returns every frame from the first snapshot to the last; only the snapshots where the sequence is gone or
   // has become shorter.
@@ -52,10 +55,10 @@ class RunFrames {
   std::string why_no_images_ = "This image cannot be read.";
 };
 
-RunFrames::RunFrames(const RecordingReader& recording, const fs::path& map_file) {
+RunFrames::RunFrames(const RecordingReader& recording, const fs::path& map_file, const Camera& camera) {
   try {
-    Sequence sequence =
-        OpenSequence({.path = recording.Info().sequence_path, .camera = {}, .detections = {}});
+    Sequence sequence = OpenSequence({.path = recording.Info().sequence_path,
+                                      .resize = fmt::format("{},{}", camera.width, camera.height)});
     CheckNumbering(recording, sequence);
     sequence_ = std::move(sequence);
     images_.emplace(*sequence_);
@@ -101,7 +104,7 @@ class Reader {
   OpenedRecording Opened() const { return {recording_.Info(), last_}; }
 
   Timeline MakeTimeline() {
-    frames_.emplace(recording_, file_);
+    frames_.emplace(recording_, file_, last_->camera);
     return {frames_->Moments(recording_), {}};
   }
 

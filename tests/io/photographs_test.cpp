@@ -1,0 +1,168 @@
+// Folders of photographs of any size, taken with the camera upright or on its side.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "slam/io/cameras.h"
+#include "slam/io/frame_source.h"
+#include "slam/io/input_images.h"
+#include "slam/io/sequence.h"
+#include "tests/io/photograph.h"
+
+namespace sqslam {
+namespace {
+
+// Pixels of a sensor of 64x48 with a white block.
+cv::Mat SensorPixels() {
+  cv::Mat pixels(48, 64, CV_8UC3, cv::Scalar::all(40));
+  pixels(cv::Rect(6, 10, 20, 8)).setTo(cv::Scalar::all(250));
+  return pixels;
+}
+
+cv::Rect BlockIn(const cv::Mat& gray) { return cv::boundingRect(gray > 145); }
+
+class Photographs : public ::testing::Test {
+ protected:
+  // By name: taken upright or on either side, as stored by cameras and by programs that turn the pixels.
+  void WriteMixed() const {
+    WritePhotograph(folder_, "0.jpg", SensorPixels(), {});
+    WritePhotograph(folder_, "1.jpg", SensorPixels(), {.orientation = 6});
+    WritePhotograph(folder_, "2.jpg", SensorPixels(), {.orientation = 8});
+    cv::imwrite((folder_.Path() / "3.png").string(), Turned(SensorPixels(), 1));
+    WritePhotograph(folder_, "4.jpg", SensorPixels(), {});
+    WritePhotograph(folder_, "5.jpg", SensorPixels(), {});
+    WritePhotograph(folder_, "6.jpg", SensorPixels(), {});
+  }
+  static std::vector<Frame> Play(const Sequence& sequence) {
+    FrameSource source(sequence);
+    std::vector<Frame> frames;
+    while (std::optional<Frame> frame = source.Next()) {
+      frames.push_back(*frame);
+    }
+    EXPECT_EQ(source.Skipped(), 0);
+    return frames;
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(Photographs, TurnToPixelsOfTheSensor) {
+  WriteMixed();
+  const Sequence sequence = OpenSequence({.path = folder_.Path()});
+  const std::vector<Frame> frames = Play(sequence);
+  ASSERT_EQ(frames.size(), 7U);
+  InputImages images(sequence);
+  for (const Frame& frame : frames) {
+    EXPECT_EQ(BlockIn(frame.gray), cv::Rect(6, 10, 20, 8)) << frame.image_path;
+    EXPECT_EQ(cv::norm(frame.bgr, images.Read(frame.index), cv::NORM_INF), 0.0) << frame.image_path;
+  }
+}
+
+TEST_F(Photographs, StayUprightWhenMostArePortrait) {
+  for (const char* name : {"0.jpg", "1.jpg", "3.jpg"}) {
+    WritePhotograph(folder_, name, SensorPixels(), {.orientation = 6});
+  }
+  WritePhotograph(folder_, "2.jpg", SensorPixels(), {});
+  for (const bool calibrated : {false, true}) {
+    if (calibrated) {
+      folder_.Write("camera.yaml", "width: 64\nheight: 48\nfx: 50\nfy: 51\ncx: 30\ncy: 20\n");
+    }
+    const Sequence sequence = OpenSequence({.path = folder_.Path()});
+    EXPECT_EQ(sequence.camera.width, 48);
+    EXPECT_EQ(sequence.camera.height, 64);
+    for (const Frame& frame : Play(sequence)) {
+      EXPECT_EQ(BlockIn(frame.gray), cv::Rect(30, 6, 8, 20)) << frame.image_path;
+    }
+    if (calibrated) {  // the calibration is of the sensor's pixels
+      EXPECT_EQ(sequence.camera.fx, 51.0);
+      EXPECT_EQ(sequence.camera.cx, 47.0 - 20.0);
+      EXPECT_EQ(sequence.camera.cy, 30.0);
+    }
+  }
+}
+
+TEST_F(Photographs, KeepTheirBoxes) {
+  WriteMixed();
+  const Sequence listed = OpenSequence({.path = folder_.Path()});
+  std::string pixels;
+  for (std::size_t i = 0; i < listed.frames.size(); ++i) {
+    const cv::Mat shown = cv::imread(listed.frames[i].image_path.string(), cv::IMREAD_GRAYSCALE);
+    const cv::Rect block = BlockIn(shown);
+    const std::string stem = listed.frames[i].image_path.stem().string();
+    const double x = block.x + 0.5 * block.width, y = block.y + 0.5 * block.height;
+    folder_.Write("labels/" + stem + ".txt",
+                  "41 " + std::to_string(x / shown.cols) + " " + std::to_string(y / shown.rows) + " " +
+                      std::to_string(static_cast<double>(block.width) / shown.cols) + " " +
+                      std::to_string(static_cast<double>(block.height) / shown.rows) + " 0.9\n");
+    pixels += std::to_string(listed.frames[i].timestamp) + " cup 0.9 " + std::to_string(block.x) + " " +
+              std::to_string(block.y) + " " + std::to_string(block.width) + " " +
+              std::to_string(block.height) + "\n";
+  }
+  for (const auto& boxes : {folder_.Path() / "labels", folder_.Write("pixels.txt", pixels)}) {
+    for (const Frame& frame :
+         Play(OpenSequence({.path = folder_.Path(), .detections = boxes, .resize = "0.5"}))) {
+      ASSERT_EQ(frame.detections.size(), 1U) << boxes << frame.image_path;
+      const Box2d& box = frame.detections[0].box;
+      EXPECT_NEAR(box.x, 3.0, 1e-3) << boxes << frame.image_path;
+      EXPECT_NEAR(box.y, 5.0, 1e-3) << boxes << frame.image_path;
+      EXPECT_NEAR(box.width, 10.0, 1e-3) << boxes << frame.image_path;
+      EXPECT_NEAR(box.height, 4.0, 1e-3) << boxes << frame.image_path;
+      const Box2d in_file =
+          InFilePixels(frame.detections, frame.bgr.size(), {64, 48}, frame.quarter_turns)[0].box;
+      const cv::Rect shown = BlockIn(cv::imread(frame.image_path, cv::IMREAD_GRAYSCALE));
+      EXPECT_NEAR(in_file.x, shown.x, 1e-3) << frame.image_path;
+      EXPECT_NEAR(in_file.y, shown.y, 1e-3) << frame.image_path;
+      EXPECT_NEAR(in_file.height, shown.height, 1e-3) << frame.image_path;
+    }
+  }
+}
+
+TEST_F(Photographs, KeepTheirMasks) {
+  WriteMixed();
+  for (const char* name : {"0.jpg", "1.jpg", "2.jpg", "3.png"}) {
+    const cv::Mat shown = cv::imread((folder_.Path() / name).string(), cv::IMREAD_GRAYSCALE);
+    std::filesystem::create_directories(folder_.Path() / "masks");
+    cv::imwrite((folder_.Path() / "masks" / (std::string(name) + ".png")).string(), shown < 145);
+  }
+  const cv::Mat sensor_mask = 255 - SensorPixels();
+  cv::imwrite((folder_.Path() / "masks" / "all.png").string(), sensor_mask > 100);
+  for (const char* mask : {"masks", "masks/all.png"}) {
+    for (const Frame& frame : Play(OpenSequence({.path = folder_.Path(), .mask = folder_.Path() / mask}))) {
+      if (!frame.ignored.empty()) {
+        EXPECT_EQ(BlockIn(frame.ignored), cv::Rect(6, 10, 20, 8)) << mask << frame.image_path;
+      }
+    }
+  }
+}
+
+TEST_F(Photographs, TakeMostFrequentSize) {
+  cv::imwrite((folder_.Path() / "0-thumbnail.png").string(), cv::Mat(24, 32, CV_8UC3, cv::Scalar()));
+  for (int i = 1; i < 5; ++i) {
+    cv::imwrite((folder_.Path() / (std::to_string(i) + ".png")).string(), SensorPixels());
+  }
+  EXPECT_EQ(OpenSequence({.path = folder_.Path()}).camera.width, 64);
+}
+
+TEST_F(Photographs, ShrinkTo1280PixelsByDefault) {
+  for (const cv::Size size : {cv::Size(1600, 1200), cv::Size(900, 1500), cv::Size(1280, 720)}) {
+    const auto file = folder_.Path() / "0.png";
+    cv::imwrite(file.string(), cv::Mat(size, CV_8UC3, cv::Scalar::all(90)));
+    const Sequence sequence = OpenSequence({.path = folder_.Path()});
+    const cv::Size frame(sequence.camera.width, sequence.camera.height);
+    EXPECT_EQ(std::max(frame.width, frame.height), 1280) << size;
+    EXPECT_NEAR(frame.width * size.height, frame.height * size.width, 0.5 * size.width) << size;
+    EXPECT_EQ(Play(sequence).at(0).bgr.size(), frame) << size;
+    EXPECT_EQ(FileSize(sequence), size);
+    const Camera in_file = InFilePixels(sequence.camera, sequence);
+    const Camera full = OpenSequence({.path = folder_.Path(), .resize = "1"}).camera;
+    EXPECT_EQ(cv::Size(full.width, full.height), size);
+    EXPECT_NEAR(in_file.fx, full.fx, 1e-9) << size;
+    EXPECT_NEAR(in_file.cy, full.cy, 1e-9) << size;
+    EXPECT_EQ(FileSize(OpenSequence({.path = folder_.Path(), .known_camera = sequence.camera})), size);
+  }
+}
+
+}  // namespace
+}  // namespace sqslam
