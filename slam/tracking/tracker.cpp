@@ -6,10 +6,12 @@ namespace sqslam {
 namespace {
 
 constexpr double kMaxInterval = 0.5;  // s, longest time between frames over which motion is extrapolated
+constexpr double kMinSharedView =
+    0.5;  // of the reference's points, tracked in images that are near each other
 
 // Photographs share less of their view than frames of a film: more features make up for it.
 OrbOptions RichFeatures(OrbOptions options) {
-  constexpr double kTimes = 2.5;
+  constexpr double kTimes = 5.0;
   options.num_features = static_cast<int>(kTimes * options.num_features);
   return options;
 }
@@ -55,7 +57,7 @@ TrackingReport Tracker::Track(const Frame& frame, const AtlasViewPtr& atlas, int
     BeginSubmapOrWait(report);
   }
   TrackObjects(frame, tracked, report);
-  report.features = FeaturesToKeep(frame, tracked || report.pose);
+  report.features = FeaturesToKeep(frame, tracked);
   static_cast<FrameStamp&>(report) = StampOf(frame);
   return report;
 }
@@ -74,10 +76,11 @@ void Tracker::ExtractFeatures(const Frame& frame) {
   motion_.reset();
 }
 
-// Returns what the mapping thread keeps of a frame for the end of the run.
+// Returns what the mapping thread keeps of a frame for the end of the run: more features if it shares little
+// with the frames before.
 FrameFeaturesPtr Tracker::FeaturesToKeep(const Frame& frame, bool tracked) {
   constexpr int kMaxRichFrames = 60;
-  if (tracked || rich_frames_ == kMaxRichFrames) {
+  if ((tracked && TrackedShare() >= kMinSharedView) || rich_frames_ == kMaxRichFrames) {
     return current_.features;
   }
   ++rich_frames_;
@@ -299,15 +302,19 @@ void Tracker::ShareBacklog(TrackingReport& report) {
   }
 }
 
-bool Tracker::NeedsKeyframe(int pending_keyframes) const {
-  const KeyframeOptions& options = options_.keyframes;
-  const std::int64_t interval = current_.index - last_keyframe_index_;
+// Returns the number of points tracked in the current frame, in those of its reference keyframe.
+double Tracker::TrackedShare() const {
   const bool young = view_->keyframes.size() <= 2;
   const std::vector<PointId>& points = view_->keyframes.at(current_.anchor.reference).points;
   const auto reference_points = std::ranges::count_if(
       points, [&](PointId id) { return id != kNoPoint && (young || view_->Point(id).well_observed); });
-  const double tracked_share = current_.inliers / std::max(1.0, static_cast<double>(reference_points));
-  constexpr double kMinSharedView = 0.5;  // images farther apart each show something new
+  return current_.inliers / std::max(1.0, static_cast<double>(reference_points));
+}
+
+bool Tracker::NeedsKeyframe(int pending_keyframes) const {
+  const KeyframeOptions& options = options_.keyframes;
+  const std::int64_t interval = current_.index - last_keyframe_index_;
+  const double tracked_share = TrackedShare();
   const bool too_soon = interval < options.min_interval && tracked_share >= kMinSharedView;
   if (too_soon || (interval < options.max_interval && tracked_share >= options.tracked_share)) {
     return false;

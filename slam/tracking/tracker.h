@@ -86,6 +86,7 @@ class Tracker {
   void BeginSubmapOrWait(TrackingReport& report);
   void ReportPose(int pending_keyframes, TrackingReport& report);
   void ShareBacklog(TrackingReport& report);
+  double TrackedShare() const;
   bool NeedsKeyframe(int pending_keyframes) const;
   void TrackObjects(const Frame& frame, bool tracked, TrackingReport& report);
   ObjectFrame MakeObjectFrame(const Frame& frame) const;
@@ -96,7 +97,7 @@ class Tracker {
   Camera camera_;
   TrackingOptions options_;
   OrbExtractor extractor_;
-  OrbExtractor rich_extractor_;  // for frames without a pose
+  OrbExtractor rich_extractor_;  // for frames that share little with those before
   int rich_frames_ = 0;
   IgnoredRegions ignored_;
   PoseTracker pose_tracker_;
