@@ -123,6 +123,15 @@ TEST(RefinementProblem, MatchesCovarianceOfTheMeasurements) {
   EXPECT_TRUE(covariance.isApprox(covariance.transpose(), 1e-9));
 }
 
+// The bound on the sizes holds them, but says nothing about how well they are known.
+TEST(RefinementProblem, DoesNotTakeBoundsForMeasurements) {
+  RefinementProblem problem;
+  const PosedSuperquadric box = MakeSuperquadric(0.5, 0.5);
+  problem.max_log_half = box.shape.half_size.array().log() - 0.1;
+  problem.min_log_half.setConstant(-9.0);
+  EXPECT_GT(std::sqrt(problem.Covariance(RefinementProblem::Pack(box))(3, 3)), 10.0);
+}
+
 TEST(RefinementProblem, PenalisesYawMostAtAnEighthOfATurn) {
   RefinementProblem problem;
   problem.max_log_half.setConstant(1.0);
