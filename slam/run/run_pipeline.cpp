@@ -108,12 +108,8 @@ void AdoptLearntCamera(const RunResult& result, AutoCamera& camera) {
   }
 }
 
-void WarnAboutOmittedObjects(const RunResult& result) {
-  int left_out = result.map.left_out;
-  for (const FinishedMap& map : result.others) {
-    left_out += map.left_out;
-  }
-  if (left_out > 0) {
+void WarnAboutOmittedObjects(const RunStats& stats) {
+  if (const int left_out = CountLeftOut(stats.classes, LeftOut::kNoQuadric); left_out > 0) {
     spdlog::warn("{} objects are left out: their boxes do not determine a quadric that is an ellipsoid",
                  left_out);
   }
@@ -301,9 +297,8 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
                   {}};
   const int live_depth = FinishLive(std::move(live), host);
   AdoptLearntCamera(run.result, camera);
-  WarnAboutOmittedObjects(run.result);
-
   run.stats = MakeStats(run.result, input, feed);
+  WarnAboutOmittedObjects(run.stats);
   run.stats.dropped = dropped;
   run.stats.interrupted = run.interrupted = host.Stopped();
   run.stats.version = SQSLAM_VERSION;
