@@ -152,11 +152,13 @@ bool IsBelowFloor(const StandingFit& fit, const SupportSurfaces& supports) {
 // as the camera has the boxes of a huge one far away, which reaches below the road.
 bool IsMoving(const Landmark& landmark, const StandingFit& fit, const EstimationContext& context) {
   constexpr double kMinGain = 20.0;  // far above chance, as the errors of boxes repeat from view to view
+  constexpr double kByPoint = 1.0;   // more for each point at rest, which a moving thing has by chance only
   if (landmark.observations < context.options->min_observations) {
     return false;
   }
   const double size = 2.0 / std::sqrt(3.0) * fit.motion.superquadric.shape.half_size.norm();
-  return (fit.motion.gain > kMinGain && fit.motion.displacement.norm() > size) ||
+  const double min_gain = kMinGain + kByPoint * static_cast<double>(landmark.points.size());
+  return (fit.motion.gain > min_gain && fit.motion.displacement.norm() > size) ||
          (landmark.points.size() < kMinPoints && IsBelowFloor(fit, *context.supports));
 }
 
