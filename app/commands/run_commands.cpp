@@ -42,6 +42,9 @@ void Print(const FinishedRun& run) {
   if (stats.detector_frames > 0) {
     fmt::print("detector saw {} of {} frames\n", stats.detector_frames, stats.frames);
   }
+  for (const std::string& line : MissingObjectLines(stats.classes)) {
+    fmt::print("{}\n", line);
+  }
 }
 
 int Run(const RunArguments& arguments) {

@@ -248,6 +248,7 @@ void WriteReport(const ReportInputs& inputs) {
   AppendPictures(out, inputs, has_view);
   AppendTopView(out, data, colors);
   AppendObjects(body, data, colors);
+  AppendClasses(body, data);
   AppendComparison(body, data, colors);
   AppendGallery(out, inputs.result / "figures");
   AppendTiming(body, data);

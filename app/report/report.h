@@ -64,6 +64,9 @@ void AppendObjects(std::string& page, const ReportData& data, const LabelColors&
 void AppendComparison(std::string& page, const ReportData& data, const LabelColors& colors);
 void AppendTiming(std::string& page, const ReportData& data);
 
+// Appends what became of the detector's boxes, by class, and what would help.
+void AppendClasses(std::string& page, const ReportData& data);
+
 // Appends how the run was made and how it went: camera, detector, tracking losses, submaps, gravity,
 // warnings, settings that differ from the defaults, command and version.
 void AppendRun(std::string& page, const ReportData& data);

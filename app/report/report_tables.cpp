@@ -179,6 +179,37 @@ void AppendObjects(std::string& page, const ReportData& data, const LabelColors&
   fmt::format_to(out, "</tbody></table></div></section>\n");
 }
 
+void AppendClasses(std::string& page, const ReportData& data) {
+  const TableOutput out(page);
+  if (!data.stats || data.stats->classes.empty()) {
+    return;
+  }
+  fmt::format_to(
+      out,
+      "<section><h2>Boxes</h2>\n<div class=\"scroll\"><table><thead><tr><th class=\"l\">Class</th>"
+      "<th>Boxes</th><th class=\"wide\">Ignored</th><th class=\"wide\">Used</th><th>Landmarks</th>"
+      "<th class=\"wide\">Merged</th><th>Objects</th><th class=\"l\">Left out</th></tr></thead><tbody>\n");
+  ClassAccount all;
+  for (const auto& [label, account] : data.stats->classes) {
+    fmt::format_to(
+        out,
+        "<tr><td class=\"l\">{}</td><td>{}</td><td class=\"wide\">{}</td><td class=\"wide\">{}</td>"
+        "<td>{}</td><td class=\"wide\">{}</td><td>{}</td><td class=\"l\">{}</td></tr>\n",
+        EscapeMarkup(ReadableLabel(label)), account.boxes, account.ignored, account.used, account.Landmarks(),
+        account.merged, account.shown, LeftOutText(account));
+    std::ranges::transform(all.left_out, account.left_out, all.left_out.begin(), std::plus());
+  }
+  fmt::format_to(out, "</tbody></table></div>\n<div class=\"after\"></div>\n");
+  for (std::size_t i = 0; i < kLeftOutReasons; ++i) {
+    if (all.left_out[i] > 0) {
+      const auto reason = static_cast<LeftOut>(i);
+      fmt::format_to(out, "<p class=\"note\">{} {} {}: {}.</p>\n", all.left_out[i],
+                     all.left_out[i] == 1 ? "landmark" : "landmarks", TextOf(reason), RemedyFor(reason));
+    }
+  }
+  fmt::format_to(out, "</section>\n");
+}
+
 void AppendComparison(std::string& page, const ReportData& data, const LabelColors& colors) {
   const TableOutput out(page);
   if (data.evaluation == nullptr || !data.evaluation->has_objects) {

@@ -9,6 +9,7 @@
 #include "slam/io/pose_json.h"
 #include "slam/snapshot/byte_archive.h"
 #include "slam/util/atomic_file.h"
+#include "slam/util/enum_names.h"
 #include "slam/util/json_file.h"
 #include "slam/util/text_lines.h"
 #include "slam/util/throw_if.h"
@@ -78,6 +79,28 @@ SnapshotObject ObjectFromJson(const Json& json) {
     throw InputError("half_size must be above 0");
   }
   return object;
+}
+
+Json ToJson(const ClassAccount& account) {
+  Json left_out = Json::object();
+  for (std::size_t i = 0; i < kLeftOutReasons; ++i) {
+    left_out[NameOf(static_cast<LeftOut>(i))] = account.left_out[i];
+  }
+  return {{"boxes", account.boxes},   {"ignored", account.ignored}, {"used", account.used},
+          {"merged", account.merged}, {"objects", account.shown},   {"left_out", left_out}};
+}
+
+ClassAccount ClassAccountFromJson(const Json& json) {
+  ClassAccount account;
+  account.boxes = json.at("boxes");
+  account.ignored = json.at("ignored");
+  account.used = json.at("used");
+  account.merged = json.at("merged");
+  account.shown = json.at("objects");
+  for (std::size_t i = 0; i < kLeftOutReasons; ++i) {
+    account.left_out[i] = json.at("left_out").value(NameOf(static_cast<LeftOut>(i)), 0);
+  }
+  return account;
 }
 
 // Calls visit(name, value) for each entry of stats.json, in order.
@@ -150,6 +173,10 @@ std::vector<SnapshotObject> ReadObjects(const fs::path& path) {
 void WriteStats(const fs::path& path, const RunStats& stats) {
   Json root = Json::object();
   VisitStats(stats, [&root](const char* name, const auto& value) { root[name] = value; });
+  Json& classes = root["classes"] = Json::object();
+  for (const auto& [label, account] : stats.classes) {
+    classes[label] = ToJson(account);
+  }
   Json& timing = root["timing_ms"] = Json::object();
   for (const auto& [stage, summary] : stats.timing_ms) {
     timing[stage] = {{"mean", summary.mean},
@@ -166,6 +193,10 @@ RunStats ReadStats(const fs::path& path) {
   try {
     RunStats stats;
     VisitStats(stats, [&root](const char* name, auto& value) { value = root.value(name, value); });
+    const Json classes = root.value("classes", Json::object());
+    for (const auto& [label, json] : classes.items()) {
+      stats.classes[ValidLabel(label)] = ClassAccountFromJson(json);
+    }
     for (const auto& [stage, json] : root.at("timing_ms").items()) {
       stats.timing_ms[stage] = {json.at("mean"), json.at("median"), json.at("p95"), json.at("max"),
                                 json.at("count")};

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "slam/snapshot/object_account.h"
 #include "slam/snapshot/snapshot.h"
 #include "slam/util/run_counters.h"
 #include "slam/util/stage_times.h"
@@ -35,7 +36,8 @@ struct RunStats {
   int keyframes = 0;
   int points = 0;
   int objects = 0;
-  int uncertain = 0;  // of the objects: those of low reliability
+  int uncertain = 0;      // of the objects: those of low reliability
+  ObjectAccount classes;  // also of maps that could not be merged with the main one
   RunCounters counters;
   int submaps = 0;            // maps that could not be merged with the main one
   bool interrupted = false;   // ended by Ctrl-C

@@ -4,6 +4,7 @@
 
 #include "slam/estimation/bundle_adjustment.h"
 #include "slam/io/trajectory.h"
+#include "slam/snapshot/object_account.h"
 #include "slam/snapshot/snapshot.h"
 
 namespace sqslam {
@@ -15,7 +16,7 @@ struct FinishedMap {
   Trajectory keyframes;
   // Learnt from this map; empty if learning is off (mapping.camera.what) or used another map of the run.
   std::optional<LearntCamera> learnt_camera;
-  int left_out = 0;  // objects that the chosen representation can't show, see ObjectMapper::Objects()
+  ObjectAccount account;  // boxes of the whole run are counted in the first map
 };
 
 }  // namespace sqslam

@@ -6,6 +6,7 @@
 
 #include "slam/estimation/bundle_adjustment.h"
 #include "slam/mapping/local_mapping.h"
+#include "slam/objects/detection_filter.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
@@ -25,6 +26,9 @@ Mapper::Mapper(const Camera& camera, const MapperOptions& options,
 
 void Mapper::Process(TrackingReport report) {
   KeepImage(report);
+  if (report.objects) {
+    CountBoxes(*report.objects);
+  }
   const bool begins = report.initial_map != nullptr;
   if (begins) {
     BeginSubmap(report);
@@ -122,6 +126,7 @@ void Mapper::KeepGrownMap() {
 }
 
 void Mapper::Process(SeenObjects objects) {
+  CountBoxes(objects);
   std::vector<Detection> detections = ToVector(objects.detections, &SnapshotDetection::detection);
   if (const auto image = images_.find(objects.frame_index); image != images_.end()) {
     image->second.detections = detections;
@@ -174,6 +179,14 @@ void Mapper::RecordFrame(TrackingReport& report) {
   }
   if (report.backlog) {
     backlog_ = std::move(report.backlog);
+  }
+}
+
+void Mapper::CountBoxes(const SeenObjects& objects) {
+  for (const auto& [detection, id] : objects.detections) {
+    ClassAccount& account = seen_boxes_[detection.label];
+    ++account.boxes;
+    account.ignored += IsUsable(detection, camera_, options_.objects.detections) ? 0 : 1;
   }
 }
 

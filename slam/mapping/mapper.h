@@ -92,6 +92,7 @@ class Mapper {
   void ActivateSubmapOf(const TrackingReport& report);
   void RecordFrame(TrackingReport& report);
   void RecordObjects(SeenObjects objects);
+  void CountBoxes(const SeenObjects& objects);
   KeyframeId AddKeyframe(const TrackingReport& report);
   KeyframeId AddKeyframe(const TrackedFrame& frame, std::vector<FrameMatch> matches,
                          const Completion* completion = nullptr);
@@ -158,6 +159,7 @@ class Mapper {
 
   SeenObjects shown_;          // the newest frame with known bounding boxes, for the snapshot
   bool objects_seen_ = false;  // true once bounding boxes of any frame have arrived
+  ObjectAccount seen_boxes_;   // of all frames, in the map or not
   int tracked_points_ = 0;
   // Tracking time of the frames since the last snapshot.
   double tracking_ms_ = 0.0;

@@ -394,9 +394,9 @@ std::vector<FinishedMap> Mapper::Finish(const std::function<bool()>& stop) {
     }
     FinishSubmap(*submap);
     finished.push_back({MakeSnapshot(), submap->FrameTrajectory(), submap->KeyframeTrajectory(),
-                        finished.empty() ? learnt_camera_ : std::nullopt,
-                        submap->Objects().CountUnrepresentable()});
+                        finished.empty() ? learnt_camera_ : std::nullopt, submap->Objects().Account()});
   }
+  Add(seen_boxes_, finished.front().account);
   active_ = ranked.front();
   outputs_.publish_snapshot(finished.front().snapshot);
   return finished;

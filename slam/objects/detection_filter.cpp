@@ -9,15 +9,6 @@
 namespace sqslam {
 namespace {
 
-bool IsUsable(const Detection& detection, const Camera& camera, const DetectionFilterOptions& options) {
-  const auto& ignored = options.ignored_labels;
-  if (detection.score < options.min_score || std::ranges::find(ignored, detection.label) != ignored.end()) {
-    return false;
-  }
-  const double share = ShareOfImage(detection.box, camera);
-  return share >= options.min_box_share && share <= options.max_box_share;
-}
-
 // Indices of the usable detections without duplicates, in the order of the detections.
 std::vector<int> UsableDetections(const ObjectFrame& frame, const DetectionFilterOptions& options) {
   std::vector<int> by_score;
@@ -159,6 +150,15 @@ void MarkHiddenEdges(std::vector<BoxCandidate>& candidates) {
 }
 
 }  // namespace
+
+bool IsUsable(const Detection& detection, const Camera& camera, const DetectionFilterOptions& options) {
+  const auto& ignored = options.ignored_labels;
+  if (detection.score < options.min_score || std::ranges::find(ignored, detection.label) != ignored.end()) {
+    return false;
+  }
+  const double share = ShareOfImage(detection.box, camera);
+  return share >= options.min_box_share && share <= options.max_box_share;
+}
 
 double ShareOfImage(const Box2d& box, const Camera& camera) {
   return box.Area() / (static_cast<double>(camera.width) * camera.height);

@@ -33,6 +33,10 @@ struct BoxCandidate {
   bool AnyEdgeCut() const { return edge_cut[0] || edge_cut[1] || edge_cut[2] || edge_cut[3]; }
 };
 
+// Returns true if the filter lets the detection pass: by its class, score and size. Duplicates in a frame
+// are dropped later.
+bool IsUsable(const Detection& detection, const Camera& camera, const DetectionFilterOptions& options);
+
 // Returns the box's share of the image area.
 double ShareOfImage(const Box2d& box, const Camera& camera);
 

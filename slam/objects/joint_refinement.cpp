@@ -12,6 +12,7 @@
 #include "slam/geometry/angles.h"
 #include "slam/geometry/ray.h"
 #include "slam/objects/landmark_geometry.h"
+#include "slam/objects/moving_problem.h"
 #include "slam/objects/refinement_problem.h"
 #include "slam/util/statistics.h"
 #include "slam/util/thinned.h"
@@ -218,6 +219,35 @@ double Solve(const RefinementProblem& problem, const RefinementOptions& options,
   return solver.Solve(remembering, &parameters).final_cost;
 }
 
+// The refinement from `start`, with the yaw mode that is meant; null without lines.
+struct StartedProblem {
+  RefinementProblem problem;
+  RefinementProblem::Parameters parameters;
+  const YawMode* yaw = nullptr;
+  double shown = 0.0;  // largest half diagonal of the boxes, map units
+};
+
+StartedProblem Started(const PosedSuperquadric& start, const RefinementInput& input,
+                       const RefinementOptions& options) {
+  StartedProblem started;
+  RefinementProblem& problem = started.problem;
+  for (const SilhouetteView& view : input.views) {
+    AddEdges(view, input.camera, options, problem);
+  }
+  const Eigen::Vector3d place = PlaceOf(input);
+  started.shown = LargestShown(input.views, place, input.camera);
+  AddPoints(input, place, started.shown, options, problem);
+  AddContact(input, started.shown, options, problem);
+  started.yaw = YawMeant(start, input);
+  AddPrior(start.shape, started.yaw, input, options, problem);
+  SetBounds(start, input, started.shown, options, problem);
+  started.parameters = RefinementProblem::Pack(start);
+  auto log_half = started.parameters.segment<3>(RefinementProblem::kLogHalf);
+  log_half =
+      log_half.array().max(problem.min_log_half.array() + 0.5).min(problem.max_log_half.array() - 0.01);
+  return started;
+}
+
 // Completes a full refinement from `parameters`, its first solution: with the symmetric loss only now,
 // because local minima are more frequent with it.
 RefinementResult Complete(RefinementProblem& problem, const RefinementOptions& options, double cost,
@@ -274,21 +304,7 @@ bool RefinementInput::ShowsBottom() const {
 
 RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementInput& input,
                                const RefinementOptions& options, RefinementDepth depth) {
-  RefinementProblem problem;
-  for (const SilhouetteView& view : input.views) {
-    AddEdges(view, input.camera, options, problem);
-  }
-  const Eigen::Vector3d place = PlaceOf(input);
-  const double shown = LargestShown(input.views, place, input.camera);
-  AddPoints(input, place, shown, options, problem);
-  AddContact(input, shown, options, problem);
-  const YawMode* yaw = YawMeant(start, input);
-  AddPrior(start.shape, yaw, input, options, problem);
-  SetBounds(start, input, shown, options, problem);
-  RefinementProblem::Parameters parameters = RefinementProblem::Pack(start);
-  auto log_half = parameters.segment<3>(RefinementProblem::kLogHalf);
-  log_half =
-      log_half.array().max(problem.min_log_half.array() + 0.5).min(problem.max_log_half.array() - 0.01);
+  auto [problem, parameters, yaw, shown] = Started(start, input, options);
   const double cost = Solve(problem, options, parameters);
   const ShapeKind kind = NearestKind(start.shape.e1, start.shape.e2);
   const double kind_cost = -std::log(input.prior.shapes[static_cast<std::size_t>(kind)]);
@@ -308,6 +324,38 @@ RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementI
     return handled.cost < result.cost ? handled : result;
   }
   return result;
+}
+
+MotionFit FitMotion(const PosedSuperquadric& at_rest, const PosedSuperquadric& start,
+                    const RefinementInput& input, const RefinementOptions& options) {
+  constexpr double kDisplacementSigma = 100.0;  // of the object's size: hardly a bound
+  constexpr int kStill = RefinementProblem::NUM_PARAMETERS;
+  std::vector<double> times;
+  for (const SilhouetteView& view : input.views) {
+    times.insert(times.end(), 4, view.time);  // its edges
+  }
+  double cost_at_rest = 0.0;
+  double least = std::numeric_limits<double>::infinity();
+  MotionFit fit;
+  for (const PosedSuperquadric* from : {&at_rest, &start}) {
+    auto [problem, parameters, yaw, shown] = Started(*from, input, options);
+    problem.symmetric = std::ranges::any_of(problem.edges, &RefinementProblem::Edge::whole);
+    if (from == &at_rest) {
+      cost_at_rest = Solve(problem, options, parameters);
+    }
+    const MovingProblem moving(problem, times, kDisplacementSigma * from->shape.half_size.norm());
+    MovingProblem::Parameters x = MovingProblem::Parameters::Zero();
+    x.head<kStill>() = parameters;
+    ceres::TinySolver<MovingProblem> solver;
+    solver.options.max_num_iterations = 2 * options.max_iterations;  // the boxes hardly determine the motion
+    solver.options.function_tolerance = options.cost_tolerance;
+    const double cost = solver.Solve(moving, &x).final_cost;
+    if (cost < least) {
+      least = cost;
+      fit = {cost_at_rest - cost, x.tail<3>(), RefinementProblem::Unpack(x.head<kStill>())};
+    }
+  }
+  return fit;
 }
 
 }  // namespace sqslam

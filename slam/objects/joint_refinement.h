@@ -20,6 +20,7 @@ struct SilhouetteView {
   Rigid3d T_map_camera;
   Box2d box;                         // undistorted px
   std::array<bool, 4> edge_exact{};  // left, top, right, bottom: silhouette ends there (else it may go on)
+  double time = 0.0;                 // from -0.5 at the first view of the object to 0.5 at the last
 };
 
 // Statistics of the cameras that observed a point.
@@ -74,5 +75,18 @@ enum class RefinementDepth {
 RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementInput& input,
                                const RefinementOptions& options,
                                RefinementDepth depth = RefinementDepth::kFull);
+
+// Evidence that an object moves.
+struct MotionFit {
+  double gain = 0.0;  // half the chi square by which a solid that moves evenly fits better than one at rest
+  Eigen::Vector3d displacement = Eigen::Vector3d::Zero();  // of that solid from the first view to the last
+  PosedSuperquadric superquadric;                          // that solid, halfway
+};
+
+// Compares the solid at rest that RefineJointly() found for the same input with the better one of two that
+// move evenly, which start there and at `start`: if no place lies in all boxes, the one at rest is far away.
+// Of a motion along the camera's own straight path the boxes tell nothing but through size and contact.
+MotionFit FitMotion(const PosedSuperquadric& at_rest, const PosedSuperquadric& start,
+                    const RefinementInput& input, const RefinementOptions& options);
 
 }  // namespace sqslam

@@ -105,6 +105,7 @@ struct Landmark {
 
   // Results of the last estimation.
   bool estimated = false;
+  bool moving = false;   // no solid at rest explains its boxes: it is not estimated
   bool refined = false;  // by the joint refinement
   int thorough_at = 0;   // observations at the last refinement from scratch
   int estimated_at = 0;  // observations at the last estimation

@@ -139,6 +139,41 @@ bool IsThoroughNow(Landmark& landmark, const EstimationContext& context) {
   return thorough;
 }
 
+// True if the solid lies for the most part, and surely, below the floor.
+bool IsBelowFloor(const StandingFit& fit, const SupportSurfaces& supports) {
+  constexpr double kSure = 2.0;  // standard deviations
+  const double highest =
+      fit.superquadric.T_map_object.translation.z() + kSure * std::sqrt(fit.covariance(2, 2));
+  return fit.placed && supports.Floor() && highest < *supports.Floor();
+}
+
+// True if no solid at rest explains the boxes: one that moves by more than its own size fits them far better,
+// or, of an object without points on it, the solid at rest lies below the floor. A car ahead that is as fast
+// as the camera has the boxes of a huge one far away, which reaches below the road.
+bool IsMoving(const Landmark& landmark, const StandingFit& fit, const EstimationContext& context) {
+  constexpr double kMinGain = 20.0;  // far above chance, as the errors of boxes repeat from view to view
+  constexpr double kByPoint = 1.0;   // more for each point at rest, which a moving thing has by chance only
+  if (landmark.observations < context.options->min_observations) {
+    return false;
+  }
+  const double size = 2.0 / std::sqrt(3.0) * fit.motion.superquadric.shape.half_size.norm();
+  const double min_gain = kMinGain + kByPoint * static_cast<double>(landmark.points.size());
+  return (fit.motion.gain > min_gain && fit.motion.displacement.norm() > size) ||
+         (landmark.points.size() < kMinPoints && IsBelowFloor(fit, *context.supports));
+}
+
+// Takes the estimate from a landmark that moves. Returns true if it moves.
+bool RejectMoving(const StandingFit& fit, const EstimationContext& context, Landmark& landmark) {
+  landmark.moving = IsMoving(landmark, fit, context);
+  if (landmark.moving) {
+    landmark.estimated = false;
+    landmark.refined = false;
+    landmark.box_agreement = 0.0;
+    landmark.reliability = 0.0;
+  }
+  return landmark.moving;
+}
+
 // Estimates an object with too few points from its boxes and its support, if these determine its size.
 // Otherwise keeps an earlier refined estimate.
 void EstimateFromBoxes(Landmark& landmark, const std::vector<BoxView>& views,
@@ -147,7 +182,10 @@ void EstimateFromBoxes(Landmark& landmark, const std::vector<BoxView>& views,
   if (context.options->method == ObjectMethod::kRefined && context.upright && views.size() >= kMinViews) {
     const std::optional<StandingFit> fit =
         RefineLandmark(landmark, views, IsThoroughNow(landmark, context), context);
-    if (fit && LogSizeSigma(fit->superquadric.shape, fit->covariance) < kKnownSize) {
+    if (fit && RejectMoving(*fit, context, landmark)) {
+      return;
+    }
+    if (fit && fit->placed && LogSizeSigma(fit->superquadric.shape, fit->covariance) < kKnownSize) {
       landmark.estimated = true;
       ApplyFit(landmark, *fit, views, context);
       return;
@@ -280,6 +318,7 @@ void EstimateLandmark(Landmark& landmark, const EstimationContext& context) {
   }
   landmark.points = RemoveOutliers(landmark, views, context);
   landmark.estimated_at = landmark.observations;
+  landmark.moving = false;
   if (landmark.points.size() < kMinPoints) {
     EstimateFromBoxes(landmark, views, context);
     return;
@@ -291,6 +330,9 @@ void EstimateLandmark(Landmark& landmark, const EstimationContext& context) {
   const double paper_yaw = yaw ? yaw->yaw : 0.0;
   if (options.method == ObjectMethod::kRefined && context.upright && views.size() >= kMinViews) {
     const StandingFit refined = *RefineLandmark(landmark, views, IsThoroughNow(landmark, context), context);
+    if (RejectMoving(refined, context, landmark)) {
+      return;
+    }
     // A diverged refinement explains the boxes worse than the cloud alone.
     const PosedSuperquadric cloud = SuperquadricAtYaw(points, paper_yaw, options.size_shape, false);
     const double agreement = BoxAgreement(refined.superquadric, views, context.camera);

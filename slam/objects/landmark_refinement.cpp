@@ -82,16 +82,25 @@ bool IsPlate(const Superquadric& shape) {
   return horizontal.minCoeff() < kThin * horizontal.maxCoeff();
 }
 
+// Place and half diagonal of something far away in the box of the middle view.
+Sim3d FarFrameOf(const std::vector<BoxView>& views, const Camera& camera) {
+  constexpr double kFar = 10.0;  // of the path of the camera
+  const BoxView& view = views[views.size() / 2];
+  const Box2d box = UndistortBox(view.box, camera);
+  const double path = (views.back().T_map_camera.translation - views.front().T_map_camera.translation).norm();
+  const double depth = std::max(kFar * path, 1e-6);
+  const double size = 0.5 * depth * std::hypot(box.width / camera.fx, box.height / camera.fy);
+  return {size, Eigen::Quaterniond::Identity(), view.T_map_camera * (depth * camera.Unproject(box.Center()))};
+}
+
 // Stands in for the points of an object without any: the corners of an upright cube at the position and of
-// the size that its boxes show. Empty if they do not determine the position.
-NamedPoints CornersOf(const std::vector<BoxView>& views, const Camera& camera) {
+// the size that its boxes show.
+NamedPoints CornersOf(const Sim3d& S_map_cube) {
   constexpr double kHalf = 0.6;  // of the median half diagonal of the boxes
   NamedPoints corners;
-  if (const std::optional<Sim3d> S_map_cube = FrameOfBoxes(views, camera)) {
-    for (int corner = 0; corner < 8; ++corner) {
-      const Eigen::Vector3d signs(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
-      corners.emplace_back(corner, *S_map_cube * (kHalf * signs));
-    }
+  for (int corner = 0; corner < 8; ++corner) {
+    const Eigen::Vector3d signs(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
+    corners.emplace_back(corner, S_map_cube * (kHalf * signs));
   }
   return corners;
 }
@@ -113,10 +122,14 @@ RefinementInput InputOf(const Landmark& landmark, const std::vector<BoxView>& vi
   const bool bottom_seen = IsBottomSeen(views);
   input.may_show_back = input.prior.back && landmark.estimated && !bottom_seen &&
                         HiderOfBottom(landmark, views, context) != nullptr;
+  const auto first = static_cast<double>(views.front().frame_index);
+  const auto last = static_cast<double>(views.back().frame_index);
   for (const BoxView& view : views) {
     std::array<bool, 4> exact = view.edge_free;
     exact[kBottomEdge] = exact[kBottomEdge] && bottom_seen;
-    input.views.push_back({view.T_map_camera, UndistortBox(view.box, context.camera), exact});
+    const double time =
+        (static_cast<double>(view.frame_index) - 0.5 * (first + last)) / std::max(1.0, last - first);
+    input.views.push_back({view.T_map_camera, UndistortBox(view.box, context.camera), exact, time});
   }
   return input;
 }
@@ -244,7 +257,7 @@ void FollowAll(const std::vector<Candidate>& candidates, const RefinementOptions
     const RefinementResult result = RefineJointly(candidate.start, input, options);
     const double cost = result.cost + candidate.assumption.cost;
     if (cost < best.cost) {
-      best = {result.superquadric, candidate.assumption.support, cost, result.covariance};
+      best = {result.superquadric, candidate.assumption.support, cost, result.covariance, {}};
       best_assumption = candidate.assumption;
     }
   }
@@ -262,17 +275,24 @@ bool IsBottomSeen(const std::vector<BoxView>& views) {
 std::optional<StandingFit> RefineLandmark(const Landmark& landmark, const std::vector<BoxView>& views,
                                           bool thorough, const EstimationContext& context) {
   const ObjectOptions& options = *context.options;
-  const NamedPoints cloud =
-      landmark.points.size() < kMinPoints ? CornersOf(views, context.camera) : landmark.points;
-  if (cloud.empty()) {
-    return std::nullopt;
+  NamedPoints cloud = landmark.points;
+  bool placed = true;
+  if (cloud.size() < kMinPoints) {
+    const std::optional<Sim3d> S_map_cube = FrameOfBoxes(views, context.camera);
+    placed = S_map_cube.has_value();
+    if (!placed && landmark.observations < options.min_observations) {
+      return std::nullopt;
+    }
+    cloud = CornersOf(placed ? *S_map_cube : FarFrameOf(views, context.camera));
   }
   RefinementInput input = InputOf(landmark, views, context);
   const SupportHeights supports = PossibleSupports(cloud, context);
   if (thorough || !landmark.refined) {
     const auto starts = RefinementStarts(landmark, Positions(cloud), input, options);
-    return RefineStanding(starts, std::move(input), supports, options.refinement,
-                          context.thorough ? SearchEffort::kThorough : SearchEffort::kPromising);
+    StandingFit fit = RefineStanding(starts, std::move(input), supports, options.refinement,
+                                     context.thorough ? SearchEffort::kThorough : SearchEffort::kPromising);
+    fit.placed = placed;
+    return fit;
   }
   input.support_height = SupportOf(landmark, supports);
   if (!input.support_height) {
@@ -281,7 +301,7 @@ std::optional<StandingFit> RefineLandmark(const Landmark& landmark, const std::v
   input.shows_back = input.may_show_back && IsPlate(landmark.visible.shape);
   const std::optional<double> support = input.support_height;
   const RefinementResult result = RefineJointly(landmark.visible, input, options.refinement);
-  return StandingFit{result.superquadric, support, result.cost, result.covariance};
+  return StandingFit{result.superquadric, support, result.cost, result.covariance, {}, placed};
 }
 
 StandingFit RefineStanding(std::span<const PosedSuperquadric> starts, RefinementInput input,
@@ -305,6 +325,8 @@ StandingFit RefineStanding(std::span<const PosedSuperquadric> starts, Refinement
     const std::vector<PosedSuperquadric> neighbours = Neighbours(best.superquadric);
     FollowAll(AllCandidates(neighbours, {&assumption, 1}), options, input, best, assumption);
   }
+  Assume(assumption, input);
+  best.motion = FitMotion(best.superquadric, starts.front(), input, options);
   return best;
 }
 

@@ -16,6 +16,8 @@ struct StandingFit {
   std::optional<double> support;  // height of the surface that it stands on; empty: on none of them
   double cost = 0.0;              // robust, half the sum of squares
   Eigen::Matrix<double, 9, 9> covariance = Eigen::Matrix<double, 9, 9>::Zero();  // see ObjectFit
+  MotionFit motion;    // of a search from several starts
+  bool placed = true;  // false: no place lies in all boxes; the solid is only that of the least cost
 };
 
 enum class SearchEffort {
@@ -43,9 +45,8 @@ inline constexpr std::size_t kMinPoints = 4;
 
 // Runs RefineStanding for a landmark with its inliers in landmark.points. `views`: those whose box edges are
 // used. `thorough`: from all starts under all hypotheses (with SearchEffort::kThorough if the context is
-// thorough too); otherwise from the last result, on the surface
-// that it stands on. Empty if there are fewer than kMinPoints inliers and the
-// boxes do not determine the position.
+// thorough too); otherwise from the last result, on the surface that it stands on. Empty if there are fewer
+// than kMinPoints inliers and fewer than options.min_observations boxes, which do not determine the position.
 std::optional<StandingFit> RefineLandmark(const Landmark& landmark, const std::vector<BoxView>& views,
                                           bool thorough, const EstimationContext& context);
 

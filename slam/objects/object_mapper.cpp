@@ -56,7 +56,8 @@ struct ObjectMapper::Impl {
   std::map<int, int> merged_into;     // old id -> surviving id (may have been merged on)
   std::vector<std::pair<int, int>> merges;
   std::vector<int> deleted;
-  std::set<int> known;  // shown by an earlier run: they keep their ids, to which users may refer
+  std::set<int> known;    // shown by an earlier run: they keep their ids, to which users may refer
+  ObjectAccount settled;  // boxes that were used, landmarks that are gone
   bool upright = false;
   SupportSurfaces supports;
   std::optional<Camera> last_camera;  // of the last update
@@ -174,6 +175,7 @@ struct ObjectMapper::Impl {
         if ((AreDuplicates(a->second, b->second, options, *last_camera) &&
              !(refined && IsBetterExplainedByAnother(a->second, b->second, landmarks, *last_camera))) ||
             (all_refined && refined && OccupySamePlace(a->second, b->second, *last_camera))) {
+          ++settled[b->second.labels.Best()].merged;
           merges.emplace_back(b->first, a->first);
           merged_into[b->first] = a->first;
           a->second.Absorb(std::move(b->second));
@@ -193,6 +195,7 @@ struct ObjectMapper::Impl {
       const Landmark& landmark = it->second;
       const std::int64_t age = newest_frame - landmark.views.back().frame_index;
       if (age > options.forget_after && !IsShown(landmark) && !known.contains(it->first)) {
+        ++settled[landmark.labels.Best()][*WhyLeftOut(landmark)];
         deleted.push_back(it->first);
         it = landmarks.erase(it);
       } else {
@@ -201,25 +204,41 @@ struct ObjectMapper::Impl {
     }
   }
 
-  bool IsShown(const Landmark& landmark) const {
-    if (known.contains(landmark.id)) {
-      return landmark.estimated;
+  // Returns why the landmark says nothing about others yet; empty if it does.
+  std::optional<LeftOut> WhyNotShown(const Landmark& landmark) const {
+    const bool is_known = known.contains(landmark.id);
+    const bool has_points = static_cast<int>(landmark.points.size()) >= options.min_points;
+    if (landmark.moving) {
+      return LeftOut::kMoving;
     }
-    return landmark.estimated && landmark.Evidence() >= options.min_observations &&
-           landmark.box_agreement >= (static_cast<int>(landmark.points.size()) >= options.min_points
-                                          ? options.min_box_agreement
-                                          : options.pointless_box_agreement);
+    if (!is_known && landmark.Evidence() < options.min_observations) {
+      return LeftOut::kFewViews;
+    }
+    if (!landmark.estimated) {
+      return LeftOut::kNoDepth;
+    }
+    const double min_agreement = has_points ? options.min_box_agreement : options.pointless_box_agreement;
+    const bool agrees = is_known || landmark.box_agreement >= min_agreement;
+    return agrees ? std::nullopt : std::optional(LeftOut::kContradictingBoxes);
+  }
+  bool IsShown(const Landmark& landmark) const { return !WhyNotShown(landmark); }
+
+  // Returns why the object does not appear in the map; empty if it does. Those left out are kept, as more
+  // boxes may still make sense of them.
+  std::optional<LeftOut> WhyLeftOut(const Landmark& landmark) const {
+    if (const std::optional<LeftOut> reason = WhyNotShown(landmark)) {
+      return reason;
+    }
+    if (!known.contains(landmark.id) && landmark.reliability < options.min_reliability) {
+      return LeftOut::kUnreliable;
+    }
+    const bool unrepresentable = options.representation == Representation::kQuadric && !landmark.quadric;
+    return unrepresentable ? std::optional(LeftOut::kNoQuadric) : std::nullopt;
   }
 
-  // True if the object appears in the map. The others are kept, as more boxes may still make sense of them.
-  bool IsPublished(const Landmark& landmark) const {
-    return IsShown(landmark) &&
-           (known.contains(landmark.id) || landmark.reliability >= options.min_reliability);
-  }
-
-  // Returns the landmark in the chosen representation; empty if it is not published or cannot be represented.
+  // Returns the landmark in the chosen representation; empty if it is left out.
   std::optional<PosedSuperquadric> Represented(const Landmark& landmark) const {
-    if (!IsPublished(landmark)) {
+    if (WhyLeftOut(landmark)) {
       return std::nullopt;
     }
     if (options.representation == Representation::kQuadric) {
@@ -291,6 +310,7 @@ void ObjectMapper::AddObservations(std::span<const ObjectObservation> observatio
       Landmark& landmark = impl_->landmarks[id];
       landmark.id = id;
       landmark.Add(observation);
+      ++impl_->settled[observation.detection.label].used;
     }
   }
 }
@@ -363,6 +383,7 @@ void ObjectMapper::Absorb(ObjectMapper&& other) {
   impl_->landmarks.merge(theirs.landmarks);
   impl_->merged_into.merge(theirs.merged_into);
   impl_->known.merge(theirs.known);
+  Add(theirs.settled, impl_->settled);
   impl_->merges.insert(impl_->merges.end(), theirs.merges.begin(), theirs.merges.end());
   impl_->deleted.insert(impl_->deleted.end(), theirs.deleted.begin(), theirs.deleted.end());
   impl_->newest_frame = std::max(impl_->newest_frame, theirs.newest_frame);
@@ -390,10 +411,14 @@ std::vector<SnapshotObject> ObjectMapper::Objects() const {
   return objects;
 }
 
-int ObjectMapper::CountUnrepresentable() const {
-  return static_cast<int>(std::ranges::count_if(impl_->landmarks, [&](const auto& landmark) {
-    return impl_->IsPublished(landmark.second) && !impl_->Represented(landmark.second);
-  }));
+ObjectAccount ObjectMapper::Account() const {
+  ObjectAccount account = impl_->settled;
+  for (const auto& [id, landmark] : impl_->landmarks) {
+    ClassAccount& of_class = account[landmark.labels.Best()];
+    const std::optional<LeftOut> reason = impl_->WhyLeftOut(landmark);
+    ++(reason ? of_class[*reason] : of_class.shown);
+  }
+  return account;
 }
 
 void ObjectMapper::Renumber(int id_shift, std::int64_t point_shift, std::int64_t frame_shift) {
@@ -423,7 +448,8 @@ void ObjectMapper::Load(ByteReader& reader) {
   reader(*impl_);
   impl_->Check(reader);
   for (const auto& [id, landmark] : impl_->landmarks) {
-    if (impl_->IsPublished(landmark)) {
+    const std::optional<LeftOut> reason = impl_->WhyLeftOut(landmark);
+    if (!reason || reason == LeftOut::kNoQuadric) {
       impl_->known.insert(id);
     }
   }

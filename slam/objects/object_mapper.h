@@ -10,6 +10,7 @@
 #include "slam/objects/object_types.h"
 #include "slam/objects/support.h"
 #include "slam/objects/yaw.h"
+#include "slam/snapshot/object_account.h"
 #include "slam/snapshot/snapshot.h"
 
 namespace sqslam {
@@ -61,10 +62,11 @@ class ObjectMapper {
   // the next update.
   void Absorb(ObjectMapper&& other);
 
-  // Returns the objects good enough to show, by id, in the chosen representation, without those that it
-  // cannot represent (boxes that determine no quadric), which CountUnrepresentable() counts.
+  // Returns the objects good enough to show, by id, in the chosen representation.
   std::vector<SnapshotObject> Objects() const;
-  int CountUnrepresentable() const;
+  // Returns what became of the boxes of this run, and of every landmark, also of deleted ones; `boxes` and
+  // `ignored` are left to the caller, who knows those that no frame of the map has.
+  ObjectAccount Account() const;
   std::shared_ptr<const ObjectMapView> View() const;
   std::vector<std::vector<LineView>> Lines() const;            // of each landmark
   std::unordered_map<std::int64_t, int> PointObjects() const;  // map point id -> id of a shown object

@@ -246,7 +246,7 @@ PosedSuperquadric RefinementProblem::Unpack(const Parameters& parameters) {
   return superquadric;
 }
 
-RefinementProblem::Square RefinementProblem::Information(const Parameters& parameters) const {
+RefinementProblem::Square RefinementProblem::Information(const Parameters& parameters, int rows) const {
   Eigen::VectorXd residuals(NumResiduals());
   Eigen::MatrixXd jacobian(NumResiduals(), static_cast<int>(NUM_PARAMETERS));
   // The bound of the tapers is no measurement: it must not count as information.
@@ -254,7 +254,7 @@ RefinementProblem::Square RefinementProblem::Information(const Parameters& param
   inside.segment<2>(kTaper) = inside.segment<2>(kTaper).cwiseMin(0.0);
   (*this)(inside.data(), residuals.data(), jacobian.data());
   constexpr double kWeakest = 1e-6;  // for unobserved directions
-  Square information = jacobian.transpose() * jacobian;
+  Square information = jacobian.topRows(rows).transpose() * jacobian.topRows(rows);
   information.diagonal() = information.diagonal().cwiseMax(kWeakest);
   information.diagonal() *= 1.0 + 1e-9;
   return information;
@@ -267,7 +267,8 @@ Eigen::Matrix<double, 9, 9> RefinementProblem::Covariance(const Parameters& para
   slope.segment<3>(kLogHalf) = state.half;
   slope[kExponents] = state.exponent_slope[0];
   slope[kExponents + 1] = state.exponent_slope[1];
-  const Square covariance = Information(parameters).ldlt().solve(Square::Identity());
+  const Square covariance =
+      Information(parameters, NumResiduals() - kBounds).ldlt().solve(Square::Identity());
   return slope.asDiagonal() * covariance.topLeftCorner<9, 9>() * slope.asDiagonal();
 }
 
@@ -278,7 +279,7 @@ double RefinementProblem::HalfLogInformation(const Parameters& parameters) const
   constexpr std::array<int, 6> kOthers = {kExponents, kExponents + 1, kBias, kBias + 1, kBias + 2, kBias + 3};
   // A quarter or a whole turn over the square root of 12.
   const double kYawSigma = handled ? 4.0 * 0.4534 : 0.4534;
-  Square information = Information(parameters);
+  Square information = Information(parameters, NumResiduals());
   information(kYaw, kYaw) += 1.0 / (kYawSigma * kYawSigma);
   const Eigen::Matrix<double, 6, 6> others = information(kOthers, kOthers);
   const Eigen::Matrix<double, 6, 9> across = information(kOthers, kKept);

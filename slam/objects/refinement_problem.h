@@ -86,8 +86,8 @@ class RefinementProblem {
   static Parameters Pack(const PosedSuperquadric& superquadric);
   static PosedSuperquadric Unpack(const Parameters& parameters);
 
-  // Covariance of centre, half sizes, yaw, e1 and e2 at these parameters: the inverse of J^T J. Unobserved
-  // directions get a large finite variance.
+  // Covariance of centre, half sizes, yaw, e1 and e2 at these parameters: the inverse of J^T J without the
+  // bounds of the sizes, which are no measurements. Unobserved directions get a large finite variance.
   Eigen::Matrix<double, 9, 9> Covariance(const Parameters& parameters) const;
 
   // Half the log determinant of the information on centre, size and yaw: how well the data determine these,
@@ -100,7 +100,7 @@ class RefinementProblem {
   bool operator()(const double* parameters, double* residuals, double* jacobian) const;
 
  private:
-  Square Information(const Parameters& parameters) const;
+  Square Information(const Parameters& parameters, int rows) const;  // of the first residuals
 };
 
 }  // namespace sqslam

@@ -85,6 +85,10 @@ RunStats StatsOf(const RunResult& result) {
     stats.objects = static_cast<int>(objects.size());
     stats.uncertain = stats.objects - static_cast<int>(std::ranges::count_if(objects, IsReliable));
   }
+  stats.classes = result.map.account;
+  for (const FinishedMap& other : result.others) {
+    Add(other.account, stats.classes);
+  }
   stats.counters = result.counters;
   stats.submaps = static_cast<int>(result.others.size());
   stats.peak_memory_mib = PeakMemoryMib();

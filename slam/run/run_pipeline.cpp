@@ -135,12 +135,8 @@ AutoCamera CameraInFiles(const AutoCamera& camera, const Sequence& sequence) {
   return in_files;
 }
 
-void WarnAboutOmittedObjects(const RunResult& result) {
-  int left_out = result.map.left_out;
-  for (const FinishedMap& map : result.others) {
-    left_out += map.left_out;
-  }
-  if (left_out > 0) {
+void WarnAboutOmittedObjects(const RunStats& stats) {
+  if (const int left_out = CountLeftOut(stats.classes, LeftOut::kNoQuadric); left_out > 0) {
     spdlog::warn("{} objects are left out: their boxes do not determine a quadric that is an ellipsoid",
                  left_out);
   }
@@ -325,9 +321,8 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
   const int live_depth = FinishLive(std::move(live), host);
   AdoptLearntCamera(run.result, camera);
   const AutoCamera in_files = CameraInFiles(camera, input.sequence);
-  WarnAboutOmittedObjects(run.result);
-
   run.stats = MakeStats(run.result, input, feed);
+  WarnAboutOmittedObjects(run.stats);
   run.stats.dropped = dropped;
   run.stats.interrupted = run.interrupted = host.Stopped();
   run.stats.version = SQSLAM_VERSION;

@@ -141,6 +141,8 @@ void AddRecording(const fs::path& folder) {
   stats.uncertain = 1;
   stats.camera = "a guess from the lens";
   stats.command = "sqslam run 'my film' --seed 12345";
+  stats.classes["car"].boxes = 50;
+  stats.classes["car"][LeftOut::kMoving] = 2;
   stats.warnings = {"the <camera> turns on the spot"};
   WriteStats(folder / "stats.json", stats);
 }
@@ -154,8 +156,9 @@ TEST(Report, DescribesRun) {
   for (const char* told :
        {"Most of this run failed", "Only 3 of 10 frames", "focal length 300.0 px", "a guess from the lens",
         "net.onnx, which saw 8 of 10 frames", "<dd>2<span>1 uncertain, detector saw 8 of 10 frames",
-        "2 times", "4 left on their own", "the map may lean", "sqslam run 'my film' --seed 12345",
-        "sqslam 9.8.7", "the &lt;camera&gt; turns on the spot", "<code>seed</code></td><td>12345</td>"}) {
+        "2 times", "4 left on their own", ">2 moving</td>", "a map holds what stands still",
+        "the map may lean", "sqslam run 'my film' --seed 12345", "sqslam 9.8.7",
+        "the &lt;camera&gt; turns on the spot", "<code>seed</code></td><td>12345</td>"}) {
     EXPECT_THAT(page, HasSubstr(told));
   }
 }

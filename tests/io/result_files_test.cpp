@@ -106,6 +106,9 @@ TEST(StatsJson, ReadsWhatItWrote) {
   stats.tracked = 9;
   stats.peak_memory_mib = 12.5;
   stats.interrupted = true;
+  stats.classes["cup"].boxes = 7;
+  stats.classes["cup"].shown = 1;
+  stats.classes["cup"][LeftOut::kNoDepth] = 2;
   stats.timing_ms["tracking.features"] = {1.0, 2.0, 3.0, 4.0, 5};
   WriteStats(folder.Path() / "stats.json", stats);
   const RunStats read = ReadStats(folder.Path() / "stats.json");
@@ -113,6 +116,7 @@ TEST(StatsJson, ReadsWhatItWrote) {
   EXPECT_EQ(read.tracked, 9);
   EXPECT_EQ(read.peak_memory_mib, 12.5);
   EXPECT_TRUE(read.interrupted);
+  EXPECT_EQ(read.classes, stats.classes);
   EXPECT_EQ(read.timing_ms.at("tracking.features").p95, 3.0);
   EXPECT_EQ(read.timing_ms.at("tracking.features").count, 5);
 }

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "slam/geometry/angles.h"
+#include "slam/objects/moving_problem.h"
 
 namespace sqslam {
 namespace {
@@ -81,6 +82,32 @@ TEST(RefinementProblem, MatchesNumericJacobian) {
   }
 }
 
+TEST(MovingProblem, MatchesNumericJacobian) {
+  const RefinementProblem still = MakeProblem(true, false);
+  std::vector<double> times;
+  for (std::size_t i = 0; i < still.edges.size(); ++i) {
+    times.push_back(static_cast<double>(i) / 23.0 - 0.5);
+  }
+  const MovingProblem problem(still, times, 10.0);
+  MovingProblem::Parameters x;
+  x << RefinementProblem::Pack(MakeSuperquadric(0.3, 0.4)), 0.2, -0.1, 0.05;
+  x.segment<2>(RefinementProblem::kTaper).setConstant(-0.1);  // away from their bound
+  const int rows = problem.NumResiduals();
+  Eigen::VectorXd residuals(rows);
+  Eigen::MatrixXd jacobian(rows, 18);
+  ASSERT_TRUE(problem(x.data(), residuals.data(), jacobian.data()));
+  for (int i = 0; i < 18; ++i) {
+    constexpr double kStep = 1e-6;
+    Eigen::VectorXd below(rows);
+    Eigen::VectorXd above(rows);
+    problem((x - kStep * MovingProblem::Parameters::Unit(i)).eval().data(), below.data(), nullptr);
+    problem((x + kStep * MovingProblem::Parameters::Unit(i)).eval().data(), above.data(), nullptr);
+    const Eigen::VectorXd numeric = (above - below) / (2.0 * kStep);
+    EXPECT_LT((jacobian.col(i) - numeric).cwiseAbs().maxCoeff(), 1e-3 * (1.0 + numeric.cwiseAbs().maxCoeff()))
+        << "parameter " << i;
+  }
+}
+
 TEST(RefinementProblem, UnpacksToThePackedSolid) {
   const PosedSuperquadric s = MakeSuperquadric(0.4, 1.3);
   const PosedSuperquadric same = RefinementProblem::Unpack(RefinementProblem::Pack(s));
@@ -121,6 +148,15 @@ TEST(RefinementProblem, MatchesCovarianceOfTheMeasurements) {
   EXPECT_LT(std::sqrt(covariance(5, 5)), 0.02);
   EXPECT_LT(std::sqrt(covariance(2, 2)), 0.02);
   EXPECT_TRUE(covariance.isApprox(covariance.transpose(), 1e-9));
+}
+
+// The bound on the sizes holds them, but says nothing about how well they are known.
+TEST(RefinementProblem, DoesNotTakeBoundsForMeasurements) {
+  RefinementProblem problem;
+  const PosedSuperquadric box = MakeSuperquadric(0.5, 0.5);
+  problem.max_log_half = box.shape.half_size.array().log() - 0.1;
+  problem.min_log_half.setConstant(-9.0);
+  EXPECT_GT(std::sqrt(problem.Covariance(RefinementProblem::Pack(box))(3, 3)), 10.0);
 }
 
 TEST(RefinementProblem, PenalisesYawMostAtAnEighthOfATurn) {

@@ -48,7 +48,7 @@ TEST(Representation, ChangesOnlyExponentsInThePaperMethod) {
        {std::pair(Representation::kEllipsoid, 1.0), std::pair(Representation::kCuboid, kMinShapeExponent)}) {
     const ObjectMapper mapper = MapDeskAs(desk, representation);
     const auto objects = mapper.Objects();
-    EXPECT_EQ(mapper.CountUnrepresentable(), 0);
+    EXPECT_EQ(CountLeftOut(mapper.Account(), LeftOut::kNoQuadric), 0);
     ASSERT_EQ(objects.size(), superquadrics.size());
     for (std::size_t i = 0; i < objects.size(); ++i) {
       const PosedSuperquadric& a = objects[i].superquadric;
@@ -86,7 +86,8 @@ TEST(Representation, KeepsLandmarksButRefitsQuadrics) {
   const std::set<int> usual_ids = Ids(usual.Objects());
   EXPECT_GE(ids.size(), 5u);
   EXPECT_TRUE(std::includes(usual_ids.begin(), usual_ids.end(), ids.begin(), ids.end()));
-  EXPECT_EQ(static_cast<int>(ids.size()) + mapper.CountUnrepresentable(), static_cast<int>(usual_ids.size()));
+  EXPECT_EQ(static_cast<int>(ids.size()) + CountLeftOut(mapper.Account(), LeftOut::kNoQuadric),
+            static_cast<int>(usual_ids.size()));
   double most_tilted = 0.0;
   for (const SnapshotObject& quadric : quadrics) {
     EXPECT_EQ(quadric.superquadric.shape.e1, 1.0);
