@@ -159,6 +159,7 @@ void ListSequence(const SequenceRequest& request, Sequence& sequence) {
   const auto use_guess = [&sequence](const CameraGuess& guessed) {
     sequence.camera = guessed.camera;
     sequence.guessed_by = guessed.source;
+    sequence.guess_deviation = guessed.deviation;
   };
   if (sequence.format != SequenceFormat::kVideo) {
     sequence.frames = ListFrames(sequence.format, sequence.path, camera.fps);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <utility>
@@ -47,6 +48,9 @@ SystemOptions OptionsFor(const RunRequest& request, const AutoCamera& camera) {
   if (camera.IsGuessed() && options.mapping.camera.what == LearntPart::kNone) {
     // Keypoints are undistorted by the radial coefficient: it stays.
     options.mapping.camera.what = LearntPart::kFocal;
+    options.mapping.camera.prior = {camera.guess.fx, camera.guess_deviation};
+    // The run may improve the estimate, but not replace it by one that is less certain.
+    options.mapping.camera.max_deviation = std::min(options.mapping.camera.max_deviation, camera.deviation);
   }
   return options;
 }
@@ -104,7 +108,7 @@ void AdoptLearntCamera(const RunResult& result, AutoCamera& camera) {
   }
   camera.camera.readout_ms = std::round(1e4 * result.readout) / 10.0;
   if (camera.IsGuessed()) {
-    spdlog::log(camera.learnt ? spdlog::level::info : spdlog::level::warn, camera.Text());
+    spdlog::log(camera.IsVague() ? spdlog::level::warn : spdlog::level::info, camera.Text());
   }
 }
 
