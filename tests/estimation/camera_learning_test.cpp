@@ -94,7 +94,7 @@ TEST(LearnCamera, HoldsTrueFocalLengthInInterval) {
   EXPECT_GE(held, 18);
 }
 
-TEST(LearnCamera, IsLessCertainWithFewNoisyPoints) {
+TEST(LearnCamera, WidensWithFewNoisyPoints) {
   SyntheticMap good = MakeSyntheticMap({.keyframes = 12, .points = 400, .pixel_noise = 0.3});
   SyntheticMap poor = MakeSyntheticMap({.keyframes = 4, .points = 30, .pixel_noise = 1.5});
   EXPECT_GT(LearnCamera(poor.map, poor.camera, {.what = LearntPart::kFocal}).deviation,
