@@ -107,16 +107,15 @@ Camera ReadCamera(const YAML::Node& node) {
   camera.cx = ReadNumber(node, "cx", 0.5 * (camera.width - 1));
   camera.cy = ReadNumber(node, "cy", 0.5 * (camera.height - 1));
   camera.fps = ReadNumber(node, "fps", 30.0);
-  const auto model = ReadValue<std::string>(node, "distortion_model", "");
-  ThrowIf<InputError>(!model.empty() && model != "fisheye",
-                      "'camera: distortion_model': {}, expected fisheye, or none for a pinhole camera",
-                      model);
-  if (model == "fisheye") {
-    camera.lens = LensModel::kFisheye;
-    const auto coefficients = ReadNumbers(node, "distortion", {0.0, 0.0, 0.0, 0.0});
-    ThrowIf<InputError>(coefficients.size() != 4, "'camera: distortion': expected [k1, k2, k3, k4]");
-    std::ranges::copy(coefficients, camera.distortion.begin());
-  }
+  const auto model = ReadValue<std::string>(node, "distortion_model", "radial-tangential");
+  ThrowIf<InputError>(model != "fisheye" && model != "radial-tangential",
+                      "'camera: distortion_model': {}, expected fisheye or radial-tangential", model);
+  camera.lens = model == "fisheye" ? LensModel::kFisheye : LensModel::kRadialTangential;
+  const auto coefficients = ReadNumbers(node, "distortion", {0.0, 0.0, 0.0, 0.0});
+  ThrowIf<InputError>(coefficients.size() != 4,
+                      "'camera: distortion': expected [k1, k2, k3, k4] of a fisheye lens, or else "
+                      "[k1, k2, p1, p2]");
+  std::ranges::copy(coefficients, camera.distortion.begin());
   ThrowIf<InputError>(
       camera.width < 16 || camera.height < 16 || camera.fx <= 0.0 || camera.fy <= 0.0 || camera.fps <= 0.0,
       "'camera': expected width and height of at least 16, and positive fx, fy and fps");

@@ -40,27 +40,33 @@ vtkNew<vtkTexture> MakeTexture(const cv::Mat& bgr) {
   return texture;
 }
 
-// Returns a pinhole camera with the field of view of a fisheye lens and the same scale in the middle.
+// Returns a pinhole camera that sees what a lens with distortion sees, with the same scale in the middle.
 Camera PinholeOf(const Camera& lens, int supersampling) {
-  constexpr double kMaxSide = 16384.0;  // pixels, of a side of a picture that OpenGL draws
-  if (lens.lens != LensModel::kFisheye) {
+  constexpr float kMaxSide = 16384.0F;  // pixels, of a side of a picture that OpenGL draws
+  if (!lens.HasDistortion()) {
     return lens;
   }
-  const auto [left, top, right, bottom] = lens.ShownBounds();
-  ThrowIf<InputError>(
-      std::max(right - left, bottom - top) * supersampling > kMaxSide,
-      "'camera': the fisheye lens is too wide to be drawn; expected a larger fx or fewer pixels");
+  std::vector<cv::Point2f> border;
+  for (const double x : {0.0, lens.cx, lens.width - 1.0}) {
+    for (const double y : {0.0, lens.cy, lens.height - 1.0}) {
+      const Eigen::Vector2f pixel = lens.Undistort({x, y}).cast<float>();
+      border.emplace_back(pixel.x(), pixel.y());
+    }
+  }
+  const cv::Rect2f shown = cv::boundingRect(border);
+  ThrowIf<InputError>(std::max(shown.width, shown.height) * static_cast<float>(supersampling) > kMaxSide,
+                      "'camera': the lens is too wide to be drawn; expected a larger fx or fewer pixels");
   Camera pinhole = lens.WithoutDistortion();
-  pinhole.cx -= left;
-  pinhole.cy -= top;
-  pinhole.width = static_cast<int>(std::ceil(right - left)) + 1;
-  pinhole.height = static_cast<int>(std::ceil(bottom - top)) + 1;
+  pinhole.cx -= shown.x;
+  pinhole.cy -= shown.y;
+  pinhole.width = static_cast<int>(shown.width);
+  pinhole.height = static_cast<int>(shown.height);
   return pinhole;
 }
 
 // Returns where the pinhole camera shows each pixel of the lens (32FC2), both pictures drawn larger.
 cv::Mat BendOf(const Camera& lens, const Camera& pinhole, double supersampling) {
-  if (lens.lens != LensModel::kFisheye) {
+  if (!lens.HasDistortion()) {
     return {};
   }
   const auto middle = [supersampling](int drawn) { return (drawn + 0.5) / supersampling - 0.5; };

@@ -15,8 +15,8 @@
 
 namespace sqslam {
 
-// Draws a scene as its camera sees it: through a fisheye lens by bending the picture of a pinhole camera that
-// sees as much. For the sources of render/ only.
+// Draws a scene as its camera sees it: through a lens with distortion by bending the picture of a pinhole
+// camera that sees as much. For the sources of render/ only.
 class SceneRenderer {
  public:
   // Paints the textures and computes the light, which takes seconds. Pictures are drawn at `supersampling`
@@ -34,7 +34,7 @@ class SceneRenderer {
   cv::Mat Render(vtkRenderer* drawn, vtkRenderer* other, const Rigid3d& T_world_camera, int interpolation);
 
   Camera camera_;
-  Camera pinhole_;  // that the picture is drawn with; `camera_` itself unless that is a fisheye lens
+  Camera pinhole_;  // that the picture is drawn with; `camera_` itself if it has no distortion
   int supersampling_;
   cv::Mat bend_;  // of the pixels of a picture as the lens shows it: where `pinhole_` shows them; or empty
   OffscreenWindow window_;

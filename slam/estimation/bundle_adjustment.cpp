@@ -69,7 +69,7 @@ BundleProblem ExtractBundleProblem(const Map& map, const Camera& camera, const s
       const Keypoint& keypoint = map.KeypointOf(o);
       problem.observations.push_back({static_cast<std::size_t>(pose - problem.poses.begin()),
                                       problem.points.size() - 1, keypoint.pixel,
-                                      map.Levels().Scale(keypoint.octave), true});
+                                      map.Levels().Scale(keypoint.octave), true, keypoint.raw_pixel.y()});
     }
   }
   return problem;
@@ -176,20 +176,6 @@ BundleAdjustmentReport GlobalBundleAdjustment(Map& map, const Camera& camera, in
   BundleProblem problem = ExtractBundleProblem(map, camera);
   AddFrames(frames, problem);
   return Run(map, std::move(problem), {iterations, iterations}, {}, objects);
-}
-
-LearntCamera LearnCamera(Map& map, const Camera& camera, const CameraLearningOptions& options) {
-  constexpr int kIterations = 30;  // solver steps of each round
-  BundleProblem problem = ExtractBundleProblem(map, camera);
-  problem.learnt = BundleCamera{.distortion = options.what == LearntPart::kFocalAndRadial};
-  SolveBundle(problem, {kIterations, kIterations}, {});
-  LearntCamera learnt{camera, problem.camera.fx, FocalDeviation(problem, kIterations), false};
-  learnt.trusted = learnt.focal_deviation <= options.max_deviation * learnt.focal;
-  if (learnt.trusted) {
-    ApplyBundle(problem, map);
-    learnt.camera = problem.camera;
-  }
-  return learnt;
 }
 
 }  // namespace sqslam

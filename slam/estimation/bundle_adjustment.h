@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <array>
 #include <functional>
-#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -33,6 +32,7 @@ struct BundleObservation {
   Eigen::Vector2d pixel;  // undistorted
   double sigma = 1.0;     // standard deviation of the pixel, px
   bool inlier = true;
+  double raw_row = 0.0;  // of a keyframe's pixel, in the image as read
 };
 
 // An object of a bundle adjustment, as a value.
@@ -57,22 +57,14 @@ struct BundleObject {
   bool improved = false;  // fits the adjusted points better than before
 };
 
-// Self-calibration from observations that were undistorted by the assumed camera.
-struct BundleCamera {
-  bool distortion = false;     // also refine the first radial coefficient
-  double focal_prior = 0.3;    // prior standard deviation of the log focal length
-  double radial_prior = 0.15;  // prior standard deviation of the radial coefficient, with mean 0
-};
-
 // A bundle adjustment with a copy of the map data it needs, so that it can be solved on another thread while
 // the map changes. Poses and points are in the order of their ids, observations in the order of their points.
 struct BundleProblem {
-  Camera camera;  // refined by SolveBundle() if `learnt` is set
+  Camera camera;
   std::vector<BundlePose> poses;
   std::vector<BundlePoint> points;
   std::vector<BundleObservation> observations;
-  std::vector<BundleObject> objects = {};   // none: reprojection errors alone
-  std::optional<BundleCamera> learnt = {};  // none: the camera is constant
+  std::vector<BundleObject> objects = {};  // none: reprojection errors alone
 };
 
 // Optimisations in which objects take part: none, in local bundle adjustment, once over the whole map at the
@@ -134,10 +126,6 @@ void AddObjects(std::span<const ObjectTerm> objects, const JointObjectOptions& o
 bool SolveBundle(BundleProblem& problem, const BundleSolverOptions& options,
                  const std::function<bool()>& stop);
 
-// Returns the standard deviation of the focal length of a solved problem with `learnt`, px, from how much the
-// errors grow, relative to their size, when the focal length is changed and everything else is re-optimised.
-double FocalDeviation(const BundleProblem& solved, int iterations);
-
 // Writes the poses and points of a solved problem that still exist into the map and removes outlier
 // observations. Keyframes and points that are newer than the problem stay unchanged; the map frame must be
 // the same as at its extraction. Returns the number of outliers.
@@ -182,33 +170,5 @@ BundleAdjustmentReport LocalBundleAdjustment(Map& map, const Camera& camera,
 BundleAdjustmentReport GlobalBundleAdjustment(Map& map, const Camera& camera, int iterations,
                                               const JointObjects& objects = {},
                                               std::span<const BundleFrame> frames = {});
-
-// Camera parameters that are refined from a map: the focal length, and the first radial coefficient.
-enum class LearntPart { kNone, kFocal, kFocalAndRadial };
-constexpr auto EnumNames(LearntPart) { return std::array{"none", "focal", "focal+radial"}; }
-
-// Options of camera self-calibration from a map.
-struct CameraLearningOptions {
-  LearntPart what = LearntPart::kNone;
-  double max_deviation = 0.02;  // largest accepted standard deviation, in focal lengths
-
-  void VisitFields(auto&& visit) {
-    visit("what", what);
-    visit("max_deviation", max_deviation, 0.0, 1.0);
-  }
-};
-
-// Result of LearnCamera().
-struct LearntCamera {
-  Camera camera;                 // unchanged if not trusted
-  double focal = 0.0;            // px, the estimate, trusted or not
-  double focal_deviation = 0.0;  // px
-  bool trusted = false;
-};
-
-// Runs a bundle adjustment over the whole map with a free focal length. If the result is trusted, the map is
-// changed to the refined camera, whose radial coefficient may differ from the one that keypoints were
-// undistorted with: maps that will be saved should learn the focal length alone.
-LearntCamera LearnCamera(Map& map, const Camera& camera, const CameraLearningOptions& options);
 
 }  // namespace sqslam

@@ -120,7 +120,8 @@ bool CameraReprojectionCost::Evaluate(double const* const* parameters, double* r
   const double r2 = n.squaredNorm();
   const Eigen::Vector2d from_center = focal.cwiseProduct((1.0 + radial * r2) * n);
   Eigen::Map<Eigen::Vector2d> error(residuals);
-  error = from_center + weight * (center - pixel);
+  const Eigen::Vector2d shift(parameters[2][2], parameters[2][3]);
+  error = from_center + weight * (center + shift + parameters[2][4] * drift_ - pixel);
   if (jacobians == nullptr) {
     return true;
   }
@@ -131,9 +132,11 @@ bool CameraReprojectionCost::Evaluate(double const* const* parameters, double* r
   const Eigen::Matrix<double, 2, 3> d_pixel = focal.asDiagonal() * d_lens * d_n;
   point.WriteJacobians(d_pixel, jacobians);
   if (jacobians[2] != nullptr) {
-    Eigen::Map<Eigen::Matrix<double, 2, 2, Eigen::RowMajor>> J(jacobians[2]);
+    Eigen::Map<Eigen::Matrix<double, 2, 5, Eigen::RowMajor>> J(jacobians[2]);
     J.col(0) = from_center;
     J.col(1) = focal.cwiseProduct(r2 * n);
+    J.middleCols<2>(2) = weight * Eigen::Matrix2d::Identity();
+    J.col(4) = weight * drift_;
   }
   return true;
 }

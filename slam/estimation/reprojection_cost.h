@@ -64,18 +64,21 @@ class ReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3> {
   PixelMeasurement measured_;
 };
 
-// The refined part of a camera as a parameter block: log of the focal length over the known one, and the
-// correction of the first radial coefficient.
-using CameraBlock = std::array<double, 2>;
+// What is unknown of a camera, as a parameter block: change of the log focal length, of the first radial
+// coefficient, of the principal point (x, y; px), and of the time between the first and the last row (s).
+using CameraBlock = std::array<double, 5>;
 
-// The same error with the camera as a further parameter; the pixel is undistorted by the known camera.
-class CameraReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3, 2> {
+// The same error with the camera as a further parameter; the pixel is undistorted by the assumed camera.
+class CameraReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3, 5> {
  public:
-  explicit CameraReprojectionCost(const PixelMeasurement& measured) : measured_(measured) {}
+  // `drift`: px by which the point has moved when its row is read, for each second of readout.
+  CameraReprojectionCost(const PixelMeasurement& measured, const Eigen::Vector2d& drift)
+      : measured_(measured), drift_(drift) {}
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
 
  private:
   PixelMeasurement measured_;
+  Eigen::Vector2d drift_;
 };
 
 }  // namespace sqslam

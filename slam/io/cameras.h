@@ -29,7 +29,8 @@ std::filesystem::path CameraFile(const std::string& file_or_preset);
 // A guess for an uncalibrated camera: square pixels, no distortion, principal point in the middle.
 struct CameraGuess {
   Camera camera;
-  std::string source;  // source of the focal length, in words
+  std::string source;      // source of the focal length, in words
+  double deviation = 0.0;  // standard deviation of the log focal length
 };
 
 // Assumes a field of view of 60 degrees along the longer side, between that of a webcam and of a phone.

@@ -209,6 +209,7 @@ void ListSequence(const SequenceRequest& request, Sequence& sequence) {
   const auto use_guess = [&sequence](const CameraGuess& guessed) {
     sequence.camera = guessed.camera;
     sequence.guessed_by = guessed.source;
+    sequence.guess_deviation = guessed.deviation;
   };
   const auto use_size = [&sequence](cv::Size size) {
     sequence.image_width = size.width;

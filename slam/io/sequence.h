@@ -33,10 +33,11 @@ struct Sequence {
   std::filesystem::path path;
   std::filesystem::path video_path;  // empty if the frames are image files
   SequenceFormat format = SequenceFormat::kImages;
-  Camera camera;           // of the frames as delivered
-  std::string guessed_by;  // source of the focal length of --camera auto; empty: a calibration
-  int quarter_turns = 0;   // clockwise, applied to a video's pictures
-  int image_width = 0;     // px, of the images in the files, turned but not resized; 0: the camera's
+  Camera camera;                 // of the frames as delivered
+  std::string guessed_by;        // source of the focal length of --camera auto; empty: a calibration
+  double guess_deviation = 0.0;  // standard deviation of the log focal length, if it is guessed
+  int quarter_turns = 0;         // clockwise, applied to a video's pictures
+  int image_width = 0;           // px, of the images in the files, turned but not resized; 0: the camera's
   int image_height = 0;
   bool any_image_size = false;  // images of any size are resized
   std::vector<SequenceFrame> frames;

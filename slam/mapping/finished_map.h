@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "slam/estimation/bundle_adjustment.h"
+#include "slam/estimation/camera_learning.h"
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/object_account.h"
 #include "slam/snapshot/snapshot.h"

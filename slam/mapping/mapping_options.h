@@ -4,6 +4,7 @@
 #include <string>
 
 #include "slam/estimation/bundle_adjustment.h"
+#include "slam/estimation/camera_learning.h"
 #include "slam/objects/object_options.h"
 #include "slam/tracking/tracking_options.h"
 

@@ -8,53 +8,78 @@
 #include <numbers>
 #include <optional>
 
+#include "slam/system.h"
+#include "slam/util/stopwatch.h"
+
 namespace sqslam {
 namespace {
-
-constexpr std::int64_t kFirstPassFrames = 400;  // of the first passes: over ten seconds of video
-constexpr int kMaxPasses = 6;
-constexpr double kMaxFocalChange = 0.003;  // relative change of the focal length
 
 std::string InWords(const Camera& camera) {
   return fmt::format("{:.1f} px ({:.1f} degrees across)", camera.fx,
                      HorizontalFieldOfView(camera) * 180.0 / std::numbers::pi);
 }
 
-// Leaves objects out: they don't constrain the camera, and boxes cost time.
-SystemOptions LearningOptions(SystemOptions options) {
-  options.deterministic = true;
+std::string IntervalText(double focal, double deviation) {
+  const auto [low, high] = FocalInterval(focal, deviation);
+  return fmt::format("95 %: {:.1f} to {:.1f} px", low, high);
+}
+
+// Leaves objects out: they don't constrain the camera, and boxes cost time. So does the search for places of
+// many frames that were lost: a set of photographs needs it, a film has others.
+SystemOptions LearningOptions(SystemOptions options, const Sequence& sequence) {
+  constexpr int kMaxCompleted = 60;
+  options.in_step = true;
   options.mapping.camera.what = LearntPart::kFocalAndRadial;
+  options.mapping.camera.prior = {sequence.camera.fx, sequence.guess_deviation};
   options.mapping.joint_objects.mode = JointMode::kNone;
+  options.mapping.completion.max_frames = std::min(options.mapping.completion.max_frames, kMaxCompleted);
   return options;
 }
 
-struct LearningPass {
-  std::optional<LearntCamera> learnt;  // empty if there is no map
-  std::int64_t played = 0;             // frames
+// Maps frames with the best camera so far.
+class LearningRun {
+ public:
+  LearningRun(const Sequence& sequence, const SystemOptions& options, std::int64_t total, RunHost& host)
+      : sequence_(sequence), options_(LearningOptions(options, sequence)), total_(total), host_(host) {}
+
+  void Map(const FrameRange& frames, AutoCamera& camera) {
+    System system(camera.camera, options_, [](const MapSnapshotPtr&) {});
+    FrameSource source(sequence_, frames);
+    while (std::optional<Frame> frame = host_.Stopped() ? std::nullopt : source.Next()) {
+      frame->detections.clear();
+      system.Process(*frame);
+      host_.ShowProgress(++played_, total_,
+                         fmt::format("estimating the focal length, now {:.1f} px",
+                                     InFilePixels(camera.camera, sequence_).fx));
+    }
+    const RunResult result = system.Finish([this] { return host_.Stopped(); });
+    if (result.map.learnt_camera && !host_.Stopped()) {
+      camera.Adopt(*result.map.learnt_camera);
+      camera.camera.readout_ms = 1e3 * result.readout;
+    }
+  }
+
+  std::int64_t Played() const { return played_; }
+
+ private:
+  const Sequence& sequence_;
+  SystemOptions options_;
+  std::int64_t total_;
+  RunHost& host_;
+  std::int64_t played_ = 0;
 };
 
-LearningPass MapOnce(const Sequence& sequence, const FrameRange& range, const Camera& camera,
-                     const SystemOptions& options, std::int64_t done, RunHost& host) {
-  System system(camera, options, [](const MapSnapshotPtr&) {});
-  FrameSource source(sequence, range);
-  LearningPass pass;
-  while (std::optional<Frame> frame = host.Stopped() ? std::nullopt : source.Next()) {
-    frame->detections.clear();
-    system.Process(*frame);
-    host.ShowProgress(
-        done + ++pass.played, 0,
-        fmt::format("estimating the focal length, now {:.1f} px", InFilePixels(camera, sequence).fx));
-  }
-  pass.learnt = system.Finish([&host] { return host.Stopped(); }).map.learnt_camera;
-  return pass;
-}
-
 }  // namespace
+
+bool AutoCamera::IsVague() const {
+  constexpr double kMaxDeviation = 0.02;
+  return deviation > kMaxDeviation;
+}
 
 void AutoCamera::Adopt(const LearntCamera& learnt_camera) {
   if (learnt_camera.trusted) {
     camera = learnt_camera.camera;
-    focal_deviation = learnt_camera.focal_deviation;
+    deviation = learnt_camera.deviation;
     learnt = true;
   }
 }
@@ -63,7 +88,6 @@ AutoCamera AutoCamera::InFiles(const Sequence& sequence) const {
   AutoCamera in_files = *this;
   in_files.guess = InFilePixels(guess, sequence);
   in_files.camera = InFilePixels(camera, sequence);
-  in_files.focal_deviation *= static_cast<double>(in_files.camera.width) / camera.width;
   return in_files;
 }
 
@@ -71,58 +95,61 @@ std::string AutoCamera::Text() const {
   if (!IsGuessed()) {
     return "";
   }
+  const std::string focal =
+      fmt::format("camera: focal length {}, {}", InWords(camera), IntervalText(camera.fx, deviation));
+  const std::string remedy = "the camera must move sideways past things at several depths, or be calibrated";
   if (!learnt) {
-    return fmt::format("camera: focal length {}, a guess from {}; the images do not determine it",
-                       InWords(camera), guessed_by);
+    return fmt::format("{}, a guess from {}; the images do not determine the focal length: {}", focal,
+                       guessed_by, remedy);
   }
   const std::string radial =
       camera.distortion[0] != 0.0 ? fmt::format(", radial distortion k1 {:.3f}", camera.distortion[0]) : "";
-  return fmt::format(
-      "camera: focal length {}, standard deviation {:.1f} px from the scatter of the points alone, about one "
-      "percent in all{}; the guess from {} was {:.1f} px",
-      InWords(camera), focal_deviation, radial, guessed_by, guess.fx);
+  return fmt::format("{}{}; the guess from {} was {:.1f} px{}", focal, radial, guessed_by, guess.fx,
+                     IsVague() ? "; the images determine it poorly: " + remedy : "");
+}
+
+LearningFrames ChooseLearningFrames(const FrameRange& range, std::int64_t available, double fps) {
+  constexpr double kFps = 10.0;             // parallax grows with time, not with the number of frames
+  constexpr std::int64_t kMinFrames = 50;   // of the second part, if there are as many
+  constexpr std::int64_t kMaxFrames = 600;  // of the second part: the first minute
+  constexpr std::int64_t kMinFirst = 50;    // of the first part
+  const std::int64_t step =
+      std::clamp<std::int64_t>(std::lround(fps / (kFps * static_cast<double>(range.stride))), 1,
+                               std::max<std::int64_t>(1, available / kMinFrames));
+  LearningFrames frames{range, range};
+  frames.first.stride = frames.second.stride = range.stride * step;
+  frames.second.count = std::min((available + step - 1) / step, kMaxFrames);
+  frames.first.count = std::min(std::max(kMinFirst, frames.second.count / 2), frames.second.count);
+  if (frames.first.count + frames.second.count > available) {
+    frames.first.count = 0;
+  }
+  return frames;
 }
 
 AutoCamera LearnCamera(const Sequence& sequence, const FrameRange& range, const SystemOptions& options,
                        RunHost& host) {
-  AutoCamera result{sequence.camera, sequence.guessed_by, sequence.camera};
-  std::int64_t available = range.SizeIn(sequence);
+  AutoCamera result{sequence.camera, sequence.guessed_by, sequence.guess_deviation, sequence.camera,
+                    sequence.guess_deviation};
+  const std::int64_t available = range.SizeIn(sequence);
   if (!result.IsGuessed() || available == 0) {  // known, or the images of a live camera are yet to come
     return result;
   }
   spdlog::warn("--camera auto: focal length {}, guessed from {}; sqslam calibrate gives a better one",
                InWords(InFilePixels(sequence.camera, sequence)), sequence.guessed_by);
-  const SystemOptions learning = LearningOptions(options);
-  FrameRange part = range;
-  part.count = std::min(kFirstPassFrames, available);
-  std::int64_t frames = 0;
-  double focal = sequence.camera.fx;
-  for (int i = 0; i < kMaxPasses && !host.Stopped(); ++i) {
-    const LearningPass pass = MapOnce(sequence, part, result.camera, learning, frames, host);
-    if (host.Stopped()) {
-      break;
-    }
-    frames += pass.played;
-    if (pass.played < part.count && !sequence.video_path.empty()) {
-      available = part.count = pass.played;  // the file ends early: warn only once
-    }
-    if (pass.learnt && pass.learnt->trusted) {
-      result.Adopt(*pass.learnt);
-      if (std::abs(pass.learnt->focal - focal) < kMaxFocalChange * focal) {
-        break;
-      }
-      focal = pass.learnt->focal;
-    } else if (part.count < available) {
-      part.count = std::min(2 * part.count, available);
-    } else {
-      break;
+  const Stopwatch stopwatch;
+  const LearningFrames frames = ChooseLearningFrames(range, available, sequence.camera.fps);
+  LearningRun run(sequence, options, frames.first.count + frames.second.count, host);
+  for (const FrameRange& part : {frames.first, frames.second}) {
+    if (part.count > 0 && !host.Stopped()) {
+      run.Map(part, result);
     }
   }
   host.EndProgress();
-  if (!result.learnt && !host.Stopped()) {
-    spdlog::warn(
-        "--camera auto: the images do not determine the focal length (the camera must move sideways and "
-        "turn, past things at several depths); the guess is kept");
+  if (!host.Stopped()) {
+    const AutoCamera in_files = result.InFiles(sequence);
+    host.Say(fmt::format("focal length {}, {}, from {} frames in {:.0f} s", InWords(in_files.camera),
+                         IntervalText(in_files.camera.fx, in_files.deviation), run.Played(),
+                         stopwatch.Seconds()));
   }
   return result;
 }

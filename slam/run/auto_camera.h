@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "slam/estimation/bundle_adjustment.h"
+#include "slam/estimation/camera_learning.h"
 #include "slam/io/frame_source.h"
 #include "slam/io/sequence.h"
 #include "slam/run/run_host.h"
@@ -14,25 +14,37 @@ namespace sqslam {
 struct AutoCamera {
   Camera guess;
   std::string guessed_by;        // source of the guess, in words; empty for a calibrated camera
+  double guess_deviation = 0.0;  // standard deviation of the log focal length
   Camera camera;                 // best estimate
-  double focal_deviation = 0.0;  // px; 0 if nothing was learnt
+  double deviation = 0.0;        // standard deviation of the log focal length
   bool learnt = false;           // from the images
 
   bool IsGuessed() const { return !guessed_by.empty(); }  // rather than calibrated
+  bool IsVague() const;  // the focal length is known to a few percent at best
 
   void Adopt(const LearntCamera& learnt_camera);  // if it is trusted
 
   // Returns the same camera in pixels of the images in the files instead of the frames.
   AutoCamera InFiles(const Sequence& sequence) const;
 
-  // Returns one line for people: guess, result and uncertainty. Empty for a calibrated camera.
+  // Returns one line for people: guess, result and its 95 % interval. Empty for a calibrated camera.
   std::string Text() const;
 };
 
-// Returns the sequence's camera or, if it is a guess, an estimate from the images: maps the beginning of the
-// sequence repeatedly without objects, each time with the focal length and radial coefficient that the
-// previous map made most likely, until they converge. If the beginning is not enough (the camera hardly
-// moves, or only forward), uses more of the sequence. Deterministic.
+// The frames that LearnCamera() maps: those of `first`, then those of `second`, which begin at the same
+// frame.
+struct LearningFrames {
+  FrameRange first;  // count 0: none
+  FrameRange second;
+};
+
+// Returns ten frames a second of the first minute of a film, and before them half as many: together at most
+// as many as the film has. Of short sequences and of photographs more. `available`: frames in `range`.
+LearningFrames ChooseLearningFrames(const FrameRange& range, std::int64_t available, double fps);
+
+// Returns the sequence's camera or, if it is a guess, an estimate from the images: maps some frames without
+// objects, then the frames again with the focal length and radial coefficient that this map made most likely.
+// Takes less time than the film lasts. Deterministic.
 AutoCamera LearnCamera(const Sequence& sequence, const FrameRange& range, const SystemOptions& options,
                        RunHost& host);
 

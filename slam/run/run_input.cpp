@@ -27,6 +27,7 @@ Sequence LiveSequence(const RunRequest& request, const NetworkStream* images) {
     const CameraGuess guess = GuessCamera(size.width, size.height, fps);
     sequence.camera = guess.camera;
     sequence.guessed_by = guess.source;
+    sequence.guess_deviation = guess.deviation;
   } else {
     sequence.camera = ReadCamera(CameraFile(request.sequence.camera));
   }

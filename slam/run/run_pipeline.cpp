@@ -51,6 +51,9 @@ SystemOptions OptionsFor(const RunRequest& request, const AutoCamera& camera) {
   if (camera.IsGuessed() && options.mapping.camera.what == LearntPart::kNone) {
     // Keypoints are undistorted by the radial coefficient: it stays.
     options.mapping.camera.what = LearntPart::kFocal;
+    options.mapping.camera.prior = {camera.guess.fx, camera.guess_deviation};
+    // The run may improve the estimate, but not replace it by one that is less certain.
+    options.mapping.camera.max_deviation = std::min(options.mapping.camera.max_deviation, camera.deviation);
   }
   return options;
 }
@@ -130,7 +133,7 @@ void AdoptLearntCamera(const RunResult& result, AutoCamera& camera) {
 AutoCamera CameraInFiles(const AutoCamera& camera, const Sequence& sequence) {
   AutoCamera in_files = camera.InFiles(sequence);
   if (camera.IsGuessed()) {
-    spdlog::log(camera.learnt ? spdlog::level::info : spdlog::level::warn, in_files.Text());
+    spdlog::log(camera.IsVague() ? spdlog::level::warn : spdlog::level::info, in_files.Text());
   }
   return in_files;
 }

@@ -61,67 +61,6 @@ TEST(ReprojectionCost, JacobiansAgreeWithNumericOnes) {
   }
 }
 
-TEST(CameraReprojectionCost, JacobiansAgreeWithNumericOnes) {
-  const SyntheticMap world = MakeSyntheticMap({.keyframes = 3, .points = 5});
-  constexpr double kStep = 1e-6;
-  for (const Eigen::Vector3d& p : world.points) {
-    const CameraReprojectionCost cost({world.camera, {300.0, 200.0}, 1.44});
-    const PoseBlock pose = ToBlock(world.T_camera_map[2]);
-    const Eigen::Vector2d camera(0.1, -0.2);
-    const auto evaluate = [&](const Eigen::Vector3d& point, const Eigen::Vector2d& block) {
-      const double* parameters[] = {pose.data(), point.data(), block.data()};
-      Eigen::Vector2d residual;
-      EXPECT_TRUE(cost.Evaluate(parameters, residual.data(), nullptr));
-      return residual;
-    };
-    Eigen::Matrix<double, 2, 7, Eigen::RowMajor> J_pose;
-    Eigen::Matrix<double, 2, 3, Eigen::RowMajor> J_point;
-    Eigen::Matrix<double, 2, 2, Eigen::RowMajor> J_camera;
-    double* jacobians[] = {J_pose.data(), J_point.data(), J_camera.data()};
-    const double* parameters[] = {pose.data(), p.data(), camera.data()};
-    Eigen::Vector2d residual;
-    ASSERT_TRUE(cost.Evaluate(parameters, residual.data(), jacobians));
-    // A point moved in the camera frame moves the pixel as the pose's translation does.
-    const Eigen::Matrix3d R = FromBlock(pose.data()).rotation.toRotationMatrix();
-    EXPECT_TRUE(J_point.isApprox(J_pose.middleCols<3>(3) * R, 1e-9));
-    for (int i = 0; i < 3; ++i) {
-      const Eigen::Vector3d step = kStep * Eigen::Vector3d::Unit(i);
-      const Eigen::Vector2d numeric =
-          (evaluate(p + step, camera) - evaluate(p - step, camera)) / (2.0 * kStep);
-      EXPECT_LT((numeric - J_point.col(i)).norm(), 1e-4 * (1.0 + numeric.norm()));
-    }
-    for (int i = 0; i < 2; ++i) {
-      const Eigen::Vector2d step = kStep * Eigen::Vector2d::Unit(i);
-      const Eigen::Vector2d numeric =
-          (evaluate(p, camera + step) - evaluate(p, camera - step)) / (2.0 * kStep);
-      EXPECT_LT((numeric - J_camera.col(i)).norm(), 1e-4 * (1.0 + numeric.norm()));
-    }
-  }
-}
-
-TEST(LearnCamera, FindsFocalLength) {
-  SyntheticMap world = MakeSyntheticMap({.keyframes = 12, .points = 400, .pixel_noise = 0.3});
-  Camera guess = world.camera;
-  guess.fx *= 1.12;
-  guess.fy *= 1.12;
-  const LearntCamera learnt = LearnCamera(world.map, guess, {.what = LearntPart::kFocal});
-  ASSERT_TRUE(learnt.trusted);
-  EXPECT_NEAR(learnt.camera.fx, world.camera.fx, 0.005 * world.camera.fx);
-  EXPECT_LT(std::abs(learnt.camera.fx - world.camera.fx), 4.0 * learnt.focal_deviation);
-  EXPECT_EQ(learnt.camera.distortion[0], 0.0);
-  const LearntCamera both = LearnCamera(world.map, world.camera, {.what = LearntPart::kFocalAndRadial});
-  EXPECT_NEAR(both.camera.distortion[0], 0.0, 0.01);  // there is none
-}
-
-TEST(LearnCamera, KeepsGuessWhenUndetermined) {
-  SyntheticMap world = MakeSyntheticMap({.keyframes = 12, .points = 400, .pixel_noise = 0.3});
-  const LearntCamera learnt =
-      LearnCamera(world.map, world.camera, {.what = LearntPart::kFocal, .max_deviation = 0.0});
-  EXPECT_FALSE(learnt.trusted);
-  EXPECT_EQ(learnt.camera.fx, world.camera.fx);
-  EXPECT_GT(learnt.focal_deviation, 0.0);
-}
-
 TEST(PoseManifold, MinusUndoesPlus) {
   const SyntheticMap world = MakeSyntheticMap({.keyframes = 2, .points = 2});
   const PoseManifold manifold;

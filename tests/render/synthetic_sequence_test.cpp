@@ -91,15 +91,22 @@ Camera EquidistantLens() {
   return lens;
 }
 
-TEST(SyntheticSceneTest, BendsPictureAndBoxesThroughFisheyeLens) {
+Camera BarrelLens() {
+  Camera lens = EquidistantLens();
+  lens.lens = LensModel::kRadialTangential;
+  lens.distortion = {-0.1};
+  return lens;
+}
+
+void ExpectBentPictureAndBoxes(const Camera& lens) {
   SceneDescription scene = SmallScene();
   scene.bodies.resize(2);
-  scene.camera = EquidistantLens();
+  scene.camera = lens;
   const SceneBody& ball = scene.bodies[1];
   const Eigen::Vector3d center = ball.superquadric.T_map_object.translation;
   Rigid3d pose = LookAt(center - Eigen::Vector3d(0.0, 1.2, 0.0), center);
   pose.rotation =
-      pose.rotation * Eigen::AngleAxisd(-0.55, Eigen::Vector3d::UnitY());  // the ball at the border
+      pose.rotation * Eigen::AngleAxisd(-0.47, Eigen::Vector3d::UnitY());  // the ball at the border
   SceneRenderer renderer(scene, 2, RenderBackend::kAuto);
   EXPECT_EQ(renderer.RenderColor(pose).size(), cv::Size(160, 120));
   const auto boxes = FindExactBoxes(scene, pose, renderer.RenderIds(pose), 2);
@@ -114,6 +121,12 @@ TEST(SyntheticSceneTest, BendsPictureAndBoxesThroughFisheyeLens) {
   EXPECT_NEAR(box.y + box.height, expected.y + expected.height, 0.6);
   EXPECT_NEAR(exact->visible_fraction, 1.0, 0.02);
 }
+
+TEST(SyntheticSceneTest, BendsPictureAndBoxesThroughFisheyeLens) {
+  ExpectBentPictureAndBoxes(EquidistantLens());
+}
+
+TEST(SyntheticSceneTest, BendsPictureAndBoxesThroughBarrelLens) { ExpectBentPictureAndBoxes(BarrelLens()); }
 
 TEST(SyntheticSceneTest, RejectsLensTooWideToDraw) {
   SceneDescription scene = SmallScene();
@@ -280,6 +293,12 @@ TEST_F(SyntheticSequenceTest, WritesLensOfScene) {
   const Camera camera = ReadCamera(folder_ / "a/camera.yaml");
   EXPECT_EQ(camera.lens, LensModel::kFisheye);
   EXPECT_EQ(camera.distortion[0], 0.1);
+  const std::string motion =
+      FileText(folder_ / "scene.yaml").substr(FileText(folder_ / "scene.yaml").find("motion"));
+  std::ofstream(folder_ / "barrel.yaml") << "camera: {distortion: [-0.1, 0.01, 0, 0]}\n" << motion;
+  const Camera barrel = ReadScene(folder_ / "barrel.yaml").camera;
+  EXPECT_EQ(barrel.lens, LensModel::kRadialTangential);
+  EXPECT_EQ(barrel.distortion[0], -0.1);
   std::ofstream(folder_ / "other.yaml") << "camera: {distortion_model: kalibr}\nmotion: {}\n";
   EXPECT_THROW(ReadScene(folder_ / "other.yaml"), InputError);
 }

@@ -1,0 +1,88 @@
+#include "slam/run/auto_camera.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace sqslam {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+AutoCamera Guess() {
+  AutoCamera camera;
+  camera.guess = camera.camera = {640, 480, 554.3, 554.3, 319.5, 239.5};
+  camera.guessed_by = "a field of view of 60 degrees";
+  camera.guess_deviation = camera.deviation = 0.3;
+  return camera;
+}
+
+LearntCamera Learnt(double focal, double deviation) {
+  return {{640, 480, focal, focal, 319.5, 239.5, {-0.05}}, focal, deviation, true};
+}
+
+TEST(AutoCamera, StatesIntervalOfLearntFocalLength) {
+  AutoCamera camera = Guess();
+  camera.Adopt(Learnt(500.0, 0.01));
+  EXPECT_FALSE(camera.IsVague());
+  EXPECT_THAT(camera.Text(), AllOf(HasSubstr("focal length 500.0 px"), HasSubstr("95 %: 490.3 to 509.9 px"),
+                                   HasSubstr("k1 -0.050"), HasSubstr("60 degrees was 554.3 px")));
+}
+
+TEST(AutoCamera, WarnsWhenImagesDetermineFocalLengthPoorly) {
+  AutoCamera camera = Guess();
+  camera.Adopt(Learnt(500.0, 0.05));
+  EXPECT_TRUE(camera.IsVague());
+  EXPECT_THAT(camera.Text(), AllOf(HasSubstr("95 %: 453.3 to 551.5 px"), HasSubstr("determine it poorly")));
+}
+
+TEST(AutoCamera, StatesIntervalOfCommonCamerasForGuess) {
+  const AutoCamera camera = Guess();
+  EXPECT_TRUE(camera.IsVague());
+  EXPECT_THAT(camera.Text(), AllOf(HasSubstr("focal length 554.3 px"), HasSubstr("95 %: 307.9 to 998.0 px"),
+                                   HasSubstr("the images do not determine the focal length")));
+}
+
+TEST(AutoCamera, IgnoresUntrustedCamera) {
+  AutoCamera camera = Guess();
+  LearntCamera learnt = Learnt(500.0, 0.2);
+  learnt.trusted = false;
+  camera.Adopt(learnt);
+  EXPECT_EQ(camera.camera.fx, 554.3);
+  EXPECT_EQ(camera.deviation, 0.3);
+}
+
+TEST(ChooseLearningFrames, NeverPlaysMoreFramesThanFilmHas) {
+  for (const double fps : {1.0, 5.0, 10.0, 24.0, 30.0, 60.0, 240.0}) {
+    for (const std::int64_t stride : {1, 2, 7}) {
+      for (std::int64_t available = 1; available < 3000; available += 1 + available / 10) {
+        const LearningFrames frames = ChooseLearningFrames({10, available, stride}, available, fps);
+        EXPECT_GE(frames.second.count, 1);
+        EXPECT_LE(frames.first.count + frames.second.count, available);
+        EXPECT_EQ(frames.second.stride % stride, 0);
+        EXPECT_LE((frames.second.count - 1) * frames.second.stride, (available - 1) * stride);
+      }
+    }
+  }
+}
+
+TEST(ChooseLearningFrames, TakesTenFramesOfEachSecondOfFilm) {
+  const LearningFrames frames = ChooseLearningFrames({}, 900, 30.0);
+  EXPECT_EQ(frames.first.count, 150);
+  EXPECT_EQ(frames.second.count, 300);
+  EXPECT_EQ(frames.second.stride, 3);
+}
+
+TEST(ChooseLearningFrames, TakesAllPhotographsOnce) {
+  const LearningFrames frames = ChooseLearningFrames({}, 40, 30.0);
+  EXPECT_EQ(frames.first.count, 0);
+  EXPECT_EQ(frames.second.count, 40);
+  EXPECT_EQ(frames.second.stride, 1);
+}
+
+TEST(ChooseLearningFrames, EndsAfterFirstMinuteOfLongFilm) {
+  EXPECT_EQ(ChooseLearningFrames({}, 30000, 30.0).second.count, 600);
+}
+
+}  // namespace
+}  // namespace sqslam
