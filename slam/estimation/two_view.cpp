@@ -8,7 +8,6 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/eigen.hpp>
 
@@ -26,10 +25,6 @@ constexpr double kRansacConfidence = 0.999;
 constexpr double kMinTranslationFlow = 1.5;  // px, median flow after removing the best pure rotation
 constexpr double kHomographyShare = 0.45;    // of both scores, above which the homography is chosen
 constexpr double kMaxSecondBest = 0.75;      // share of the best solution's points: another one is ambiguous
-// Of the direction of the translation, rad (5 degrees). Bundle adjustment of a map that starts from a worse
-// one often ends in a wrong shape: of 25 starts on nine sequences, the five above 0.1 were off by 4 to 7 % of
-// the path, all others but one by less than 0.8 %.
-constexpr double kMaxDirectionDeviation = 0.087;
 
 double HomographyError(const Eigen::Matrix3d& H21, const Eigen::Vector2d& p1, const Eigen::Vector2d& p2) {
   return ((H21 * p1.homogeneous()).hnormalized() - p2).squaredNorm() / kVariance;
@@ -201,14 +196,9 @@ TwoViewReport ChooseMotion(const Camera& camera, const std::vector<TwoViewMatch>
     report.refusal = "too few points could be triangulated";
   } else if (candidates.size() > 1 && candidates[1].determined > kMaxSecondBest * best.determined) {
     report.refusal = "the motion is ambiguous (a plane seen from afar)";
-  } else if (const double deviation = DirectionDeviation(camera, matches, best);
-             !(deviation <= kMaxDirectionDeviation)) {
-    report.refusal = fmt::format(
-        "the direction of the motion is uncertain by {:.0f} degrees (most of the view is flat or far away)",
-        std::min(deviation * 180.0 / std::numbers::pi, 90.0));
   } else {
-    report.geometry =
-        TwoViewGeometry{best.T_camera2_camera1, best.points, best.determined, deviation, from_homography};
+    report.geometry = TwoViewGeometry{best.T_camera2_camera1, best.points, best.determined,
+                                      DirectionDeviation(camera, matches, best), from_homography};
   }
   return report;
 }

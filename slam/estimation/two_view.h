@@ -47,9 +47,8 @@ std::vector<int> EpipolarInliers(const Camera& camera, const std::vector<TwoView
 // Estimates relative pose and structure of two views, with the model selection of ORB-SLAM (Mur-Artal et al.
 // 2015, section IV): a homography (planar scenes, small parallax) and a fundamental matrix are scored by
 // their symmetric transfer errors; the better one gives the pose. Refused if too few points have enough
-// parallax to determine their depth, if a second solution explains the matches nearly as well, or if the
-// matches leave the direction of the translation uncertain. Most of a scene may be too far away to have
-// parallax, as for a car that drives forward: such points fit any depth.
+// parallax to determine their depth, or if a second solution explains the matches nearly as well. Most of a
+// scene may be too far away for that, as for a car that drives forward: such points fit any depth.
 TwoViewReport EstimateTwoView(const Camera& camera, const std::vector<TwoViewMatch>& matches,
                               const TwoViewOptions& options);
 

@@ -23,8 +23,8 @@ std::unique_ptr<Map> MapOfTwoViews(const Camera& camera, std::unique_ptr<Map> ma
                                    const std::vector<std::pair<int, int>>& matches, int min_points);
 
 // Starts a map from two frames, as ORB-SLAM does (Mur-Artal et al. 2015, IV): waits until the camera has
-// translated enough, estimates the two-view geometry, triangulates, refines by bundle adjustment and sets the
-// median depth to 1.
+// translated enough for a certain direction of motion (or the first frame is out of sight), estimates the
+// two-view geometry, triangulates, refines by bundle adjustment and sets the median depth to 1.
 class Initializer {
  public:
   static constexpr int kMaxFrames = 60;  // after which a new first frame is chosen
@@ -52,6 +52,8 @@ class Initializer {
   std::shared_ptr<IdSource> ids_;
   std::optional<StartView> start_;
   std::vector<Eigen::Vector2d> expected_;  // last matched position of each feature of start_, px
+  bool saw_uncertain_ = false;             // a start whose direction of motion is uncertain
+  bool settles_ = false;  // for such a start: none better came until the first frame was out of sight
   std::string refusal_;
   double largest_flow_ = 0.0;  // px, of the median over the matches
 };
