@@ -11,7 +11,9 @@ values.
 
 A name like redkitchen:20 means every 20th frame of a sequence, similar to photographs taken a second apart;
 "strides" means all of these. redkitchen:shuffled shows every 15th frame in random order. "footage" means the folders
-below DATA/footage: other people's films and photographs. Runs of one sequence use the seeds 1, 2, 3, ...
+below DATA/footage: other people's films and photographs. "faults" means films of redkitchen with a planted fault
+(faults:cut, ...): their ATE shows wrong poses, and the note has the warnings that name frames. Runs of one sequence use
+the seeds 1, 2, 3, ...
 """
 import argparse
 import json
@@ -32,6 +34,7 @@ ROOT = Path(__file__).resolve().parent.parent
 GAP = range(400, 461)  # frames of redkitchen that are black in "gap"
 STRIDES = [("redkitchen", 10), ("redkitchen", 15), ("redkitchen", 20), ("tsukuba", 6), ("blender_desk_a", 10)]
 SHUFFLED = {"redkitchen": 15, "tsukuba": 6, "blender_desk_a": 10}  # every so many frames, in random order
+FAULTS = ["cut", "freeze", "mixed", "splice"]  # planted into the first 400 frames of redkitchen, see planted()
 FOOTAGE = ["hololens", "street", "brighton", "lund", "motorway", "robot"]
 FPS = 30.0
 SAMPLE_INTERVAL = 1.0  # s, between two looks at a run's memory
@@ -127,6 +130,20 @@ def resized(vector, length):
     return json.dumps([round(length * value / math.hypot(*values), 4) for value in values])
 
 
+def planted(fault, count):
+    """Frame numbers of a film of `count` frames with a fault in its middle."""
+    order, middle, third = list(range(count)), count // 2, count // 3
+    if fault == "cut":
+        return order[:third] + order[2 * third:]
+    if fault == "freeze":
+        return order[:middle] + [middle] * 60 + order[middle:]
+    if fault == "mixed":
+        part = order[middle:middle + 30]
+        random.Random(7).shuffle(part)
+        return order[:middle] + part + order[middle + 30:]
+    return order[:count // 4] + order[3 * count // 4:3 * count // 4 + 20] + order[count // 4 + 20:]  # splice
+
+
 def there_and_back(count, laps):
     """Frame numbers of a walk along a path of `count` frames, every other time from its end."""
     order = list(range(count))
@@ -161,6 +178,10 @@ def make_sequences(arguments):
             order = list(range(0, len(read_rows(folders[name] / "rgb.txt")), stride))
             random.Random(1).shuffle(order)
             folders[f"{name}:shuffled"] = write_variant(folders[name], work / f"{name}-shuffled", order)
+    for fault in FAULTS:
+        if f"faults:{fault}" in arguments.only and folders["redkitchen"].exists():
+            order = planted(fault, 400)
+            folders[f"faults:{fault}"] = write_variant(folders["redkitchen"], work / f"faults-{fault}", order)
     folders |= {name: data / "footage" / name for name in FOOTAGE}
     return {name: folder for name, folder in folders.items() if folder.exists() and name in arguments.only}
 
@@ -252,6 +273,9 @@ def measure(arguments, name, sequence, output, seed):
 def notes(arguments, name, output, memory):
     """Figures that only some sequences have, by name."""
     snapshots = history(arguments, output)
+    if name.startswith("faults:"):
+        warnings = json.loads((output / "stats.json").read_text()).get("warnings", [])
+        return {"warnings that name frames": sum(" frame " in warning for warning in warnings)}
     if name == "twice":
         half = snapshots[-1][0] / 2
         first = [points for frame, _, points in snapshots if frame <= half][-1]
@@ -342,7 +366,8 @@ def parse_arguments():
     plain = ["redkitchen", "twice", "gap", "tsukuba", "blender_desk_a", "laps"]
     strides = [f"{name}:{stride}" for name, stride in STRIDES]
     shuffled = [f"{name}:shuffled" for name in SHUFFLED]
-    names = plain + strides + ["strides", "turns", "alike", "footage"] + shuffled + FOOTAGE
+    faults = [f"faults:{fault}" for fault in FAULTS]
+    names = plain + strides + ["strides", "turns", "alike", "footage", "faults"] + shuffled + FOOTAGE + faults
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("data", type=Path, help="folder that holds the sequence folders")
     parser.add_argument("work", type=Path, help="folder for variants and results")
@@ -355,6 +380,8 @@ def parse_arguments():
     arguments = parser.parse_intermixed_args()  # else options after --only and its names are refused
     if "strides" in arguments.only:
         arguments.only = [name for name in arguments.only if name != "strides"] + strides + shuffled
+    if "faults" in arguments.only:
+        arguments.only = [name for name in arguments.only if name != "faults"] + faults
     if "footage" in arguments.only:
         arguments.only = [name for name in arguments.only if name != "footage"] + FOOTAGE
     return arguments
