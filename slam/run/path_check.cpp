@@ -192,6 +192,7 @@ StepEvidence JudgeStep(const Camera& camera, const std::vector<TwoViewMatch>& ma
   constexpr double kMaxDistance = 0.01;    // of a match that agrees, in image widths
   constexpr double kMinAgreeing = 0.5;     // share of the matches, for a step that is right
   constexpr double kMaxAgreeing = 0.25;    // for one that is wrong
+  constexpr std::size_t kMinAlike = 150;   // matches of images that are alike; fewer may be wrong together
   if (matches.size() < kMinMatches) {
     return StepEvidence::kCut;
   }
@@ -199,9 +200,11 @@ StepEvidence JudgeStep(const Camera& camera, const std::vector<TwoViewMatch>& ma
     return DistanceFromPoses(camera, match, T_after_before, nearest, farthest) <= kMaxDistance * camera.width;
   });
   const double share = static_cast<double>(agreeing) / static_cast<double>(matches.size());
-  return share >= kMinAgreeing   ? StepEvidence::kConfirmed
-         : share <= kMaxAgreeing ? StepEvidence::kContradicted
-                                 : StepEvidence::kNone;
+  if (share >= kMinAgreeing) {
+    return StepEvidence::kConfirmed;
+  }
+  return share <= kMaxAgreeing && matches.size() >= kMinAlike ? StepEvidence::kContradicted
+                                                              : StepEvidence::kNone;
 }
 
 std::vector<std::size_t> PosesThatContradict(const std::vector<PathJump>& jumps, std::size_t num_poses) {

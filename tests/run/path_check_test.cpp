@@ -59,7 +59,7 @@ TEST(FindJumps, FindsSingleWrongPose) {
 // Matches of points 2 to 4 units away, seen before and after a step.
 std::vector<TwoViewMatch> MatchesAcross(const Camera& camera, const Rigid3d& T_after_before) {
   std::vector<TwoViewMatch> matches;
-  for (int i = 0; i < 60; ++i) {
+  for (int i = 0; i < 200; ++i) {
     const Eigen::Vector3d p(std::sin(1.7 * i), 0.8 * std::cos(2.9 * i), 3.0 + std::sin(5.3 * i));
     matches.push_back({camera.Project(p), camera.Project(T_after_before * p)});
   }
@@ -89,6 +89,12 @@ TEST_F(JudgeStepTest, ConfirmsTremorWhenTheCameraStandsStill) {
 TEST_F(JudgeStepTest, ContradictsJumpBetweenImagesThatAreAlike) {
   EXPECT_EQ(Judge(MatchesAcross(camera_, none_), step_), StepEvidence::kContradicted);
   EXPECT_EQ(Judge(MatchesAcross(camera_, step_), none_), StepEvidence::kContradicted);
+}
+
+TEST_F(JudgeStepTest, LeavesFewMatchesUndecided) {
+  std::vector<TwoViewMatch> matches = MatchesAcross(camera_, none_);
+  matches.resize(100);
+  EXPECT_EQ(Judge(matches, step_), StepEvidence::kNone);
 }
 
 TEST_F(JudgeStepTest, FindsCutWhenNothingMatches) {
