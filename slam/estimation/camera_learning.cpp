@@ -23,7 +23,7 @@
 namespace sqslam {
 namespace {
 
-constexpr int kIterations = 30;  // solver steps of a round
+constexpr int kSolverSteps = 30;  // solver steps of a round
 constexpr int kUnknowns = std::tuple_size_v<CameraBlock>;
 
 // Standard deviations of what is unknown of a camera, and its means relative to the assumed one. The focal
@@ -82,9 +82,9 @@ std::vector<Eigen::Vector2d> Drifts(const BundleProblem& bundle, const Map& map,
   });
 }
 
-// How fast the errors of a solved problem change with the log focal length while everything else is optimised
-// again, and what follows for its deviation: the variance of the sum of slope times error, over the square of
-// the sum of squared slopes (Huber's sandwich, P. J. Huber, "The Behavior of Maximum Likelihood Estimates
+// Collects how fast the errors of a solved problem change with the log focal length while everything else is
+// optimised again, and derives its deviation: the variance of the sum of slope times error, over the square
+// of the sum of squared slopes (Huber's sandwich, P. J. Huber, "The Behavior of Maximum Likelihood Estimates
 // under Nonstandard Conditions", 1967). Errors of one point are alike in most images, and so are those of
 // images close in time. So the variance is the largest of three: with independent errors, with independent
 // points, and with independent spans of time.
@@ -229,7 +229,7 @@ void LearningProblem::Round(bool robust, bool hold_focal) {
     }
   }
   options.linear_solver_type = poses.size() < 40 ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
-  options.max_num_iterations = kIterations;
+  options.max_num_iterations = kSolverSteps;
   options.num_threads = 1;
   options.function_tolerance = 1e-7;  // the focal length converges last
   options.logging_type = ceres::SILENT;
@@ -366,7 +366,7 @@ LearntCamera LearnCamera(Map& map, const Camera& camera, const CameraLearningOpt
     if (options.what == LearntPart::kFocalAndRadial && camera.lens == LensModel::kRadialTangential) {
       learnt.camera.distortion[0] = scale * scale * camera.distortion[0] + problem.RadialChange();
     }
-    GlobalBundleAdjustment(map, learnt.camera, kIterations);
+    GlobalBundleAdjustment(map, learnt.camera, kSolverSteps);
   }
   return learnt;
 }

@@ -64,7 +64,7 @@ class ReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3> {
   PixelMeasurement measured_;
 };
 
-// What is unknown of a camera, as a parameter block: change of the log focal length, of the first radial
+// Unknowns of a camera, as a parameter block: change of the log focal length, of the first radial
 // coefficient, of the principal point (x, y; px), and of the time between the first and the last row (s).
 using CameraBlock = std::array<double, 5>;
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <condition_variable>
 #include <deque>
 #include <limits>
@@ -50,6 +51,14 @@ ShownImage DecodeFile(const std::filesystem::path& path, cv::Size frame) {
 }
 
 }  // namespace
+
+FrameRange ThinnedRange(const FrameRange& range, std::int64_t available, double fps, double rate,
+                        std::int64_t min_frames) {
+  const std::int64_t step =
+      std::clamp<std::int64_t>(std::lround(fps / (rate * static_cast<double>(range.stride))), 1,
+                               std::max<std::int64_t>(1, available / min_frames));
+  return {range.start, (available + step - 1) / step, range.stride * step};
+}
 
 FrameRange ParseFrameRange(const std::string& frames, std::optional<std::int64_t> start,
                            std::int64_t stride) {

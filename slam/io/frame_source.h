@@ -21,6 +21,11 @@ struct FrameRange {
   void CheckHasFrames(const Sequence& sequence) const;  // throws UsageError if there are none
 };
 
+// Returns frames of the range at about `rate` a second, at least `min_frames` if the range has as many; all
+// of a sequence whose `fps` is unknown (0). `available`: frames in the range.
+FrameRange ThinnedRange(const FrameRange& range, std::int64_t available, double fps, double rate,
+                        std::int64_t min_frames);
+
 // Returns the range for --frames, --start and --stride. `frames` is "N" for N frames from the start, or "A:B"
 // for frame A up to but not including frame B, either of which may be omitted; empty: all. Throws UsageError.
 FrameRange ParseFrameRange(const std::string& frames, std::optional<std::int64_t> start = std::nullopt,

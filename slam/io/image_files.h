@@ -64,7 +64,7 @@ ImageFile ReadImageFile(const std::filesystem::path& path);
 // An image as people see it, and its way to a frame.
 struct ShownImage {
   DecodedImage decoded;   // half the size if frames are smaller still: decodes in half of the time
-  cv::Size size;          // px, of the image in the file
+  cv::Size size = {};     // px, of the image in the file
   int quarter_turns = 0;  // to the frames (QuarterTurnsTo)
 };
 

@@ -26,8 +26,8 @@ struct LeftoverFrame {
   std::int64_t index = 0;
   double timestamp = 0.0;
   FrameFeaturesPtr features;
-  std::string image_path;             // empty if there is no file
-  std::vector<Detection> detections;  // its boxes
+  std::string image_path = {};             // empty if there is no file
+  std::vector<Detection> detections = {};  // its boxes
 };
 
 using LeftoverFrames = ThinnedFrames<LeftoverFrame>;

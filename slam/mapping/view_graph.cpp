@@ -10,6 +10,22 @@
 
 namespace sqslam {
 
+ImageMatches MatchImages(const Camera& camera, const FrameFeatures& a, const FrameFeatures& b,
+                         bool& only_turns) {
+  constexpr int kMaxDistance = 64;  // bits
+  constexpr double kRatio = 0.85;
+  const ImageMatches pairs = MatchAll(a, b, {}, {}, kMaxDistance, kRatio);
+  std::vector<TwoViewMatch> pixels;
+  for (const auto& [i, j] : pairs) {
+    pixels.push_back({a.keypoints[i].pixel, b.keypoints[j].pixel});
+  }
+  ImageMatches matches;
+  for (const int i : EpipolarInliers(camera, pixels, only_turns)) {
+    matches.push_back(pairs[i]);
+  }
+  return matches;
+}
+
 void ViewGraph::Add(std::int64_t index, FrameFeaturesPtr features, std::int64_t group) {
   images_.insert_or_assign(index, Image{std::move(features), group, {}});
 }
@@ -65,18 +81,9 @@ std::set<ViewGraph::ImagePair> ViewGraph::Candidates() const {
 }
 
 ViewGraph::Comparison ViewGraph::Compare(const FrameFeatures& a, const FrameFeatures& b) const {
-  constexpr int kMaxDistance = 64;  // bits
-  constexpr double kRatio = 0.85;
   constexpr std::size_t kMinMatches = 16;
-  const ImageMatches pairs = MatchAll(a, b, {}, {}, kMaxDistance, kRatio);
-  std::vector<TwoViewMatch> pixels;
-  for (const auto& [i, j] : pairs) {
-    pixels.push_back({a.keypoints[i].pixel, b.keypoints[j].pixel});
-  }
   Comparison comparison;
-  for (const int i : EpipolarInliers(camera_, pixels, comparison.only_turns)) {
-    comparison.matches.push_back(pairs[i]);
-  }
+  comparison.matches = MatchImages(camera_, a, b, comparison.only_turns);
   if (comparison.matches.size() < kMinMatches) {
     comparison.matches.clear();
   }

@@ -16,6 +16,11 @@ namespace sqslam {
 // Pairs (keypoint of one image, keypoint of the other).
 using ImageMatches = std::vector<std::pair<int, int>>;
 
+// Returns the matches of two images that one motion explains (EpipolarInliers). `only_turns`: set if a
+// rotation explains nearly all of them.
+ImageMatches MatchImages(const Camera& camera, const FrameFeatures& a, const FrameFeatures& b,
+                         bool& only_turns);
+
 // Images and the matches of their keypoints, without any pose: what structure from motion starts from
 // (Schoenberger and Frahm 2016, Structure-from-motion revisited, section 4.1). Two images are compared if
 // they follow each other or look alike, and matched if an essential matrix explains enough of their

@@ -84,11 +84,11 @@ bool IsPlate(const Superquadric& shape) {
 
 // Place and half diagonal of something far away in the box of the middle view.
 Sim3d FarFrameOf(const std::vector<BoxView>& views, const Camera& camera) {
-  constexpr double kFar = 10.0;  // of the path of the camera
+  constexpr double kDepthInPaths = 10.0;  // of the path of the camera
   const BoxView& view = views[views.size() / 2];
   const Box2d box = UndistortBox(view.box, camera);
   const double path = (views.back().T_map_camera.translation - views.front().T_map_camera.translation).norm();
-  const double depth = std::max(kFar * path, 1e-6);
+  const double depth = std::max(kDepthInPaths * path, 1e-6);
   const double size = 0.5 * depth * std::hypot(box.width / camera.fx, box.height / camera.fy);
   return {size, Eigen::Quaterniond::Identity(), view.T_map_camera * (depth * camera.Unproject(box.Center()))};
 }

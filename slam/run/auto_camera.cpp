@@ -113,12 +113,10 @@ LearningFrames ChooseLearningFrames(const FrameRange& range, std::int64_t availa
   constexpr std::int64_t kMinFrames = 50;   // of the second part, if there are as many
   constexpr std::int64_t kMaxFrames = 600;  // of the second part: the first minute
   constexpr std::int64_t kMinFirst = 50;    // of the first part
-  const std::int64_t step =
-      std::clamp<std::int64_t>(std::lround(fps / (kFps * static_cast<double>(range.stride))), 1,
-                               std::max<std::int64_t>(1, available / kMinFrames));
-  LearningFrames frames{range, range};
-  frames.first.stride = frames.second.stride = range.stride * step;
-  frames.second.count = std::min((available + step - 1) / step, kMaxFrames);
+  LearningFrames frames;
+  frames.second = ThinnedRange(range, available, fps, kFps, kMinFrames);
+  frames.second.count = std::min(frames.second.count, kMaxFrames);
+  frames.first = frames.second;
   frames.first.count = std::min(std::max(kMinFirst, frames.second.count / 2), frames.second.count);
   if (frames.first.count + frames.second.count > available) {
     frames.first.count = 0;

@@ -44,7 +44,7 @@ LearningFrames ChooseLearningFrames(const FrameRange& range, std::int64_t availa
 
 // Returns the sequence's camera or, if it is a guess, an estimate from the images: maps some frames without
 // objects, then the frames again with the focal length and radial coefficient that this map made most likely.
-// Takes less time than the film lasts. Deterministic.
+// Plays at most as many frames as the film has. Deterministic.
 AutoCamera LearnCamera(const Sequence& sequence, const FrameRange& range, const SystemOptions& options,
                        RunHost& host);
 

@@ -9,9 +9,9 @@
 #include <optional>
 #include <set>
 
-#include "slam/features/matching.h"
 #include "slam/features/orb_extractor.h"
 #include "slam/io/frame_source.h"
+#include "slam/mapping/view_graph.h"
 #include "slam/util/statistics.h"
 #include "slam/util/to_vector.h"
 
@@ -105,8 +105,6 @@ std::optional<FrameFeatures> FeaturesOf(const Sequence& sequence, const Camera& 
 
 StepEvidence CompareImages(const Sequence& sequence, const Camera& camera, const MapSnapshot& map,
                            const FrameNumbers& numbers, const TimedPose& before, const TimedPose& after) {
-  constexpr int kMaxDistance = 64;  // bits
-  constexpr double kRatio = 0.85;
   const std::optional<std::int64_t> first = numbers.Of(before);
   const std::optional<std::int64_t> second = numbers.Of(after);
   const std::optional<SceneDepths> depths = DepthsSeen(camera, map, before.T_map_camera);
@@ -115,14 +113,12 @@ StepEvidence CompareImages(const Sequence& sequence, const Camera& camera, const
   if (!depths || !a || !b) {
     return StepEvidence::kNone;
   }
+  bool only_turns = false;
   std::vector<TwoViewMatch> matches;
-  for (const auto& [i, j] : MatchAll(*a, *b, {}, {}, kMaxDistance, kRatio)) {
+  for (const auto& [i, j] : MatchImages(camera, *a, *b, only_turns)) {
     matches.push_back({a->keypoints[i].pixel, b->keypoints[j].pixel});
   }
-  bool only_turns = false;
-  const std::vector<TwoViewMatch> inliers =
-      ToVector(EpipolarInliers(camera, matches, only_turns), [&](int i) { return matches[i]; });
-  return JudgeStep(camera, inliers, after.T_map_camera.Inverse() * before.T_map_camera, depths->nearest,
+  return JudgeStep(camera, matches, after.T_map_camera.Inverse() * before.T_map_camera, depths->nearest,
                    depths->farthest);
 }
 

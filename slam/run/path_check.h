@@ -14,7 +14,7 @@
 
 namespace sqslam {
 
-// What the images on both sides of a step of the path say about it.
+// Evidence of the images on both sides of a step of the path.
 enum class StepEvidence {
   kNone,          // they were not compared, or say neither
   kConfirmed,     // their matches agree with the poses

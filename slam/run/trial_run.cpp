@@ -1,30 +1,12 @@
 #include "slam/run/trial_run.h"
 
-#include <algorithm>
-#include <cmath>
-
 #include "slam/system.h"
 
 namespace sqslam {
-namespace {
-
-FrameRange Thinned(FrameRange range, const Sequence& sequence) {
+TrialRun MapForTrial(const Sequence& sequence, FrameRange range, const TrialProgress& progress) {
   constexpr double kFps = 10.0;
   constexpr std::int64_t kMinFrames = 400;
-  const double fps = sequence.camera.fps > 0.0 ? sequence.camera.fps : 30.0;
-  const std::int64_t frames = range.SizeIn(sequence);
-  const std::int64_t step =
-      std::clamp<std::int64_t>(std::lround(fps / (kFps * static_cast<double>(range.stride))), 1,
-                               std::max<std::int64_t>(1, frames / kMinFrames));
-  range.stride *= step;
-  range.count = (frames + step - 1) / step;
-  return range;
-}
-
-}  // namespace
-
-TrialRun MapForTrial(const Sequence& sequence, FrameRange range, const TrialProgress& progress) {
-  range = Thinned(range, sequence);
+  range = ThinnedRange(range, range.SizeIn(sequence), sequence.camera.fps, kFps, kMinFrames);
   SystemOptions options;
   options.in_step = true;
   System system(sequence.camera, options, [](const MapSnapshotPtr&) {});

@@ -22,7 +22,7 @@ constexpr auto EnumNames(LeftOut) {
 }
 inline constexpr std::size_t kLeftOutReasons = EnumNames(LeftOut()).size();
 
-// What became of the boxes of one class. A landmark counts under the label that it had last.
+// Fate of the boxes of one class. A landmark counts under the label that it had last.
 struct ClassAccount {
   int boxes = 0;                                // of all frames
   int ignored = 0;                              // of them: dropped for their class, score or size

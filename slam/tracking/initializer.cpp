@@ -15,9 +15,9 @@ namespace {
 
 constexpr int kMinFeatures = 100;  // that the first frame needs
 constexpr double kMinFlow = 5.0;   // px, median motion of the matches below which no map is tried
-// Of the direction of the translation, rad (5 degrees). Bundle adjustment of a map that starts from a worse
-// one often ends in a wrong shape: of 25 starts on nine sequences, the five above 0.1 were off by 4 to 7 % of
-// the path, all others but one by less than 0.8 %.
+// Limit for the direction of the translation, rad (5 degrees). Bundle adjustment of a map that starts from a
+// worse one often ends in a wrong shape: of 25 starts on nine sequences, the five above 0.1 were off by 4 to
+// 7 % of the path, all others but one by less than 0.8 %.
 constexpr double kMaxDirectionDeviation = 0.087;
 
 // Scales the map to a median depth of 1 in the first keyframe.

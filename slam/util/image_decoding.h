@@ -11,7 +11,7 @@ bool IsTooLarge(const cv::Size& size);
 
 struct DecodedImage {
   cv::Mat pixels;
-  std::string problem;  // empty if the image is fine, else the rest of a sentence: "cannot be decoded"
+  std::string problem = {};  // empty if the image is fine, else the rest of a sentence: "cannot be decoded"
   bool too_large = false;
 };
 

@@ -19,7 +19,7 @@ inline std::string Little(std::uint32_t value, int bytes) {
   return text;
 }
 
-// What a camera writes about a photograph.
+// Data that a camera writes about a photograph.
 struct Exif {
   std::uint32_t orientation = 1;  // of the tag: 6 is shown turned clockwise by 90 degrees
   std::uint32_t focal_mm = 0;     // for 35 mm film; 0: unknown

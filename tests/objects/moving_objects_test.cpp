@@ -54,15 +54,7 @@ class Road {
     }
   }
 
-  static Camera TestCamera() {
-    Camera camera;
-    camera.width = 1280;
-    camera.height = 720;
-    camera.fx = camera.fy = 1100.0;
-    camera.cx = 640.0;
-    camera.cy = 360.0;
-    return camera;
-  }
+  static Camera TestCamera() { return {1280, 720, 1100.0, 1100.0, 640.0, 360.0}; }
 
   ObjectFrame Frame(int index) const {
     std::mt19937 generator(100 + index);
