@@ -1,7 +1,11 @@
 #include "slam/estimation/reprojection_error.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
+
+#include "slam/util/statistics.h"
 
 namespace sqslam {
 namespace {
@@ -58,6 +62,33 @@ int OptimizePose(const Camera& camera, std::vector<PointObservation>& observatio
     }
   }
   return inliers;
+}
+
+double CornerDeviation(const Camera& camera, const Rigid3d& T_camera_map,
+                       const std::vector<Eigen::Vector3d>& p_map) {
+  Matrix6d information = Matrix6d::Zero();
+  std::vector<double> depths;
+  for (const Eigen::Vector3d& p : p_map) {
+    const Eigen::Vector3d p_camera = T_camera_map * p;
+    const Eigen::Matrix<double, 2, 6> J = PoseJacobian(camera, T_camera_map, p_camera);
+    information += J.transpose() * J;
+    depths.push_back(p_camera.z());
+  }
+  const Eigen::FullPivLU<Matrix6d> decomposition(information);
+  if (!decomposition.isInvertible()) {
+    return std::numeric_limits<double>::infinity();
+  }
+  const Matrix6d covariance = decomposition.inverse();
+  const double depth = UpperMedian(std::move(depths));
+  double largest = 0.0;
+  for (const double x : {0.0, static_cast<double>(camera.width)}) {
+    for (const double y : {0.0, static_cast<double>(camera.height)}) {
+      const Eigen::Vector3d corner = depth * camera.Unproject(Eigen::Vector2d(x, y));
+      const Eigen::Matrix<double, 2, 6> J = PoseJacobian(camera, T_camera_map, corner);
+      largest = std::max(largest, (J * covariance * J.transpose()).trace());
+    }
+  }
+  return std::sqrt(largest);
 }
 
 }  // namespace sqslam

@@ -57,4 +57,11 @@ struct PointObservation {
 // in the tracking of ORB-SLAM (Mur-Artal et al. 2015, section V). Returns the number of inliers.
 int OptimizePose(const Camera& camera, std::vector<PointObservation>& observations, Rigid3d& T_camera_map);
 
+// Returns the standard deviation (px) that one pixel of noise leaves where a pose determined by these points
+// (in front of the camera) predicts others, at their median depth in the corners of the image; infinite if
+// they do not determine a pose. Large where all of them lie in a small part of the image: another pose, far
+// from this one, may then explain them as well.
+double CornerDeviation(const Camera& camera, const Rigid3d& T_camera_map,
+                       const std::vector<Eigen::Vector3d>& p_map);
+
 }  // namespace sqslam

@@ -256,23 +256,22 @@ std::vector<double> ResidualsOfRotation(const Camera& camera, const std::vector<
 
 }  // namespace
 
-std::vector<int> EpipolarInliers(const Camera& camera, const std::vector<TwoViewMatch>& matches,
-                                 bool& only_turns) {
+EpipolarSupport FindEpipolarSupport(const Camera& camera, const std::vector<TwoViewMatch>& matches) {
   constexpr double kMaxResidual = 2.0;      // px, of a match that a rotation explains
   constexpr double kMinExplained = 0.9;     // share of the matches that a rotation explains
   constexpr std::size_t kMaxSampled = 400;  // matches that give the essential matrix
-  only_turns = false;
+  EpipolarSupport support;
   if (matches.size() < kMinMatches) {
-    return {};
+    return support;
   }
   // Images of a camera that turns determine no essential matrix, and the search for one is long.
   const std::vector<double> residuals = ResidualsOfRotation(camera, matches);
-  std::vector<int> inliers =
-      IndicesWhere(matches.size(), [&](std::size_t i) { return residuals[i] <= kMaxResidual; });
-  if (static_cast<double>(inliers.size()) >= kMinExplained * static_cast<double>(matches.size())) {
-    only_turns = true;
-    return inliers;
+  support.inliers = IndicesWhere(matches.size(), [&](std::size_t i) { return residuals[i] <= kMaxResidual; });
+  if (static_cast<double>(support.inliers.size()) >= kMinExplained * static_cast<double>(matches.size())) {
+    support.only_turns = true;
+    return support;
   }
+  support.inliers.clear();
   const std::size_t count = std::min(matches.size(), kMaxSampled);
   std::vector<TwoViewMatch> sampled;
   for (std::size_t i = 0; i < count; ++i) {
@@ -282,18 +281,23 @@ std::vector<int> EpipolarInliers(const Camera& camera, const std::vector<TwoView
   cv::eigen2cv(camera.K(), K);
   const auto [points1, points2] = PixelsOf(sampled);
   std::vector<uchar> mask;
-  const cv::Mat E = FindEssential(points1, points2, K, &mask);
-  if (E.rows < 3) {
-    return {};
+  const cv::Mat E_cv = FindEssential(points1, points2, K, &mask);
+  if (E_cv.rows < 3) {
+    return support;
   }
+  Eigen::Matrix3d E;
+  cv::cv2eigen(E_cv.rowRange(0, 3), E);
+  support.F21 = camera.K().inverse().transpose() * E * camera.K().inverse();
   if (count == matches.size()) {
-    return IndicesWhere(count, [&](std::size_t i) { return mask[i] != 0; });
+    support.inliers = IndicesWhere(count, [&](std::size_t i) { return mask[i] != 0; });
+    return support;
   }
-  const Rigid3d motion = MotionsFromEssential(E.rowRange(0, 3)).front();
-  return IndicesWhere(matches.size(), [&](std::size_t i) {
+  const Rigid3d motion = MotionsFromEssential(E_cv.rowRange(0, 3)).front();
+  support.inliers = IndicesWhere(matches.size(), [&](std::size_t i) {
     const double error = SampsonError(camera, matches[i], motion);
     return error * error <= kChi2OneDof * kVariance;
   });
+  return support;
 }
 
 double FlowWithoutRotation(const Camera& camera, const std::vector<TwoViewMatch>& matches) {

@@ -39,10 +39,15 @@ struct TwoViewReport {
 // best-fitting rotation: near the noise for a purely rotating camera, whatever the scene.
 double FlowWithoutRotation(const Camera& camera, const std::vector<TwoViewMatch>& matches);
 
-// Returns the indices of the matches that the best essential matrix explains; none if there are too few.
-// `only_turns`: set if a rotation explains nearly all of them.
-std::vector<int> EpipolarInliers(const Camera& camera, const std::vector<TwoViewMatch>& matches,
-                                 bool& only_turns);
+// Matches of two images that one motion of the camera explains.
+struct EpipolarSupport {
+  std::vector<int> inliers;                       // indices of the matches
+  bool only_turns = false;                        // a rotation explains nearly all of them
+  Eigen::Matrix3d F21 = Eigen::Matrix3d::Zero();  // p2^T F21 p1 = 0 for pixels; zero if it is not determined
+};
+
+// Returns the matches that the best essential matrix explains, or a rotation; none if there are too few.
+EpipolarSupport FindEpipolarSupport(const Camera& camera, const std::vector<TwoViewMatch>& matches);
 
 // Estimates relative pose and structure of two views, with the model selection of ORB-SLAM (Mur-Artal et al.
 // 2015, section IV): a homography (planar scenes, small parallax) and a fundamental matrix are scored by

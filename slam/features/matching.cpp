@@ -176,4 +176,67 @@ std::vector<std::pair<int, int>> MatchAll(const FrameFeatures& a, const FrameFea
   return KeepConsistent(matches, angles);
 }
 
+namespace {
+
+// Keypoints of one image and their epipolar lines in another one (with a unit normal), coordinate by
+// coordinate: a loop over them fills wide registers.
+struct LinesOfKeypoints {
+  std::vector<float> x, y, line_x, line_y, line_1;
+
+  LinesOfKeypoints(const FrameFeatures& features, const Eigen::Matrix3d& F) {
+    for (const Keypoint& keypoint : features.keypoints) {
+      const Eigen::Vector3d line = F * keypoint.pixel.homogeneous();
+      const double norm = line.head<2>().norm();
+      x.push_back(static_cast<float>(keypoint.pixel.x()));
+      y.push_back(static_cast<float>(keypoint.pixel.y()));
+      line_x.push_back(static_cast<float>(line.x() / norm));
+      line_y.push_back(static_cast<float>(line.y() / norm));
+      line_1.push_back(static_cast<float>(line.z() / norm));
+    }
+  }
+
+  // Computes, for each keypoint, the greater of two distances, px: of `pixel` from the keypoint's line, and
+  // of the keypoint from `line`.
+  void GapsTo(const Eigen::Vector2f& pixel, const Eigen::Vector3f& line, std::vector<float>& gaps) const {
+    for (std::size_t j = 0; j < x.size(); ++j) {
+      gaps[j] = std::max(std::abs(line_x[j] * pixel.x() + line_y[j] * pixel.y() + line_1[j]),
+                         std::abs(line.x() * x[j] + line.y() * y[j] + line.z()));
+    }
+  }
+};
+
+}  // namespace
+
+std::vector<std::pair<int, int>> MatchAlongEpipolarLines(const FrameFeatures& a, const FrameFeatures& b,
+                                                         const Eigen::Matrix3d& F_ba, double max_error,
+                                                         int max_distance, double ratio) {
+  const LinesOfKeypoints lines_in_a(b, F_ba.transpose());
+  std::vector<NearestTwo> nearest_of_a(a.Size());
+  std::vector<NearestTwo> nearest_of_b(b.Size());
+  std::vector<float> gaps(b.Size());
+  for (std::size_t i = 0; i < a.Size(); ++i) {
+    const Eigen::Vector2f p_a = a.keypoints[i].pixel.cast<float>();
+    const Eigen::Vector3d line = F_ba * a.keypoints[i].pixel.homogeneous();
+    lines_in_a.GapsTo(p_a, (line / line.head<2>().norm()).cast<float>(), gaps);
+    for (std::size_t j = 0; j < b.Size(); ++j) {
+      if (gaps[j] <= max_error) {
+        const int distance = HammingDistance(a.descriptors[i], b.descriptors[j]);
+        nearest_of_a[i].Add(distance, static_cast<int>(j));
+        nearest_of_b[j].Add(distance, static_cast<int>(i));
+      }
+    }
+  }
+  std::vector<std::pair<int, int>> matches;
+  std::vector<std::pair<float, float>> angles;
+  for (std::size_t i = 0; i < a.Size(); ++i) {
+    const auto [best, second] = nearest_of_a[i];
+    if (best.index >= 0 && best.distance <= max_distance && best.distance <= ratio * second.distance &&
+        nearest_of_b[best.index].best.index == static_cast<int>(i)) {
+      matches.emplace_back(static_cast<int>(i), best.index);
+      angles.emplace_back(a.keypoints[i].angle, b.keypoints[best.index].angle);
+    }
+  }
+  return KeepConsistent(matches, angles);
+}
+
 }  // namespace sqslam

@@ -58,6 +58,14 @@ std::vector<std::pair<int, int>> MatchAll(const FrameFeatures& a, const FrameFea
                                           const std::vector<bool>& use_a, const std::vector<bool>& use_b,
                                           int max_distance, double ratio);
 
+// Returns pairs (index in a, index in b) of mutual nearest neighbours among the keypoints that lie within
+// `max_error` pixels of each other's epipolar line (p_b^T F_ba p_a = 0), with ratio test and rotation check.
+// The line excludes most keypoints that merely look alike, so that more of the true matches pass the ratio
+// test.
+std::vector<std::pair<int, int>> MatchAlongEpipolarLines(const FrameFeatures& a, const FrameFeatures& b,
+                                                         const Eigen::Matrix3d& F_ba, double max_error,
+                                                         int max_distance, double ratio);
+
 // Returns the indices of pairs with angle_a - angle_b (degrees) in one of the three fullest of 30 bins.
 std::vector<int> ConsistentRotations(const std::vector<std::pair<float, float>>& angles);
 

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -41,7 +42,8 @@ struct SubmapTie {
 // Attempts to locate leftovers and to tie submaps. A failed one is repeated only with more evidence.
 class CompletionAttempts {
  public:
-  enum class Kind { kTie, kLocate, kTwoViews };
+  // In the order in which a frame is tried: kLocateLoosely takes poses that the points determine poorly.
+  enum class Kind { kTie, kLocate, kTwoViews, kLocateLoosely };
 
   // `stop` is called before each attempt; once it returns true, no more are made. Empty: never stops.
   explicit CompletionAttempts(std::function<bool()> stop = {}) : stop_(std::move(stop)) {}
@@ -105,9 +107,10 @@ class Completion {
   SharedPoints PointsShared(const Map& map, std::int64_t frame_index) const;
 
   // Locates a frame in a map by its shared points: P3P, then a search of the local map that verifies the
-  // pose.
+  // pose. Fails if the points leave the pose more uncertain than `max_deviation` (CornerDeviation()).
   std::optional<TrackedFrame> Locate(const TrackingView& view, const SharedPoints& shared,
-                                     const LeftoverFrame& frame) const;
+                                     const LeftoverFrame& frame,
+                                     double max_deviation = std::numeric_limits<double>::infinity()) const;
 
   // Locates a frame that shares too few map points with any keyframe: two-view geometry gives its pose
   // relative to a keyframe that shows the same things, and the few shared points give the length of the

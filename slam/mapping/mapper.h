@@ -125,7 +125,7 @@ class Mapper {
   bool TieLeftoverSubmaps(const Completion& completion, CompletionAttempts& attempts);
   void DissolveSmallSubmaps();
   bool PlaceLeftovers(const Completion& completion, Submap& submap, CompletionAttempts& attempts);
-  bool PlaceOnce(Submap& submap, const Completion& completion, bool by_two_views,
+  bool PlaceOnce(Submap& submap, const Completion& completion, CompletionAttempts::Kind kind,
                  CompletionAttempts& attempts);
   std::vector<Submap*> RankedSubmaps();
   void FinishSubmap(Submap& submap);

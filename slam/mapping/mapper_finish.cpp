@@ -162,7 +162,9 @@ void Mapper::DissolveSmallSubmaps() {
 }
 
 // Places frames in the submap, each new keyframe helps the next; adjusts all of it whenever it has grown.
-// Two-view geometry is the weaker constraint: it is only tried when nothing else makes progress.
+// The strongest evidence comes first: a frame in a wrong place draws its neighbours there. Points in a small
+// part of the image placed one 50 degrees off (hololens), two-view geometry with its neighbour places it
+// rightly.
 bool Mapper::PlaceLeftovers(const Completion& completion, Submap& submap, CompletionAttempts& attempts) {
   constexpr double kGrowth = 1.2;  // of the number of keyframes, until all are adjusted
   active_ = &submap;
@@ -170,8 +172,9 @@ bool Mapper::PlaceLeftovers(const Completion& completion, Submap& submap, Comple
   bool progress = true;
   std::size_t adjusted = submap.Map().Keyframes().size();
   while (progress) {
-    progress =
-        PlaceOnce(submap, completion, false, attempts) || PlaceOnce(submap, completion, true, attempts);
+    progress = PlaceOnce(submap, completion, Kind::kLocate, attempts) ||
+               PlaceOnce(submap, completion, Kind::kTwoViews, attempts) ||
+               PlaceOnce(submap, completion, Kind::kLocateLoosely, attempts);
     any = any || progress;
     if (static_cast<double>(submap.Map().Keyframes().size()) > kGrowth * static_cast<double>(adjusted)) {
       submap.Deform([this](Map&) { OptimizeGlobally(false); });
@@ -183,10 +186,10 @@ bool Mapper::PlaceLeftovers(const Completion& completion, Submap& submap, Comple
 
 // Places the frame that shares most points with the submap; if it can't be placed, the next. Returns true if
 // any was.
-bool Mapper::PlaceOnce(Submap& submap, const Completion& completion, bool by_two_views,
+bool Mapper::PlaceOnce(Submap& submap, const Completion& completion, Kind kind,
                        CompletionAttempts& attempts) {
   constexpr std::size_t kMinShared = 8;
-  const Kind kind = by_two_views ? Kind::kTwoViews : Kind::kLocate;
+  constexpr double kMaxDeviation = 2.0;  // px in the corners of the image, for one pixel of noise
   std::vector<std::pair<std::int64_t, SharedPoints>> ranked;
   for (const std::int64_t index : leftovers_.Indices()) {
     SharedPoints shared = completion.PointsShared(submap.Map(), index);
@@ -201,14 +204,15 @@ bool Mapper::PlaceOnce(Submap& submap, const Completion& completion, bool by_two
     const LeftoverFrame leftover = leftovers_.ByIndex().at(index);
     const std::optional<TrackedFrame> frame = attempts.Try(
         kind, submap.Number(), index, static_cast<int>(shared.matches.size()), [&, &common = shared] {
-          return by_two_views ? completion.LocateByTwoViews(submap.Map(), leftover)
-                              : completion.Locate(*view, common, leftover);
+          return kind == Kind::kTwoViews ? completion.LocateByTwoViews(submap.Map(), leftover)
+                 : kind == Kind::kLocate ? completion.Locate(*view, common, leftover, kMaxDeviation)
+                                         : completion.Locate(*view, common, leftover);
         });
     if (!frame) {
       continue;
     }
     const std::vector<FrameMatch> matches = MatchesOf(*frame, pose_tracker_.Levels());
-    const bool adds = by_two_views || AddsToMap(submap.Map(), *frame);
+    const bool adds = kind == Kind::kTwoViews || AddsToMap(submap.Map(), *frame);
     if (adds) {
       const KeyframeId id = AddKeyframe(*frame, matches, &completion);
       OptimizeAround(id);

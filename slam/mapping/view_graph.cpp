@@ -14,14 +14,26 @@ ImageMatches MatchImages(const Camera& camera, const FrameFeatures& a, const Fra
                          bool& only_turns) {
   constexpr int kMaxDistance = 64;  // bits
   constexpr double kRatio = 0.85;
+  constexpr double kMaxLineError = 3.0;     // px, of more matches along the lines that the first ones give
+  constexpr std::size_t kMinSupport = 16;   // of those lines
+  constexpr std::size_t kMaxSupport = 200;  // more matches than that are enough
   const ImageMatches pairs = MatchAll(a, b, {}, {}, kMaxDistance, kRatio);
   std::vector<TwoViewMatch> pixels;
   for (const auto& [i, j] : pairs) {
     pixels.push_back({a.keypoints[i].pixel, b.keypoints[j].pixel});
   }
+  const EpipolarSupport support = FindEpipolarSupport(camera, pixels);
+  only_turns = support.only_turns;
   ImageMatches matches;
-  for (const int i : EpipolarInliers(camera, pixels, only_turns)) {
+  for (const int i : support.inliers) {
     matches.push_back(pairs[i]);
+  }
+  if (!support.F21.isZero() && matches.size() >= kMinSupport && matches.size() <= kMaxSupport) {
+    ImageMatches more =
+        MatchAlongEpipolarLines(a, b, support.F21, kMaxLineError, kMaxUnguidedDistance, kRatio);
+    if (more.size() > matches.size()) {
+      return more;
+    }
   }
   return matches;
 }

@@ -1,6 +1,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <iterator>
 #include <random>
 
 #include "slam/estimation/reprojection_error.h"
@@ -38,6 +41,54 @@ TEST(PoseJacobian, AgreesWithNumericOne) {
       }
     }
   }
+}
+
+// Where poses that were fitted to noisy pixels predict the corner in which they scatter most.
+double ScatterOfCorners(const SyntheticMap& world, const Rigid3d& truth,
+                        const std::vector<Eigen::Vector3d>& points, double depth) {
+  constexpr int kTrials = 400;
+  std::mt19937 random(5);
+  std::normal_distribution<double> noise;
+  double sums[4] = {};
+  for (int trial = 0; trial < kTrials; ++trial) {
+    std::vector<PointObservation> observations;
+    for (const Eigen::Vector3d& p : points) {
+      const Eigen::Vector2d error(noise(random), noise(random));
+      observations.push_back({p, world.camera.Project(truth * p) + 0.1 * error, 1.0, true});
+    }
+    Rigid3d pose = truth;
+    OptimizePose(world.camera, observations, pose);
+    for (int corner = 0; corner < 4; ++corner) {
+      const Eigen::Vector2d pixel((corner % 2) * world.camera.width, (corner / 2) * world.camera.height);
+      const Eigen::Vector3d p = truth.Inverse() * (depth * world.camera.Unproject(pixel));
+      sums[corner] += (world.camera.Project(pose * p) - pixel).squaredNorm() / 0.01;
+    }
+  }
+  return std::sqrt(*std::max_element(sums, sums + 4) / kTrials);
+}
+
+TEST(CornerDeviation, AgreesWithScatterOfFittedPoses) {
+  const SyntheticMap world = MakeSyntheticMap({});
+  const Rigid3d& pose = world.T_camera_map[2];
+  std::vector<Eigen::Vector3d> all;
+  std::vector<double> depths;
+  std::ranges::copy_if(world.points, std::back_inserter(all), [&](const Eigen::Vector3d& p) {
+    return world.camera.Shows(world.camera.Project(pose * p));
+  });
+  std::ranges::transform(all, std::back_inserter(depths),
+                         [&](const Eigen::Vector3d& p) { return (pose * p).z(); });
+  std::vector<Eigen::Vector3d> in_one_part = all;  // of the image, around one of the points
+  const Eigen::Vector2d center = world.camera.Project(pose * all.front());
+  std::ranges::sort(in_one_part, {}, [&](const Eigen::Vector3d& p) {
+    return (world.camera.Project(pose * p) - center).norm();
+  });
+  in_one_part.resize(all.size() / 10);
+  std::ranges::sort(depths);
+  const double predicted = CornerDeviation(world.camera, pose, all);
+  EXPECT_NEAR(predicted / ScatterOfCorners(world, pose, all, depths[depths.size() / 2]), 1.0, 0.15);
+  EXPECT_GT(CornerDeviation(world.camera, pose, in_one_part), 5.0 * predicted);
+  in_one_part.resize(2);
+  EXPECT_TRUE(std::isinf(CornerDeviation(world.camera, pose, in_one_part)));
 }
 
 TEST(OptimizePose, FindsPoseAndOutliers) {

@@ -68,6 +68,29 @@ TEST_F(TwoViewTest, ChoosesHomographyForPlane) {
   }
 }
 
+TEST_F(TwoViewTest, EpipolarSupportHoldsRightMatchesAndTheirLines) {
+  std::vector<TwoViewMatch> matches = Project(Cloud(), T_2_1_);
+  const std::size_t wrong = matches.size() / 3;
+  for (std::size_t i = 0; i < wrong; ++i) {
+    matches[i].pixel2 += Eigen::Vector2d(80.0 * uniform_(random_), 80.0 * uniform_(random_));
+  }
+  const EpipolarSupport support = FindEpipolarSupport(camera_, matches);
+  EXPECT_FALSE(support.only_turns);
+  EXPECT_GT(support.inliers.size(), 0.8 * static_cast<double>(matches.size() - wrong));
+  for (const TwoViewMatch& match : Project(Cloud(), T_2_1_)) {  // others than those of the estimate
+    const Eigen::Vector3d line = support.F21 * match.pixel1.homogeneous();
+    EXPECT_LT(std::abs(line.dot(match.pixel2.homogeneous())) / line.head<2>().norm(), 3.0);
+  }
+}
+
+TEST_F(TwoViewTest, EpipolarSupportTellsRotation) {
+  const Rigid3d rotation{Eigen::Quaterniond(Eigen::AngleAxisd(0.15, Eigen::Vector3d::UnitY())),
+                         Eigen::Vector3d::Zero()};
+  const EpipolarSupport support = FindEpipolarSupport(camera_, Project(Cloud(), rotation));
+  EXPECT_TRUE(support.only_turns);
+  EXPECT_TRUE(support.F21.isZero());
+}
+
 TEST_F(TwoViewTest, ToleratesWrongMatches) {
   std::vector<TwoViewMatch> matches = Project(Cloud(), T_2_1_);
   for (std::size_t i = 0; i < matches.size() / 5; ++i) {

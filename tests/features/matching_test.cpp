@@ -2,11 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <bitset>
 #include <opencv2/imgproc.hpp>
 #include <random>
 
 #include "slam/features/orb_extractor.h"
+#include "slam/geometry/lie.h"
 #include "tests/support/textured_world.h"
 
 namespace sqslam {
@@ -70,6 +72,38 @@ TEST_F(MatchingTest, MatchAllFindsRotatedImage) {
     right += TransferError(i, j) < 4.0 ? 1 : 0;
   }
   EXPECT_GE(right, 0.95 * static_cast<double>(matches.size()));
+}
+
+// Every descriptor occurs twice, 100 px apart across the lines, so that nothing else tells which is right.
+TEST(MatchAlongEpipolarLines, TellsLookAlikesApart) {
+  std::mt19937 random(6);
+  std::uniform_real_distribution<double> uniform(0.0, 100.0);
+  FrameFeatures a;
+  FrameFeatures b;
+  const Eigen::Vector2d motion(7.0, 20.0);
+  for (int i = 0; i < 100; ++i) {
+    Descriptor descriptor;
+    std::ranges::generate(descriptor, [&] { return static_cast<std::uint8_t>(random()); });
+    const Eigen::Vector2d p(6.0 * uniform(random), uniform(random));
+    for (const double y : {0.0, 100.0}) {
+      a.keypoints.push_back({.pixel = p + Eigen::Vector2d(0.0, y)});
+      b.keypoints.push_back({.pixel = p + Eigen::Vector2d(0.0, y) + motion});
+      a.descriptors.push_back(descriptor);
+      b.descriptors.push_back(descriptor);
+      b.descriptors.back()[random() % 32] ^= 15;  // as near to either of the two
+    }
+  }
+  Eigen::Matrix3d moved = Eigen::Matrix3d::Identity();
+  moved.topRightCorner<2, 1>() = motion;
+  const Eigen::Matrix3d F = Skew(Eigen::Vector3d::UnitX()) * moved;  // all lines are horizontal
+  EXPECT_TRUE(MatchAll(a, b, {}, {}, kMaxUnguidedDistance, 0.8).empty());
+  const auto matches = MatchAlongEpipolarLines(a, b, F, 3.0, kMaxUnguidedDistance, 0.8);
+  EXPECT_EQ(matches.size(), a.Size());
+  for (const auto& [i, j] : matches) {
+    EXPECT_EQ(i, j);
+  }
+  EXPECT_TRUE(
+      MatchAlongEpipolarLines(a, b, Skew(Eigen::Vector3d::UnitX()), 3.0, kMaxUnguidedDistance, 0.8).empty());
 }
 
 TEST_F(MatchingTest, MatchAllRespectsMask) {

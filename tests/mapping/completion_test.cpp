@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "slam/estimation/reprojection_error.h"
 #include "tests/support/synthetic_map.h"
 
 namespace sqslam {
@@ -135,6 +136,27 @@ TEST_F(CompletionTest, DoesNotLocateFrameOfOtherWorld) {
   const SyntheticMap elsewhere = MakeSyntheticMap({.seed = 99});
   EXPECT_FALSE(Locate(world, {30, 3.0, elsewhere.See(PoseOnArc(3.0)).features}));
   EXPECT_FALSE(Locate(world, {31, 3.1, SyntheticWorld().See({}).features}));
+}
+
+TEST_F(CompletionTest, LocatesFrameOnlyWithinAllowedDeviation) {
+  const SyntheticMap world = MakeSyntheticMap({});
+  const LeftoverFrame frame{40, 4.0, world.See(PoseOnArc(3.5), {.pixel_noise = 0.2}).features};
+  AddViews(world.map, 0);
+  views_.Add(frame.index, frame.features);
+  views_.Match();
+  const SharedPoints shared = completion_.PointsShared(world.map, frame.index);
+  const TrackingView view = MakeTrackingView(world.map);
+  const auto located = completion_.Locate(view, shared, frame);
+  ASSERT_TRUE(located);
+  std::vector<Eigen::Vector3d> p_map;
+  for (const PointId point : located->points) {
+    if (point != kNoPoint) {
+      p_map.push_back(world.map.Point(point).p_map);
+    }
+  }
+  const double deviation = CornerDeviation(camera_, located->T_camera_map, p_map);
+  EXPECT_FALSE(completion_.Locate(view, shared, frame, 0.9 * deviation));
+  EXPECT_TRUE(completion_.Locate(view, shared, frame, 1.1 * deviation));
 }
 
 // Six photographs of a cloud, four of another one.
