@@ -11,7 +11,8 @@ values.
 
 A name like redkitchen:20 means every 20th frame of a sequence, similar to photographs taken a second apart;
 "strides" means all of these. redkitchen:shuffled shows every 15th frame in random order. "footage" means the folders
-below DATA/footage: other people's films and photographs. "faults" means films of redkitchen with a planted fault
+below DATA/footage: other people's films and photographs. "scenes" means those of make-scenes.py (street-1, ...): streets,
+flights, photographs round a table and walks that no constant was tuned on. "faults" means films of redkitchen with a planted fault
 (faults:cut, ...): their ATE shows wrong poses, and the note has the warnings that name frames. Runs of one sequence use
 the seeds 1, 2, 3, ...
 """
@@ -36,6 +37,7 @@ STRIDES = [("redkitchen", 10), ("redkitchen", 15), ("redkitchen", 20), ("tsukuba
 SHUFFLED = {"redkitchen": 15, "tsukuba": 6, "blender_desk_a": 10}  # every so many frames, in random order
 FAULTS = ["cut", "freeze", "mixed", "splice"]  # planted into the first 400 frames of redkitchen, see planted()
 FOOTAGE = ["hololens", "street", "brighton", "lund", "motorway", "robot"]
+SCENES = [f"{kind}-{seed}" for kind in ("street", "bend", "flight", "orbit", "hall") for seed in (1, 2, 3)]
 FPS = 30.0
 SAMPLE_INTERVAL = 1.0  # s, between two looks at a run's memory
 
@@ -182,6 +184,10 @@ def make_sequences(arguments):
         if f"faults:{fault}" in arguments.only and folders["redkitchen"].exists():
             order = planted(fault, 400)
             folders[f"faults:{fault}"] = write_variant(folders["redkitchen"], work / f"faults-{fault}", order)
+    for kind, seed in (name.split("-") for name in SCENES if name in arguments.only):
+        command = [ROOT / "scripts/make-scenes.py", work, "--kinds", kind, "--seeds", f"{seed}:{int(seed) + 1}"]
+        subprocess.run(command + ["--sqslam", arguments.sqslam], check=True)
+        folders[f"{kind}-{seed}"] = work / f"{kind}-{seed}"
     folders |= {name: data / "footage" / name for name in FOOTAGE}
     return {name: folder for name, folder in folders.items() if folder.exists() and name in arguments.only}
 
@@ -367,7 +373,7 @@ def parse_arguments():
     strides = [f"{name}:{stride}" for name, stride in STRIDES]
     shuffled = [f"{name}:shuffled" for name in SHUFFLED]
     faults = [f"faults:{fault}" for fault in FAULTS]
-    names = plain + strides + ["strides", "turns", "alike", "footage", "faults"] + shuffled + FOOTAGE + faults
+    names = plain + strides + ["strides", "turns", "alike", "footage", "faults", "scenes"] + shuffled + FOOTAGE + faults + SCENES
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("data", type=Path, help="folder that holds the sequence folders")
     parser.add_argument("work", type=Path, help="folder for variants and results")
@@ -378,12 +384,8 @@ def parse_arguments():
                         help=f"sequences: {', '.join(names)} (default: the first {len(plain)})")
     parser.add_argument("options", nargs="*", help="options of sqslam run, after --")
     arguments = parser.parse_intermixed_args()  # else options after --only and its names are refused
-    if "strides" in arguments.only:
-        arguments.only = [name for name in arguments.only if name != "strides"] + strides + shuffled
-    if "faults" in arguments.only:
-        arguments.only = [name for name in arguments.only if name != "faults"] + faults
-    if "footage" in arguments.only:
-        arguments.only = [name for name in arguments.only if name != "footage"] + FOOTAGE
+    groups = {"strides": strides + shuffled, "faults": faults, "footage": FOOTAGE, "scenes": SCENES}
+    arguments.only = [name for group in arguments.only for name in groups.get(group, [group])]
     return arguments
 
 
