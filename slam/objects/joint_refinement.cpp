@@ -1,19 +1,17 @@
 #include "slam/objects/joint_refinement.h"
 
-#include <ceres/tiny_solver.h>
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
 #include <numbers>
 #include <numeric>
+#include <utility>
 
 #include "slam/geometry/angles.h"
 #include "slam/geometry/ray.h"
 #include "slam/objects/landmark_geometry.h"
-#include "slam/objects/moving_problem.h"
-#include "slam/objects/refinement_problem.h"
+#include "slam/objects/object_energy.h"
 #include "slam/util/statistics.h"
 #include "slam/util/thinned.h"
 #include "slam/util/to_vector.h"
@@ -22,7 +20,7 @@ namespace sqslam {
 namespace {
 
 void AddEdges(const SilhouetteView& view, const Camera& camera, const RefinementOptions& options,
-              RefinementProblem& problem) {
+              ObjectEnergy& energy) {
   const Eigen::Matrix3d R = view.T_map_camera.RotationMatrix();
   const Box2d& box = view.box;
   const std::array<double, 4> at = NormalisedBounds(box, camera);
@@ -35,9 +33,10 @@ void AddEdges(const SilhouetteView& view, const Camera& camera, const Refinement
     normal[2] = -outward * at[edge];
     const double sigma =
         options.edge_sigma_px + options.edge_sigma_share * (axis == 0 ? box.width : box.height);
-    problem.edges.push_back({R * normal, view.T_map_camera.translation, R.col(2),
-                             (axis == 0 ? camera.fx : camera.fy) / sigma, static_cast<int>(edge),
-                             (axis == 0 ? box.width : box.height) / sigma, view.edge_exact[edge], whole});
+    energy.edges.push_back({R * normal, view.T_map_camera.translation, R.col(2),
+                            (axis == 0 ? camera.fx : camera.fy) / sigma, static_cast<int>(edge),
+                            (axis == 0 ? box.width : box.height) / sigma, view.edge_exact[edge], whole,
+                            view.time});
   }
 }
 
@@ -76,7 +75,7 @@ double RadialSigma(const Eigen::Vector3d& p, const PointCameras& cameras, const 
 }
 
 void AddPoints(const RefinementInput& input, const Eigen::Vector3d& place, double shown,
-               const RefinementOptions& options, RefinementProblem& problem) {
+               const RefinementOptions& options, ObjectEnergy& energy) {
   constexpr std::size_t kMaxPoints = 75;
   if (input.points.empty()) {
     return;
@@ -90,31 +89,32 @@ void AddPoints(const RefinementInput& input, const Eigen::Vector3d& place, doubl
   for (std::size_t i = 0; i < input.points.size(); i += stride) {
     const Eigen::Vector3d& p = input.points[i];
     if (i >= input.point_cameras.size()) {
-      problem.points.push_back({p, 1.0 / sigma, weight, true});
+      energy.points.push_back({p, 1.0 / sigma, weight, true});
       continue;
     }
     const double radial = RadialSigma(p, input.point_cameras[i], place, input.camera, options.depth_sigma_px);
-    problem.points.push_back({p, 1.0 / std::hypot(sigma, radial), weight, true});
+    energy.points.push_back({p, 1.0 / std::hypot(sigma, radial), weight, true});
     if (i / stride % 2 == 0 && !input.prior.hollow) {
       // A point in front of it on the line of sight is outside.
       const Eigen::Vector3d to_camera = (input.point_cameras[i].mean - p).normalized();
-      problem.points.push_back({p + step * to_camera, 1.0 / sigma, 2.0 * weight, false});
+      energy.points.push_back({p + step * to_camera, 1.0 / sigma, 2.0 * weight, false});
     }
   }
 }
 
 void AddContact(const RefinementInput& input, double shown, const RefinementOptions& options,
-                RefinementProblem& problem) {
+                ObjectEnergy& energy) {
   constexpr double kFlat = 0.01;  // standard deviation of a top that others stand on, share of the shown size
   const auto factor = [&](double share) {
     return std::sqrt(options.contact_weight) / std::hypot(share * shown, input.support_sigma);
   };
   const std::optional<double>& floor = input.support_height ? input.support_height : input.lowest;
   if (floor) {
-    problem.contact = {*floor, factor(options.contact_sigma), input.support_height.has_value()};
+    energy.contacts.push_back(
+        {*floor, factor(options.contact_sigma), input.support_height.has_value(), -1.0});
   }
   if (input.top_height) {
-    problem.top = {*input.top_height, factor(kFlat), true};
+    energy.contacts.push_back({*input.top_height, factor(kFlat), true, 1.0});
   }
 }
 
@@ -126,43 +126,51 @@ const YawMode* YawMeant(const PosedSuperquadric& start, const RefinementInput& i
   return nearest == input.yaws.end() ? nullptr : &*nearest;
 }
 
-void AddPrior(const Superquadric& start, const YawMode* yaw, const RefinementInput& input,
-              const RefinementOptions& options, RefinementProblem& problem) {
-  constexpr double kCupTaper = 0.3;
-  constexpr double kProfile = 2.0;  // the tapers explain most of what e1 would
-  constexpr double kRound = 4.0;    // turned on a lathe or a wheel
+// Half sizes along x over y.
+ClassTerm WidthTerm(double log_ratio, double sigma) { return {{1.0, -1.0, 0.0}, log_ratio, 1.0 / sigma}; }
+
+void AddClass(const Superquadric& start, const RefinementInput& input, ObjectEnergy& energy) {
   const ClassPrior known = input.shows_back ? BackOf(input.prior) : input.prior;
-  RefinementProblem::Prior& prior = problem.prior;
   const double longer = start.half_size.x() >= start.half_size.y() ? 1.0 : -1.0;
-  prior.log_width_ratio = longer * known.log_width_ratio;
-  prior.width_factor = 1.0 / known.width_sigma;
-  prior.log_height_ratio = known.log_height_ratio;
-  prior.height_factor = 1.0 / known.height_sigma;
+  energy.classes.push_back(WidthTerm(longer * known.log_width_ratio, known.width_sigma));
+  energy.classes.push_back({{-0.5, -0.5, 1.0}, known.log_height_ratio, 1.0 / known.height_sigma});
   if (input.scale && known.log_metres) {
-    prior.log_size = *known.log_metres - input.scale->log_scale - std::log(2.0);
-    prior.size_factor = 1.0 / std::hypot(known.size_sigma, input.scale->sigma);
+    energy.classes.push_back({Eigen::Vector3d::Constant(1.0 / 3.0),
+                              *known.log_metres - input.scale->log_scale - std::log(2.0),
+                              1.0 / std::hypot(known.size_sigma, input.scale->sigma)});
   }
+}
+
+void AddShape(const Superquadric& start, double handle, const RefinementOptions& options,
+              ObjectEnergy& energy) {
+  constexpr double kCupTaper = 0.3;
+  constexpr double kProfile = 2.0;     // the tapers explain most of what e1 would
+  constexpr double kRound = 4.0;       // turned on a lathe or a wheel
+  constexpr double kStraight = 100.0;  // inverse standard deviation of ends that are not narrower, or wider
   const ShapeKind kind = NearestKind(start.e1, start.e2);
-  prior.exponents = ExponentsOf(kind);
-  prior.exponent_factors.fill(1.0 / options.exponent_sigma);
-  if (kind == ShapeKind::kCylinder) {
-    prior.exponent_factors[1] *= kRound;
+  const bool is_cylinder = kind == ShapeKind::kCylinder;
+  energy.variant.tapered = is_cylinder && options.taper_sigma > 0.0;
+  const auto [e1, e2] = ExponentsOf(kind);
+  const double factor = 1.0 / options.exponent_sigma;
+  energy.exponents.push_back({0, e1, (energy.variant.tapered ? kProfile : 1.0) * factor});
+  energy.exponents.push_back({1, e2, (is_cylinder ? kRound : 1.0) * factor});
+  for (int side = 0; side < 4; ++side) {
+    const double bias = 1.0 / options.edge_bias_sigma;
+    energy.normals.push_back({parameter::kBias + side, bias, bias});
   }
-  if (kind == ShapeKind::kCylinder && options.taper_sigma > 0.0) {
-    // A handle, not a waist, is what makes the boxes of a cup wide.
-    prior.taper_factor = 1.0 / (known.handle > 0.0 ? kCupTaper * options.taper_sigma : options.taper_sigma);
-    prior.exponent_factors[0] *= kProfile;
+  // A handle, not a waist, is what makes the boxes of a cup wide.
+  const double taper_sigma = (handle > 0.0 ? kCupTaper : 1.0) * options.taper_sigma;
+  for (int end = 0; end < 2; ++end) {
+    energy.normals.push_back(
+        {parameter::kTaper + end, energy.variant.tapered ? 1.0 / taper_sigma : kStraight, kStraight});
   }
-  prior.yaw = yaw != nullptr ? yaw->yaw : 0.0;
-  prior.yaw_factor = yaw != nullptr ? 1.0 / yaw->sigma : 0.0;
-  prior.bias_factor = 1.0 / options.edge_bias_sigma;
 }
 
 // Bounds the half sizes by the extent that the boxes show: along the viewing rays an object seen from one
 // side only would grow without bound from update to update. If no box shows the lower end, the object may be
 // as high as its support requires.
-void SetBounds(const PosedSuperquadric& start, const RefinementInput& input, double shown,
-               const RefinementOptions& options, RefinementProblem& problem) {
+void AddBounds(const PosedSuperquadric& start, const RefinementInput& input, double shown,
+               const RefinementOptions& options, ObjectEnergy& energy) {
   constexpr double kLogRange = 6.5;
   constexpr double kTaller = 1.2;  // the top is not known exactly
   const double most = shown > 0.0 ? options.max_stretch * shown : 4.5 * start.shape.half_size.maxCoeff();
@@ -171,127 +179,97 @@ void SetBounds(const PosedSuperquadric& start, const RefinementInput& input, dou
     const double top = start.T_map_object.translation.z() + start.shape.half_size.z();
     max_half.z() = std::max(most, kTaller * 0.5 * (top - *input.support_height));
   }
-  problem.max_log_half = max_half.array().log();
-  problem.min_log_half.setConstant(std::log(most) - kLogRange);
+  for (int axis = 0; axis < 3; ++axis) {
+    energy.bounds.push_back({axis, std::log(most) - kLogRange, std::log(max_half[axis])});
+  }
 }
 
-// Caches the last evaluation: TinySolver evaluates each accepted step twice, first for the cost and then for
-// the derivatives, which cost little more.
-class RememberingProblem {
- public:
-  using Scalar = double;
-  enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = RefinementProblem::NUM_PARAMETERS };
-
-  explicit RememberingProblem(const RefinementProblem& problem)
-      : problem_(problem),
-        residuals_(problem.NumResiduals()),
-        jacobian_(problem.NumResiduals(), static_cast<int>(NUM_PARAMETERS)) {}
-
-  int NumResiduals() const { return problem_.NumResiduals(); }
-
-  bool operator()(const double* parameters, double* residuals, double* jacobian) const {
-    const Eigen::Map<const RefinementProblem::Parameters> x(parameters);
-    if (!known_ || *known_ != x) {
-      problem_(parameters, residuals_.data(), jacobian_.data());
-      known_ = x;
-    }
-    std::copy_n(residuals_.data(), residuals_.size(), residuals);
-    if (jacobian != nullptr) {
-      std::copy_n(jacobian_.data(), jacobian_.size(), jacobian);
-    }
-    return true;
-  }
-
- private:
-  const RefinementProblem& problem_;
-  mutable std::optional<RefinementProblem::Parameters> known_;
-  mutable Eigen::VectorXd residuals_;
-  mutable Eigen::Matrix<double, Eigen::Dynamic, NUM_PARAMETERS> jacobian_;
-};
-
-// Runs Levenberg-Marquardt from `parameters`, which it updates; returns the final cost.
-double Solve(const RefinementProblem& problem, const RefinementOptions& options,
-             RefinementProblem::Parameters& parameters) {
-  const RememberingProblem remembering(problem);
-  ceres::TinySolver<RememberingProblem> solver;
-  solver.options.max_num_iterations = options.max_iterations;
-  solver.options.function_tolerance = options.cost_tolerance;
-  return solver.Solve(remembering, &parameters).final_cost;
+double Minimise(const ObjectEnergy& energy, const RefinementOptions& options, SolidParameters& x) {
+  return Minimise(energy, options.max_iterations, options.cost_tolerance, x);
 }
 
 // The refinement from `start`, with the yaw mode that is meant; null without lines.
-struct StartedProblem {
-  RefinementProblem problem;
-  RefinementProblem::Parameters parameters;
+struct StartedRefinement {
+  ObjectEnergy energy;
+  SolidParameters x;
   const YawMode* yaw = nullptr;
-  double shown = 0.0;  // largest half diagonal of the boxes, map units
 };
 
-StartedProblem Started(const PosedSuperquadric& start, const RefinementInput& input,
-                       const RefinementOptions& options) {
-  StartedProblem started;
-  RefinementProblem& problem = started.problem;
+StartedRefinement Started(const PosedSuperquadric& start, const RefinementInput& input,
+                          const RefinementOptions& options) {
+  StartedRefinement started;
+  ObjectEnergy& energy = started.energy;
   for (const SilhouetteView& view : input.views) {
-    AddEdges(view, input.camera, options, problem);
+    AddEdges(view, input.camera, options, energy);
   }
   const Eigen::Vector3d place = PlaceOf(input);
-  started.shown = LargestShown(input.views, place, input.camera);
-  AddPoints(input, place, started.shown, options, problem);
-  AddContact(input, started.shown, options, problem);
+  const double shown = LargestShown(input.views, place, input.camera);
+  AddPoints(input, place, shown, options, energy);
+  AddContact(input, shown, options, energy);
+  AddClass(start.shape, input, energy);
+  AddShape(start.shape, input.prior.handle, options, energy);
   started.yaw = YawMeant(start, input);
-  AddPrior(start.shape, started.yaw, input, options, problem);
-  SetBounds(start, input, started.shown, options, problem);
-  started.parameters = RefinementProblem::Pack(start);
-  auto log_half = started.parameters.segment<3>(RefinementProblem::kLogHalf);
-  log_half =
-      log_half.array().max(problem.min_log_half.array() + 0.5).min(problem.max_log_half.array() - 0.01);
+  if (started.yaw != nullptr) {
+    energy.yaws.push_back({started.yaw->yaw, 1.0 / started.yaw->sigma});
+  }
+  AddBounds(start, input, shown, options, energy);
+  started.x = PackSolid(start);
+  for (const BoundTerm& bound : energy.bounds) {
+    double& log_half = started.x[parameter::kLogHalf + bound.axis];
+    log_half = std::clamp(log_half, bound.least + 0.5, bound.most - 0.01);
+  }
   return started;
 }
 
-// Completes a full refinement from `parameters`, its first solution: with the symmetric loss only now,
-// because local minima are more frequent with it.
-RefinementResult Complete(RefinementProblem& problem, const RefinementOptions& options, double cost,
-                          RefinementProblem::Parameters& parameters) {
-  problem.symmetric = std::ranges::any_of(problem.edges, &RefinementProblem::Edge::whole);
-  if (problem.symmetric) {
-    cost = Solve(problem, options, parameters);
+// Makes overshooting the edges of whole views cost as much as falling short of them; true if there are any.
+bool MakeSymmetric(ObjectEnergy& energy) {
+  for (EdgeTerm& edge : energy.edges) {
+    edge.symmetric = edge.whole;
   }
-  return {RefinementProblem::Unpack(parameters), cost + problem.HalfLogInformation(parameters),
-          problem.Covariance(parameters)};
+  return std::ranges::any_of(energy.edges, &EdgeTerm::whole);
+}
+
+// Completes a full refinement from `x`, its first solution: with the symmetric loss only now, because local
+// minima are more frequent with it.
+RefinementResult Complete(ObjectEnergy energy, const RefinementOptions& options, double cost,
+                          SolidParameters x) {
+  if (MakeSymmetric(energy)) {
+    cost = Minimise(energy, options, x);
+  }
+  const ObjectUncertainty uncertainty = UncertaintyAt(x, energy);
+  return {UnpackSolid(x), cost + uncertainty.half_log_information, uncertainty.covariance};
 }
 
 // Refines the object as a round body with a handle, in the direction that `start` leaves likeliest.
 RefinementResult RefineHandled(const PosedSuperquadric& start, const RefinementOptions& options,
-                               RefinementProblem problem) {
+                               ObjectEnergy energy) {
   constexpr double kReach = 1.375;  // half size along the handle over that across: 80 mm and a handle of 30
   constexpr double kReachSigma = 0.1;  // of its logarithm
   constexpr double kAnyYaw = 4.0;      // quarter turns in which the handle may point
   constexpr int kDirections = 12;
-  problem.handled = true;
-  problem.prior.log_width_ratio = std::log(kReach);
-  problem.prior.width_factor = 1.0 / kReachSigma;
-  problem.prior.yaw_factor = 0.0;
+  energy.variant.handled = true;
+  energy.classes.front() = WidthTerm(std::log(kReach), kReachSigma);
+  energy.yaws.clear();
   PosedSuperquadric hull = start;
   const double width = std::sqrt(start.shape.half_size.head<2>().prod());
   hull.shape.half_size.head<2>() = width * Eigen::Vector2d(std::sqrt(kReach), 1.0 / std::sqrt(kReach));
   // The middle lies between those of the body, where the points are, and of the hull.
   const double step = 0.5 * (hull.shape.half_size.x() - hull.shape.half_size.y());
-  RefinementProblem::Parameters best;
+  SolidParameters best;
   double least = std::numeric_limits<double>::infinity();
-  Eigen::VectorXd residuals(problem.NumResiduals());
   for (int i = 0; i < kDirections; ++i) {
     const double yaw = 2.0 * std::numbers::pi * i / kDirections;
-    RefinementProblem::Parameters parameters = RefinementProblem::Pack(hull);
-    parameters[RefinementProblem::kYaw] = yaw;
-    parameters.head<2>() += step * Eigen::Vector2d(std::cos(yaw), std::sin(yaw));
-    problem(parameters.data(), residuals.data(), nullptr);
-    if (residuals.squaredNorm() < least) {
-      least = residuals.squaredNorm();
-      best = parameters;
+    SolidParameters x = PackSolid(hull);
+    x[parameter::kYaw] = yaw;
+    x.head<2>() += step * Eigen::Vector2d(std::cos(yaw), std::sin(yaw));
+    const double cost = energy.Cost(x);
+    if (cost < least) {
+      least = cost;
+      best = x;
     }
   }
-  const double cost = Solve(problem, options, best);
-  RefinementResult result = Complete(problem, options, cost, best);
+  const double cost = Minimise(energy, options, best);
+  RefinementResult result = Complete(std::move(energy), options, cost, best);
   result.cost += std::log(kAnyYaw);
   return result;
 }
@@ -304,22 +282,20 @@ bool RefinementInput::ShowsBottom() const {
 
 RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementInput& input,
                                const RefinementOptions& options, RefinementDepth depth) {
-  auto [problem, parameters, yaw, shown] = Started(start, input, options);
-  const double cost = Solve(problem, options, parameters);
+  auto [energy, x, yaw] = Started(start, input, options);
+  const double cost = Minimise(energy, options, x);
   const ShapeKind kind = NearestKind(start.shape.e1, start.shape.e2);
   const double kind_cost = -std::log(input.prior.shapes[static_cast<std::size_t>(kind)]);
   const double yaw_cost = yaw != nullptr ? -std::log(yaw->share) : 0.0;
   if (depth == RefinementDepth::kQuick) {
-    return {RefinementProblem::Unpack(parameters), cost + kind_cost + yaw_cost,
-            Eigen::Matrix<double, 9, 9>::Zero()};
+    return {UnpackSolid(x), cost + kind_cost + yaw_cost, Eigen::Matrix<double, 9, 9>::Zero()};
   }
-  RefinementResult result = Complete(problem, options, cost, parameters);
+  RefinementResult result = Complete(energy, options, cost, x);
   result.cost += kind_cost + yaw_cost + (yaw != nullptr ? std::log(yaw->sigma) : 0.0);
   const double handle = kind == ShapeKind::kCylinder ? input.prior.handle : 0.0;
   if (handle > 0.0) {
     result.cost -= std::log(1.0 - handle);
-    problem.symmetric = false;
-    RefinementResult handled = RefineHandled(result.superquadric, options, problem);
+    RefinementResult handled = RefineHandled(result.superquadric, options, std::move(energy));
     handled.cost += kind_cost - std::log(handle);
     return handled.cost < result.cost ? handled : result;
   }
@@ -329,30 +305,27 @@ RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementI
 MotionFit FitMotion(const PosedSuperquadric& at_rest, const PosedSuperquadric& start,
                     const RefinementInput& input, const RefinementOptions& options) {
   constexpr double kDisplacementSigma = 100.0;  // of the object's size: hardly a bound
-  constexpr int kStill = RefinementProblem::NUM_PARAMETERS;
-  std::vector<double> times;
-  for (const SilhouetteView& view : input.views) {
-    times.insert(times.end(), 4, view.time);  // its edges
-  }
   double cost_at_rest = 0.0;
   double least = std::numeric_limits<double>::infinity();
   MotionFit fit;
   for (const PosedSuperquadric* from : {&at_rest, &start}) {
-    auto [problem, parameters, yaw, shown] = Started(*from, input, options);
-    problem.symmetric = std::ranges::any_of(problem.edges, &RefinementProblem::Edge::whole);
+    auto [energy, at_start, yaw] = Started(*from, input, options);
+    MakeSymmetric(energy);
     if (from == &at_rest) {
-      cost_at_rest = Solve(problem, options, parameters);
+      cost_at_rest = Minimise(energy, options, at_start);
     }
-    const MovingProblem moving(problem, times, kDisplacementSigma * from->shape.half_size.norm());
-    MovingProblem::Parameters x = MovingProblem::Parameters::Zero();
-    x.head<kStill>() = parameters;
-    ceres::TinySolver<MovingProblem> solver;
-    solver.options.max_num_iterations = 2 * options.max_iterations;  // the boxes hardly determine the motion
-    solver.options.function_tolerance = options.cost_tolerance;
-    const double cost = solver.Solve(moving, &x).final_cost;
+    energy.variant.moving = true;
+    const double factor = 1.0 / (kDisplacementSigma * from->shape.half_size.norm());
+    for (int axis = 0; axis < 3; ++axis) {
+      energy.normals.push_back({parameter::kDisplacement + axis, factor, factor});
+    }
+    Eigen::Matrix<double, parameter::kMovingCount, 1> x;
+    x << at_start, Eigen::Vector3d::Zero();
+    // The boxes hardly determine the motion.
+    const double cost = Minimise(energy, 2 * options.max_iterations, options.cost_tolerance, x);
     if (cost < least) {
       least = cost;
-      fit = {cost_at_rest - cost, x.tail<3>(), RefinementProblem::Unpack(x.head<kStill>())};
+      fit = {cost_at_rest - cost, x.tail<3>(), UnpackSolid(x.head<parameter::kCount>())};
     }
   }
   return fit;

@@ -64,12 +64,9 @@ enum class RefinementDepth {
 // Refines centre, half sizes, yaw and shape jointly (9 parameters; roll and pitch stay zero), by
 // Levenberg-Marquardt.
 //
-// Each box edge spans a plane through the camera centre that touches the object. With the edge's outward
-// normal n (camera frame, scaled so that n . p is the offset in the image times depth) the condition is n . c
-// + h(R^T n) = 0, where c is the object's centre and h the support function of the superquadric: exact,
-// smooth, and no silhouette has to be traced. Points give the radial distance of Eq. 11, the support gives
-// contact: lowest point = height. The ends of cylinders may be narrower than their middle (tapered_solid.h).
-// A full refinement also tries a handle on one side if the class may have one (handled_solid.h).
+// The energy (object_energy.h) sums the terms of box edges, points, supports and the class. The ends of
+// cylinders may be narrower than their middle. A full refinement also tries a handle on one side if the class
+// may have one.
 // The prior has modes (kind of shape, longer horizontal axis, yaw), of which the one nearest to the start is
 // used.
 RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementInput& input,

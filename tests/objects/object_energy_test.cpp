@@ -1,0 +1,231 @@
+#include "slam/objects/object_energy.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <utility>
+#include <vector>
+
+#include "slam/geometry/angles.h"
+
+namespace sqslam {
+namespace {
+
+void AddBiases(double factor, ObjectEnergy& energy) {
+  for (int side = 0; side < 4; ++side) {
+    energy.normals.push_back({parameter::kBias + side, factor, factor});
+  }
+}
+
+// A bit of everything: exact and one-sided edges, points on the surface and outside, contact.
+ObjectEnergy MakeEnergy(bool exact_contact, const SolidVariant& variant) {
+  ObjectEnergy energy;
+  energy.variant = variant;
+  std::mt19937 generator(7);
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  const auto random = [&] { return Eigen::Vector3d(unit(generator), unit(generator), unit(generator)); };
+  for (int i = 0; i < 24; ++i) {
+    const Eigen::Vector3d camera = 4.0 * random().normalized();
+    energy.edges.push_back({random(), camera, -camera.normalized(), 100.0, i % 4, 3.0, i % 3 != 0, i % 5 == 0,
+                            i / 23.0 - 0.5, i % 10 == 0});
+    energy.points.push_back({0.5 * random(), 40.0, 0.7, i % 2 == 0});
+  }
+  energy.contacts = {{-0.28, 20.0, exact_contact, -1.0}, {0.3, 30.0, true, 1.0}};
+  energy.classes = {{{1.0, -1.0, 0.0}, 0.4, 3.0},
+                    {{-0.5, -0.5, 1.0}, -1.5, 2.0},
+                    {Eigen::Vector3d::Constant(1.0 / 3.0), -2.0, 4.0}};
+  energy.exponents = {{0, 0.3, 5.0}, {1, 0.5, 6.0}};
+  energy.yaws = {{0.2, 4.0}};
+  AddBiases(30.0, energy);
+  for (int end = 0; end < 2; ++end) {
+    energy.normals.push_back({parameter::kTaper + end, 2.0, 100.0});
+  }
+  for (int axis = 0; axis < 3; ++axis) {  // one half size is beyond
+    energy.bounds.push_back({axis, std::log(0.35) - 6.0, std::log(0.35)});
+  }
+  return energy;
+}
+
+PosedSuperquadric MakeSuperquadric(double e1, double e2) {
+  PosedSuperquadric s;
+  s.shape = {{0.3, 0.2, 0.4}, e1, e2};
+  s.T_map_object = {Eigen::Quaterniond(Eigen::AngleAxisd(0.6, Eigen::Vector3d::UnitZ())), {0.05, -0.04, 0.1}};
+  return s;
+}
+
+template <int kRows>
+void ExpectNumericDerivatives(const ObjectEnergy& energy, const Eigen::Matrix<double, kRows, 1>& x) {
+  using Jet = ceres::Jet<double, kRows>;
+  constexpr double kStep = 1e-6;
+  const auto rows = static_cast<std::size_t>(energy.NumResiduals());
+  std::vector<Jet> jets;
+  for (int i = 0; i < kRows; ++i) {
+    jets.emplace_back(x[i], i);
+  }
+  std::vector<Jet> residuals(rows);
+  energy(jets.data(), residuals.data());
+  for (int i = 0; i < kRows; ++i) {
+    std::vector<double> below(rows);
+    std::vector<double> above(rows);
+    const Eigen::Matrix<double, kRows, 1> low = x - kStep * Eigen::Matrix<double, kRows, 1>::Unit(i);
+    const Eigen::Matrix<double, kRows, 1> high = x + kStep * Eigen::Matrix<double, kRows, 1>::Unit(i);
+    energy(low.data(), below.data());
+    energy(high.data(), above.data());
+    for (std::size_t row = 0; row < rows; ++row) {
+      const double numeric = (above[row] - below[row]) / (2.0 * kStep);
+      EXPECT_NEAR(residuals[row].v[i], numeric, 1e-4 * (1.0 + std::abs(numeric)))
+          << "residual " << row << " parameter " << i;
+    }
+  }
+}
+
+TEST(ObjectEnergy, HasTheDerivativesOfItsResiduals) {
+  for (const SolidVariant& variant :
+       {SolidVariant{}, SolidVariant{.tapered = true}, SolidVariant{.handled = true}}) {
+    for (const auto& [e1, e2] :
+         {std::pair(0.3, 0.4), std::pair(1.0, 1.0), std::pair(1.6, 0.2), std::pair(0.15, 1.8)}) {
+      SCOPED_TRACE(testing::Message() << e1 << " " << e2);
+      SolidParameters x = PackSolid(MakeSuperquadric(e1, e2));
+      x.tail<6>() << 0.02, -0.01, 0.03, 0.04, -0.3, 0.05;
+      ExpectNumericDerivatives(MakeEnergy(e1 < 1.0, variant), x);
+    }
+  }
+}
+
+TEST(ObjectEnergy, HasTheDerivativesOfAMovingObject) {
+  Eigen::Matrix<double, parameter::kMovingCount, 1> x;
+  x << PackSolid(MakeSuperquadric(0.3, 0.4)), 0.2, -0.1, 0.05;
+  x.segment<2>(parameter::kTaper).setConstant(-0.1);  // away from their bound
+  ExpectNumericDerivatives(MakeEnergy(true, {.moving = true}), x);
+}
+
+TEST(ObjectEnergy, FollowsTheDisplacementOfAMovingObject) {
+  ObjectEnergy moving = MakeEnergy(true, {.moving = true});
+  moving.points.clear();  // which lie at rest
+  ObjectEnergy followed = moving;
+  followed.variant.moving = false;
+  const Eigen::Vector3d displacement(0.2, -0.1, 0.05);
+  for (EdgeTerm& edge : followed.edges) {
+    edge.camera_centre -= edge.time * displacement;
+  }
+  const SolidParameters x = PackSolid(MakeSuperquadric(0.3, 0.4));
+  Eigen::Matrix<double, parameter::kMovingCount, 1> x_moving;
+  x_moving << x, displacement;
+  Eigen::VectorXd residuals(moving.NumResiduals());
+  moving(x_moving.data(), residuals.data());
+  EXPECT_NEAR(0.5 * residuals.squaredNorm(), followed.Cost(x), 1e-9);
+}
+
+TEST(ObjectEnergy, MatchesCovarianceOfTheMeasurements) {
+  // A box on the floor whose height above it is measured once: half of it is as uncertain as half the height.
+  ObjectEnergy energy;
+  energy.exponents = {{0, 0.5, 5.0}, {1, 0.5, 5.0}};
+  energy.yaws = {{0.6, 4.0}};
+  AddBiases(1e6, energy);
+  const PosedSuperquadric box = MakeSuperquadric(0.5, 0.5);
+  const double bottom = box.T_map_object.translation.z() - box.shape.half_size.z();
+  energy.contacts = {{bottom, 1.0 / 0.02, true, -1.0}};
+  // Level cameras far away on all sides: planes that touch top and bottom.
+  for (int i = 0; i < 8; ++i) {
+    const double angle = 0.8 * i;
+    const Eigen::Vector3d towards(std::cos(angle), std::sin(angle), 0.0);
+    const Eigen::Vector3d camera = box.T_map_object.translation - 1000.0 * towards;
+    for (const double up : {1.0, -1.0}) {
+      const Eigen::Vector3d normal(0.0, 0.0, up);
+      energy.edges.push_back({normal - up * up * box.shape.half_size.z() / 1000.0 * towards, camera, towards,
+                              1000.0 / 0.01, up > 0.0 ? 1 : 3, 1.0, true, false});
+    }
+  }
+  const auto covariance = UncertaintyAt(PackSolid(box), energy).covariance;
+  EXPECT_NEAR(std::sqrt(covariance(7, 7)), 0.2, 0.02);  // exponents: as before
+  EXPECT_NEAR(std::sqrt(covariance(6, 6)), 0.25, 0.02);
+  EXPECT_LT(std::sqrt(covariance(5, 5)), 0.02);
+  EXPECT_LT(std::sqrt(covariance(2, 2)), 0.02);
+  EXPECT_TRUE(covariance.isApprox(covariance.transpose(), 1e-9));
+}
+
+// The bound on the sizes holds them, but says nothing about how well they are known.
+TEST(ObjectEnergy, DoesNotTakeBoundsForMeasurements) {
+  ObjectEnergy energy;
+  const PosedSuperquadric box = MakeSuperquadric(0.5, 0.5);
+  for (int axis = 0; axis < 3; ++axis) {
+    energy.bounds.push_back({axis, -9.0, std::log(box.shape.half_size[axis]) - 0.1});
+  }
+  EXPECT_GT(std::sqrt(UncertaintyAt(PackSolid(box), energy).covariance(3, 3)), 10.0);
+}
+
+TEST(ObjectEnergy, PenalisesYawMostAtAnEighthOfATurn) {
+  ObjectEnergy energy;
+  energy.yaws = {{0.0, 4.0}};
+  const auto cost = [&](double yaw) {
+    SolidParameters x = PackSolid(MakeSuperquadric(0.3, 0.3));
+    x[parameter::kYaw] = yaw;
+    return energy.Cost(x);
+  };
+  EXPECT_NEAR(cost(0.0), 0.0, 1e-12);
+  EXPECT_NEAR(cost(M_PI / 2.0), 0.0, 1e-12);  // a quarter turn is the same yaw
+  // One object in five has its yaw anywhere in the quarter turn.
+  const auto density = [](double off) {
+    return 0.8 * 4.0 / std::sqrt(2.0 * M_PI) * std::exp(-0.5 * 16.0 * off * off) + 0.2 * 2.0 / M_PI;
+  };
+  EXPECT_NEAR(cost(0.01), std::log(density(0.0) / density(0.01)), 1e-6);
+  EXPECT_NEAR(cost(M_PI / 4.0), std::log(density(0.0) / density(0.5)), 1e-6);
+  for (const double yaw : {0.1, 0.4, 0.7}) {
+    EXPECT_LT(cost(yaw), cost(M_PI / 4.0));
+  }
+}
+
+TEST(ObjectEnergy, ExplainsRepeatedEdgeErrorByBias) {
+  // Level cameras before and beside the solid that box it a hundred times each.
+  const PosedSuperquadric solid = MakeSuperquadric(0.3, 0.3);
+  const auto width_sigma = [&](double bias_factor) {
+    ObjectEnergy energy;
+    energy.classes = {{{1.0, -1.0, 0.0}, 0.0, 100.0}, {{-0.5, -0.5, 1.0}, 0.0, 100.0}};
+    energy.exponents = {{0, 1.0, 100.0}, {1, 1.0, 100.0}};
+    energy.yaws = {{YawOf(solid.T_map_object.rotation), 100.0}};
+    AddBiases(bias_factor, energy);
+    for (const Eigen::Vector3d& forward : {Eigen::Vector3d(0, 1, 0), Eigen::Vector3d(-1, 0, 0)}) {
+      for (const double outward : {-1.0, 1.0}) {
+        const Eigen::Vector3d right = outward * forward.cross(Eigen::Vector3d::UnitZ());
+        const Eigen::Vector3d offset = 10.0 * forward;
+        Eigen::Vector3d normal = right;
+        for (int i = 0; i < 5; ++i) {  // turned until the plane touches
+          normal = right - SupportExtent(solid, normal) / offset.norm() * forward;
+        }
+        const EdgeTerm edge{normal,
+                            solid.T_map_object.translation - offset,
+                            forward,
+                            1000.0,
+                            outward < 0.0 ? 0 : 2,
+                            200.0,
+                            true,
+                            false};
+        energy.edges.insert(energy.edges.end(), 100, edge);
+      }
+    }
+    return std::sqrt(UncertaintyAt(PackSolid(solid), energy).covariance(3, 3));
+  };
+  // A hundred boxes make a size no surer than the detector's habit allows.
+  EXPECT_GT(width_sigma(1.0 / 0.02), 3.0 * width_sigma(1e6));
+}
+
+TEST(ObjectEnergy, GivesZeroResidualOnTheFreeSide) {
+  ObjectEnergy energy;
+  energy.edges.push_back(
+      {{1, 0, 0}, {0, -4, 0}, {0, 1, 0}, 100.0, 2, 1.0, false, false});  // through the middle
+  energy.points.push_back({{0, 0, 2}, 40.0, 1.0, false});                // far outside
+  energy.contacts = {{-5.0, 20.0, false, -1.0}};
+  const SolidParameters x = PackSolid(MakeSuperquadric(0.5, 0.5));
+  Eigen::VectorXd residuals(energy.NumResiduals());
+  energy(x.data(), residuals.data());
+  EXPECT_EQ(residuals.head<3>(), Eigen::Vector3d::Zero());
+  energy.edges[0].exact = true;
+  energy.points[0].on_surface = true;
+  energy.contacts[0].exact = true;
+  energy(x.data(), residuals.data());
+  EXPECT_GT(residuals.head<3>().cwiseAbs().minCoeff(), 1.0);
+}
+
+}  // namespace
+}  // namespace sqslam
