@@ -40,6 +40,8 @@ std::vector<PosedSuperquadric> RefinementStarts(const Landmark& landmark,
   }
   if (yaws.empty()) {
     yaws = {0.0, std::numbers::pi / 4.0};
+  } else if (!pca) {
+    yaws.push_back(yaws.front() + std::numbers::pi / 4.0);  // the lines may all be a pattern's
   }
   std::vector<PosedSuperquadric> starts;
   if (landmark.refined) {

@@ -154,7 +154,7 @@ class YawLikelihood {
       const double other = kVertical / sigma * std::exp(-0.5 * a * a) + kClutter * std::sqrt(2.0 / kPi);
       lines_.push_back({line.image, line.normal, 0.5 / (sigma * sigma),
                         0.5 * (1.0 - kVertical - kClutter) / (sigma * other),
-                        share * line.weight / kFullWeight});
+                        share * std::min(1.0, line.weight / kFullWeight)});
     }
   }
 

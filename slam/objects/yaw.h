@@ -60,9 +60,9 @@ struct YawMode {
 
 // Returns the modes of the yaw from the lines of many views, at most three, the likeliest first. A line shows
 // one of the two horizontal axes, the vertical one, or clutter; the likelihood of an angle is that of all
-// lines, its precision the curvature there, its share the mass of its peak. Line errors repeat from view to
-// view, so many views count no more than options.independent_views. Empty without lines, or if the likelihood
-// is flat.
+// lines, its precision the curvature there, its share the mass of its peak. Long lines count alike: an edge
+// is one piece of evidence at any resolution. Line errors repeat from view to view, so many views count no
+// more than options.independent_views. Empty without lines, or if the likelihood is flat.
 std::vector<YawMode> YawModesFromLines(std::span<const LineView> views, const Camera& camera,
                                        const YawOptions& options);
 

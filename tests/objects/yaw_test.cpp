@@ -152,6 +152,43 @@ TEST(YawModesFromLines, OffersBothAnglesWhenInDoubt) {
   EXPECT_GT(QuarterError(modes[0].yaw, modes[1].yaw), 0.4);
 }
 
+// Five stripes of a pattern against four edges: a few nats, at any resolution.
+TEST(YawModesFromLines, DoesNotDependOnTheResolution) {
+  std::mt19937 generator(7);
+  const auto modes = [&](double scale) {
+    const Camera camera{static_cast<int>(scale * 640),
+                        static_cast<int>(scale * 480),
+                        scale * 525,
+                        scale * 525,
+                        scale * 320,
+                        scale * 240,
+                        {},
+                        30};
+    const Rigid3d T = LookAtOrigin(-1.3, 0.6);
+    LineView view{T, {}};
+    const auto add = [&](double yaw, int count) {
+      const Eigen::Vector2d along(0.2 * std::cos(yaw), 0.2 * std::sin(yaw));
+      const Eigen::Vector2d across(-0.2 * along.y(), 0.2 * along.x());
+      for (int i = 0; i < count; ++i) {
+        const auto pixel = [&](double side) -> Eigen::Vector2d {
+          const Eigen::Vector2d p = side * along + (i - 2) * across;
+          return camera.Project(T.Inverse() * Eigen::Vector3d(p.x(), p.y(), 0.0));
+        };
+        view.lines.push_back({pixel(-1.0), pixel(1.0)});
+      }
+    };
+    add(0.2, 4);
+    add(-0.4, 5);
+    return YawModesFromLines({&view, 1}, camera, YawOptions());
+  };
+  const std::vector<YawMode> coarse = modes(1.0);
+  const std::vector<YawMode> fine = modes(2.0);
+  ASSERT_EQ(coarse.size(), 2U);
+  ASSERT_EQ(fine.size(), 2U);
+  EXPECT_LT(QuarterError(coarse[1].yaw, 0.2), 1.0 * kDeg);
+  EXPECT_NEAR(std::log(fine[0].share / fine[1].share), std::log(coarse[0].share / coarse[1].share), 1.0);
+}
+
 // The standard deviation is that of what comes out, within its floor, from one view to many; and a view seen
 // often is no more than options.independent_views.
 TEST(YawModesFromLines, EstimatesItsPrecision) {
