@@ -82,10 +82,11 @@ void AddPoints(const RefinementInput& input, const Eigen::Vector3d& place, doubl
   }
   const double sigma =
       options.point_sigma_px * UnitsPerPixel(input, place) + options.point_sigma_share * shown;
-  const double weight = std::min(
-      1.0, 4.0 * options.point_weight / static_cast<double>(std::min(input.points.size(), kMaxPoints)));
   const double step = 0.3 * shown;
   const std::size_t stride = StepThrough(input.points.size(), kMaxPoints);
+  const std::size_t used = (input.points.size() + stride - 1) / stride;
+  const double weight =
+      std::min(1.0, 4.0 * options.point_weight / static_cast<double>(used));
   for (std::size_t i = 0; i < input.points.size(); i += stride) {
     const Eigen::Vector3d& p = input.points[i];
     if (i >= input.point_cameras.size()) {

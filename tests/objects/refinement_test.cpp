@@ -202,6 +202,50 @@ RefinementInput WithFrontTooNear(const SyntheticDesk& desk, const PosedSuperquad
   return input;
 }
 
+// Points that alone show where the object is: its only box is cut off on all sides.
+class PointWeight : public ::testing::Test {
+ protected:
+  PointWeight() {
+    input_.views.resize(1);
+    input_.views.front().edge_exact.fill(false);
+  }
+
+  RefinementResult Refine(std::size_t count, const RefinementOptions& options = {}) {
+    input_.points.clear();
+    for (std::size_t i = 0; i < count; ++i) {  // a spiral over the surface
+      const double z = -0.95 + 1.9 * (static_cast<double>(i) + 0.5) / static_cast<double>(count);
+      const Eigen::Vector3d p = truth_.shape.PointAt(std::asin(z), 2.4 * static_cast<double>(i));
+      input_.points.push_back(truth_.T_map_object * p);
+    }
+    return RefineJointly(truth_, input_, options);
+  }
+
+  const SyntheticDesk desk_{1};
+  const PosedSuperquadric truth_ = desk_.Objects()[5].superquadric;
+  RefinementInput input_ = InputOf(desk_, truth_);
+};
+
+TEST_F(PointWeight, DoesNotJumpWithTheNumberOfPoints) {
+  const auto sigma = [&](std::size_t count) {
+    return std::sqrt(Refine(count).covariance.topLeftCorner<3, 3>().trace());
+  };
+  const double reference = sigma(75);
+  for (const std::size_t count : {40, 76, 100, 150, 151, 400}) {
+    EXPECT_NEAR(sigma(count) / reference, 1.0, 0.15) << count;
+  }
+}
+
+TEST_F(PointWeight, ZeroLeavesOutThePoints) {
+  RefinementOptions options;
+  options.point_weight = 0.0;
+  const RefinementResult with = Refine(50, options);
+  const RefinementResult without = Refine(0, options);
+  ASSERT_TRUE(std::isfinite(with.cost));
+  EXPECT_NEAR(with.cost, without.cost, 0.5);
+  EXPECT_LT((with.superquadric.shape.half_size - without.superquadric.shape.half_size).norm(),
+            0.1 * truth_.shape.half_size.norm());
+}
+
 TEST(RefineJointly, WeighsPointsOfShortBaselinesLess) {
   const SyntheticDesk desk(1);
   const PosedSuperquadric truth = desk.Objects()[5].superquadric;
