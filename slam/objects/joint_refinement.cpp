@@ -85,8 +85,7 @@ void AddPoints(const RefinementInput& input, const Eigen::Vector3d& place, doubl
   const double step = 0.3 * shown;
   const std::size_t stride = StepThrough(input.points.size(), kMaxPoints);
   const std::size_t used = (input.points.size() + stride - 1) / stride;
-  const double weight =
-      std::min(1.0, 4.0 * options.point_weight / static_cast<double>(used));
+  const double weight = std::min(1.0, 4.0 * options.point_weight / static_cast<double>(used));
   for (std::size_t i = 0; i < input.points.size(); i += stride) {
     const Eigen::Vector3d& p = input.points[i];
     if (i >= input.point_cameras.size()) {
@@ -112,10 +111,10 @@ void AddContact(const RefinementInput& input, double shown, const RefinementOpti
   const std::optional<double>& floor = input.support_height ? input.support_height : input.lowest;
   if (floor) {
     energy.contacts.push_back(
-        {*floor, factor(options.contact_sigma), input.support_height.has_value(), -1.0});
+        {*floor, factor(options.contact_sigma), input.support_height.has_value(), -1.0, 2.0 * shown});
   }
   if (input.top_height) {
-    energy.contacts.push_back({*input.top_height, factor(kFlat), true, 1.0});
+    energy.contacts.push_back({*input.top_height, factor(kFlat), true, 1.0, 2.0 * shown});
   }
 }
 
@@ -232,13 +231,12 @@ bool MakeSymmetric(ObjectEnergy& energy) {
 
 // Completes a full refinement from `x`, its first solution: with the symmetric loss only now, because local
 // minima are more frequent with it.
-RefinementResult Complete(ObjectEnergy energy, const RefinementOptions& options, double cost,
-                          SolidParameters x) {
+RefinementResult Complete(ObjectEnergy energy, const RefinementOptions& options, SolidParameters x) {
   if (MakeSymmetric(energy)) {
-    cost = Minimise(energy, options, x);
+    Minimise(energy, options, x);
   }
-  const ObjectUncertainty uncertainty = UncertaintyAt(x, energy);
-  return {UnpackSolid(x), cost + uncertainty.half_log_information, uncertainty.covariance};
+  const ObjectEvidence evidence = EvidenceAt(x, energy);
+  return {UnpackSolid(x), evidence.cost, evidence.covariance};
 }
 
 // Refines the object as a round body with a handle, in the direction that `start` leaves likeliest.
@@ -246,7 +244,6 @@ RefinementResult RefineHandled(const PosedSuperquadric& start, const RefinementO
                                ObjectEnergy energy) {
   constexpr double kReach = 1.375;  // half size along the handle over that across: 80 mm and a handle of 30
   constexpr double kReachSigma = 0.1;  // of its logarithm
-  constexpr double kAnyYaw = 4.0;      // quarter turns in which the handle may point
   constexpr int kDirections = 12;
   energy.variant.handled = true;
   energy.classes.front() = WidthTerm(std::log(kReach), kReachSigma);
@@ -269,10 +266,8 @@ RefinementResult RefineHandled(const PosedSuperquadric& start, const RefinementO
       best = x;
     }
   }
-  const double cost = Minimise(energy, options, best);
-  RefinementResult result = Complete(std::move(energy), options, cost, best);
-  result.cost += std::log(kAnyYaw);
-  return result;
+  Minimise(energy, options, best);
+  return Complete(std::move(energy), options, best);
 }
 
 }  // namespace
@@ -291,8 +286,8 @@ RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementI
   if (depth == RefinementDepth::kQuick) {
     return {UnpackSolid(x), cost + kind_cost + yaw_cost, Eigen::Matrix<double, 9, 9>::Zero()};
   }
-  RefinementResult result = Complete(energy, options, cost, x);
-  result.cost += kind_cost + yaw_cost + (yaw != nullptr ? std::log(yaw->sigma) : 0.0);
+  RefinementResult result = Complete(energy, options, x);
+  result.cost += kind_cost + yaw_cost;
   const double handle = kind == ShapeKind::kCylinder ? input.prior.handle : 0.0;
   if (handle > 0.0) {
     result.cost -= std::log(1.0 - handle);

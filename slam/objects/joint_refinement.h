@@ -49,14 +49,14 @@ struct RefinementInput {
 
 struct RefinementResult {
   PosedSuperquadric superquadric;
-  // Robust, half a chi square, less the log probability of the prior's modes. For a full refinement also the
-  // Occam factor: a negative log evidence, comparable between starts and modes on the same input.
+  // kFull: negative log evidence, comparable between starts and hypotheses on the same measurements. kQuick:
+  // half the sum of squares, less the log probability of the prior's modes.
   double cost = 0.0;
   Eigen::Matrix<double, 9, 9> covariance;  // of centre, half sizes, yaw, e1, e2; zero for kQuick
 };
 
 enum class RefinementDepth {
-  kQuick,  // to rank starts: no covariance, no Occam factor, and too large boxes count less than too small
+  kQuick,  // to rank starts: no covariance, no evidence, and too large boxes count less than too small
            // ones
   kFull,
 };

@@ -14,7 +14,7 @@ namespace sqslam {
 struct StandingFit {
   PosedSuperquadric superquadric;
   std::optional<double> support;  // height of the surface that it stands on; empty: on none of them
-  double cost = 0.0;              // robust, half the sum of squares
+  double cost = 0.0;              // negative log evidence
   Eigen::Matrix<double, 9, 9> covariance = Eigen::Matrix<double, 9, 9>::Zero();  // see ObjectFit
   MotionFit motion;    // of a search from several starts
   bool placed = true;  // false: no place lies in all boxes; the solid is only that of the least cost
@@ -25,10 +25,11 @@ enum class SearchEffort {
   kThorough,   // follows all starts, tries all far surfaces, and the neighbourhood of the best
 };
 
-// Runs the joint refinement from several starts under several hypotheses: that the object stands on one of
-// the surfaces, or on none, which must then fit the boxes and points better by options.floating_cost; and, of
-// a seat whose lower part is hidden, that its boxes show the whole or the back alone. Starts
-// are stretched down to the assumed support: the lower part of a chair behind a table is never seen.
+// Runs the joint refinement from several starts under several hypotheses and returns the one with the most
+// evidence: that the object stands on one of the surfaces, or on none, which is the rarer
+// (options.floating_cost); and, of a seat whose lower part is hidden, that its boxes show the whole or the
+// back alone. Starts are stretched down to the assumed support: the lower part of a chair behind a table is
+// never seen.
 //
 // Most local minima differ by one side of the object, by an eighth of a turn or by the kind of shape.
 // `kThorough` repeatedly tries these variants of the best one until none is better.

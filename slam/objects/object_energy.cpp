@@ -3,7 +3,6 @@
 #include <ceres/tiny_solver.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <vector>
 
@@ -13,6 +12,7 @@ namespace sqslam {
 namespace {
 
 constexpr int kCount = parameter::kCount;
+constexpr double kInside = 0.999;  // share of the reach of the exponents at which the sine still has a slope
 using Square = Eigen::Matrix<double, kCount, kCount>;
 
 // Residuals and Jacobian of an energy, for ceres::TinySolver, which evaluates each accepted step first for
@@ -68,30 +68,27 @@ Square Information(const Eigen::Matrix<double, Eigen::Dynamic, kCount>& jacobian
   return information;
 }
 
-// Half the log determinant of the information on centre, size, yaw and tapers. Exponents and biases are left
-// out, as their priors are alike for all kinds of shape; an unobserved yaw still lies within a quarter turn,
-// that of a handle within a whole one.
-double HalfLogDeterminant(Square information, bool handled) {
-  constexpr std::array<int, 9> kKept = {
-      0, 1, 2, 3, 4, 5, parameter::kYaw, parameter::kTaper, parameter::kTaper + 1};
-  constexpr std::array<int, 6> kOthers = {parameter::kExponents, parameter::kExponents + 1,
-                                          parameter::kBias,      parameter::kBias + 1,
-                                          parameter::kBias + 2,  parameter::kBias + 3};
-  const double yaw_sigma = (handled ? 4.0 : 1.0) * 0.4534;  // the range over the square root of 12
-  information(parameter::kYaw, parameter::kYaw) += 1.0 / (yaw_sigma * yaw_sigma);
-  const Eigen::Matrix<double, 6, 6> others = information(kOthers, kOthers);
-  const Eigen::Matrix<double, 6, 9> across = information(kOthers, kKept);
-  const Eigen::Matrix<double, 9, 9> kept =
-      information(kKept, kKept) - across.transpose() * others.ldlt().solve(across);
-  return 0.5 * kept.ldlt().vectorD().array().max(1e-12).log().sum();
-}
-
 }  // namespace
 
 double ObjectEnergy::Cost(const SolidParameters& x) const {
   Eigen::VectorXd residuals(NumResiduals());
   (*this)(x.data(), residuals.data());
   return 0.5 * residuals.squaredNorm();
+}
+
+double ObjectEnergy::LogNormaliser() const {
+  double sum = yaws.empty() ? std::log(YawRange()) : 0.0;
+  const auto add = [&](const auto& priors) {
+    for (const auto& prior : priors) {
+      sum += prior.LogNormaliser();
+    }
+  };
+  add(contacts);
+  add(classes);
+  add(exponents);
+  add(yaws);
+  add(normals);
+  return sum;
 }
 
 template <int kRows>
@@ -106,34 +103,38 @@ template double Minimise(const ObjectEnergy&, int, double, Eigen::Matrix<double,
 template double Minimise(const ObjectEnergy&, int, double,
                          Eigen::Matrix<double, parameter::kMovingCount, 1>&);
 
-ObjectUncertainty UncertaintyAt(const SolidParameters& x, const ObjectEnergy& energy) {
+ObjectEvidence EvidenceAt(const SolidParameters& minimum, const ObjectEnergy& energy) {
   const int rows = energy.NumResiduals();
   Eigen::VectorXd residuals(rows);
   Eigen::Matrix<double, Eigen::Dynamic, kCount> jacobian(rows, kCount);
-  // The bound of the tapers is no measurement: it must not count as information.
-  SolidParameters inside = x;
-  inside.segment<2>(parameter::kTaper) = inside.segment<2>(parameter::kTaper).cwiseMin(0.0);
+  // The bound of the tapers is no measurement: it must not count as information. At those of the exponents
+  // the sine has no slope.
+  SolidParameters x = minimum;
+  x.segment<2>(parameter::kTaper) = x.segment<2>(parameter::kTaper).cwiseMin(0.0);
+  auto angles = x.segment<2>(parameter::kExponents);
+  angles = (kInside * angles.array().sin()).asin();
   const DerivedEnergy<kCount> derived(energy);
-  derived(inside.data(), residuals.data(), jacobian.data());
-  const Square measured = Information(jacobian, rows - static_cast<Eigen::Index>(energy.bounds.size()));
+  derived(x.data(), residuals.data(), jacobian.data());
   // Chain rule to sizes and exponents: d half = half d log(half), d e = reach cos(u) du.
+  const Eigen::Array2d by_u = (kExponentReach * x.segment<2>(parameter::kExponents).array().cos()).max(1e-3);
   Eigen::Matrix<double, 9, 1> slope = Eigen::Matrix<double, 9, 1>::Ones();
   slope.segment<3>(parameter::kLogHalf) = x.segment<3>(parameter::kLogHalf).array().exp();
-  slope.segment<2>(parameter::kExponents) =
-      kExponentReach * x.segment<2>(parameter::kExponents).array().cos();
-  const Square covariance = measured.ldlt().solve(Square::Identity());
-  double taper_factors = 0.0;
-  for (const NormalTerm& term : energy.normals) {
-    taper_factors += term.index >= parameter::kTaper ? std::log(term.factor) : 0.0;
-  }
-  return {slope.asDiagonal() * covariance.topLeftCorner<9, 9>() * slope.asDiagonal(),
-          HalfLogDeterminant(Information(jacobian, rows), energy.variant.handled) - taper_factors};
+  slope.segment<2>(parameter::kExponents) = by_u;
+  const Square covariance = Information(jacobian, rows - static_cast<Eigen::Index>(energy.bounds.size()))
+                                .ldlt()
+                                .solve(Square::Identity());
+  Square information = Information(jacobian, rows);
+  information(parameter::kYaw, parameter::kYaw) += 12.0 / (energy.YawRange() * energy.YawRange());
+  const double half_log_information =
+      0.5 * information.ldlt().vectorD().array().max(1e-12).log().sum() - by_u.log().sum();
+  return {0.5 * residuals.squaredNorm() + energy.LogNormaliser() + half_log_information -
+              kCount * LogGaussianIntegral(1.0),
+          slope.asDiagonal() * covariance.topLeftCorner<9, 9>() * slope.asDiagonal()};
 }
 
 SolidParameters PackSolid(const PosedSuperquadric& superquadric) {
   const auto& [shape, T_map_object] = superquadric;
   const auto angle = [](double e) {
-    constexpr double kInside = 0.999;
     return std::asin(std::clamp((e - kExponentMiddle) / kExponentReach, -kInside, kInside));
   };
   SolidParameters x = SolidParameters::Zero();

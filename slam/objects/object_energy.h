@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <numbers>
 #include <vector>
 
 #include "slam/objects/object_terms.h"
@@ -17,7 +18,7 @@ struct ObjectEnergy {
   std::vector<ExponentTerm> exponents;
   std::vector<YawTerm> yaws;
   std::vector<NormalTerm> normals;
-  std::vector<BoundTerm> bounds;  // last, as Covariance() leaves them out
+  std::vector<BoundTerm> bounds;  // last, as the covariance leaves them out
   SolidVariant variant;
 
   int NumResiduals() const {
@@ -46,6 +47,12 @@ struct ObjectEnergy {
   }
 
   double Cost(const SolidParameters& x) const;
+
+  // Sum over the priors; without lines the yaw lies anywhere in YawRange().
+  double LogNormaliser() const;
+
+  // A quarter turn shows all of a symmetric solid, a handle points in any direction; radians.
+  double YawRange() const { return (variant.handled ? 2.0 : 0.5) * std::numbers::pi; }
 };
 
 // Minimises the energy by Levenberg-Marquardt from `x`, which it updates; returns the final cost. Steps that
@@ -55,16 +62,16 @@ template <int kRows>
 double Minimise(const ObjectEnergy& energy, int max_iterations, double cost_tolerance,
                 Eigen::Matrix<double, kRows, 1>& x);
 
-// How well the terms determine an object at rest.
-struct ObjectUncertainty {
+// What the terms tell of an object at rest, by Laplace's approximation at the minimum.
+struct ObjectEvidence {
+  // Negative logarithm of the integral of the likelihood times the density of the priors: comparable between
+  // hypotheses on the same measurements.
+  double cost;
+
   // Of centre, half sizes, yaw, e1 and e2: the inverse of J^T J without the bounds of the sizes, which are no
   // measurements. Unobserved directions get a large finite variance.
   Eigen::Matrix<double, 9, 9> covariance;
-
-  // Half the log determinant of the information on centre, size and yaw, over that of the tapers' prior: the
-  // Occam factor of Laplace's approximation to the evidence.
-  double half_log_information;
 };
-ObjectUncertainty UncertaintyAt(const SolidParameters& x, const ObjectEnergy& energy);
+ObjectEvidence EvidenceAt(const SolidParameters& minimum, const ObjectEnergy& energy);
 
 }  // namespace sqslam

@@ -140,7 +140,7 @@ struct RefinementOptions {
   double point_weight = 1.0;     // the points together weigh at most as much as this many views
   double contact_sigma = 0.05;   // standard deviation of the gap to the support, share of the shown size
   double contact_weight = 10.0;  // weight of the contact with the support, relative to one box edge
-  double floating_cost = 8.0;    // half chi square by which standing on nothing must fit better
+  double floating_cost = 4.0;    // less log probability that an object stands on none of the surfaces
   double exponent_sigma = 0.2;   // standard deviation of both exponents about those of the kind of shape
   // Standard deviation of the log of the width of a round thing's ends over that of its middle: bottles,
   // bowls; 0: both are as wide.

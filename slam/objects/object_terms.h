@@ -10,7 +10,15 @@
 // operator returns one residual of the solid and its parameters, as numbers or as Jets. Losses are part of
 // the residuals, which are signed square roots of their robust costs. A `factor` is the inverse of a standard
 // deviation.
+//
+// The density of a prior at its residual r is exp(-r^2 / 2 - LogNormaliser()). Hypotheses about an object
+// have different priors, so their costs are comparable only with these.
 namespace sqslam {
+
+// Logarithm of the integral of exp(-(factor x)^2 / 2).
+inline double LogGaussianIntegral(double factor) {
+  return 0.5 * std::log(2.0 * std::numbers::pi) - std::log(factor);
+}
 
 // Returns the residual whose square is the positive robust cost; `slope_at_zero`: its derivative there, where
 // the root has none.
@@ -96,12 +104,16 @@ struct ContactTerm {
   double factor;  // per map unit
   bool exact;
   double side;
+  double range = 1.0;  // heights over which the point lies evenly without contact, map units
 
   template <typename T>
   T operator()(const ObjectSolid<T>& solid, const T*) const {
     const T r = factor * (solid.centre.z() + side * solid.hull.z() - height);
     return !exact && r > 0.0 ? T(0.0) : r;
   }
+
+  // Relative to no contact.
+  double LogNormaliser() const { return exact ? LogGaussianIntegral(factor) - std::log(range) : 0.0; }
 };
 
 // A proportion or the size of the class: a sum of the logs of the half sizes.
@@ -118,6 +130,9 @@ struct ClassTerm {
         factor * (weights[0] * log_half[0] + weights[1] * log_half[1] + weights[2] * log_half[2] - expected),
         kWidth);
   }
+
+  // The integral of the Cauchy loss's (1 + (factor x / 2)^2)^-2.
+  double LogNormaliser() const { return std::log(std::numbers::pi / factor); }
 };
 
 // The exponent of the kind of shape.
@@ -130,6 +145,8 @@ struct ExponentTerm {
   T operator()(const ObjectSolid<T>& solid, const T*) const {
     return factor * ((index == 0 ? solid.e1 : solid.e2) - expected);
   }
+
+  double LogNormaliser() const { return LogGaussianIntegral(factor); }
 };
 
 // The yaw of the lines, modulo 90 degrees: a normal distribution mixed with an even one, of the objects whose
@@ -138,16 +155,24 @@ struct YawTerm {
   double yaw;
   double factor;
 
+  static constexpr double kMisled = 0.2;  // share of these objects
+
+  // Density of the even distribution over the peak of the normal one.
+  double Even() const {
+    return kMisled / (1.0 - kMisled) * 2.0 / std::numbers::pi * std::exp(LogGaussianIntegral(factor));
+  }
+
   template <typename T>
   T operator()(const ObjectSolid<T>&, const T* x) const {
     using std::exp, std::log, std::sin;
-    constexpr double kMisled = 0.2;  // share of these objects
-    // Density of the even distribution over the peak of the normal one.
-    const double even =
-        kMisled / (1.0 - kMisled) * 2.0 / std::numbers::pi * std::sqrt(2.0 * std::numbers::pi) / factor;
+    const double even = Even();
     const T r = factor * sin(2.0 * (x[parameter::kYaw] - yaw)) / 2.0;
     return SignedRoot<T>(-2.0 * log((exp(-0.5 * r * r) + even) / (1.0 + even)), r,
                          1.0 / std::sqrt(1.0 + even));
+  }
+
+  double LogNormaliser() const {
+    return LogGaussianIntegral(factor) - std::log((1.0 - kMisled) * (1.0 + Even()));
   }
 };
 
@@ -162,6 +187,8 @@ struct NormalTerm {
   T operator()(const ObjectSolid<T>&, const T* x) const {
     return (x[index] > 0.0 ? factor_above : factor) * x[index];
   }
+
+  double LogNormaliser() const { return LogGaussianIntegral(factor); }
 };
 
 // Bounds of the log of a half size.

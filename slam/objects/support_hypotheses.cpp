@@ -79,11 +79,12 @@ std::vector<Assumption> Assumptions(const SupportHeights& supports, const Refine
   // An object on a lower surface reaches through those above it. If no box shows its lower end and its class
   // has no metric size, this cost is the only evidence against that.
   const bool size_is_known = input.scale && input.prior.log_metres;
-  const double past = input.ShowsBottom() || size_is_known ? 0.25 : 1.0;  // of the floating cost
+  const double past = input.ShowsBottom() || size_is_known ? 0.5 : 2.0;  // of the floating cost
   const auto is_floor = [&](double height) { return supports.floor && height <= *supports.floor; };
+  const double misplaced = 2.0 * options.floating_cost;  // elsewhere than on the floor, against the class
   const auto cost_of = [&](double height, double least) {
-    if (input.prior.on_floor) {  // anywhere else is as unlikely as floating
-      return is_floor(height) ? 0.0 : options.floating_cost;
+    if (input.prior.on_floor) {
+      return is_floor(height) ? 0.0 : misplaced;
     }
     const auto above = std::ranges::count_if(supports.near, [&](double other) { return other > height; });
     return past * options.floating_cost * std::max(least, static_cast<double>(above));

@@ -137,7 +137,7 @@ TEST(ObjectEnergy, MatchesCovarianceOfTheMeasurements) {
                               1000.0 / 0.01, up > 0.0 ? 1 : 3, 1.0, true, false});
     }
   }
-  const auto covariance = UncertaintyAt(PackSolid(box), energy).covariance;
+  const auto covariance = EvidenceAt(PackSolid(box), energy).covariance;
   EXPECT_NEAR(std::sqrt(covariance(7, 7)), 0.2, 0.02);  // exponents: as before
   EXPECT_NEAR(std::sqrt(covariance(6, 6)), 0.25, 0.02);
   EXPECT_LT(std::sqrt(covariance(5, 5)), 0.02);
@@ -152,7 +152,98 @@ TEST(ObjectEnergy, DoesNotTakeBoundsForMeasurements) {
   for (int axis = 0; axis < 3; ++axis) {
     energy.bounds.push_back({axis, -9.0, std::log(box.shape.half_size[axis]) - 0.1});
   }
-  EXPECT_GT(std::sqrt(UncertaintyAt(PackSolid(box), energy).covariance(3, 3)), 10.0);
+  EXPECT_GT(std::sqrt(EvidenceAt(PackSolid(box), energy).covariance(3, 3)), 10.0);
+}
+
+// The height and the vertical size of a unit ball are free; all else is fixed by narrow priors. Two edges see
+// its top and its bottom.
+class EvidenceTest : public ::testing::Test {
+ protected:
+  EvidenceTest() {
+    for (int i = 0; i < parameter::kCount; ++i) {
+      if (i != kHeight && i != kSize && i < parameter::kYaw) {
+        energy_.normals.push_back({i, 1e4, 1e4});
+      }
+    }
+    energy_.exponents = {{0, 1.0, 1e4}, {1, 1.0, 1e4}};
+    AddBiases(1e4, energy_);
+    for (int end = 0; end < 2; ++end) {
+      energy_.normals.push_back({parameter::kTaper + end, 1e4, 1e4});
+    }
+    energy_.yaws = {{0.0, 1e4}};
+    for (const double up : {1.0, -1.0}) {  // many, as one Cauchy loss has heavy tails; touch at 1 and -1
+      const EdgeTerm edge{{0.0, -0.01, up},
+                          {0.0, -100.0, 0.0},
+                          {0.0, 1.0, 0.0},
+                          600.0,
+                          up > 0.0 ? 1 : 3,
+                          1.0,
+                          true,
+                          true,
+                          0.0,
+                          true};
+      energy_.edges.insert(energy_.edges.end(), 12, edge);
+    }
+  }
+
+  // Negative logarithm of the integral over height and size, less that of the priors that fix the others,
+  // each of which is 1.
+  double Integrate() const {
+    constexpr double kStep = 0.004;
+    SolidParameters x = SolidParameters::Zero();
+    const double free = energy_.LogNormaliser() - FixedNormaliser();
+    double sum = 0.0;
+    for (double height = -1.5; height < 1.5; height += kStep) {
+      for (double size = -1.5; size < 1.5; size += kStep) {
+        x[kHeight] = height;
+        x[kSize] = size;
+        sum += std::exp(-energy_.Cost(x)) * kStep * kStep;
+      }
+    }
+    return free - std::log(sum) - std::log(1.0 - YawTerm::kMisled);  // of the yaw only the peak
+  }
+
+  double Evidence() const {
+    SolidParameters x = SolidParameters::Zero();
+    Minimise(energy_, 100, 1e-9, x);
+    return EvidenceAt(x, energy_).cost;
+  }
+
+  double FixedNormaliser() const {
+    ObjectEnergy fixed = energy_;
+    fixed.contacts.clear();
+    fixed.classes.clear();
+    return fixed.LogNormaliser();
+  }
+
+  static constexpr int kHeight = parameter::kCentre + 2;
+  static constexpr int kSize = parameter::kLogHalf + 2;
+  ObjectEnergy energy_;
+};
+
+TEST_F(EvidenceTest, EqualsTheIntegralOverHeightAndSize) {
+  EXPECT_NEAR(Evidence(), Integrate(), 0.1);
+  energy_.contacts = {{-1.05, 30.0, true, -1.0, 3.0}};
+  EXPECT_NEAR(Evidence(), Integrate(), 0.1);
+  energy_.classes = {{{-0.5, -0.5, 1.0}, 0.3, 2.0}};
+  EXPECT_NEAR(Evidence(), Integrate(), 0.1);
+}
+
+// A support at the height where the boxes show the end is evidence for standing there, not a cost.
+TEST_F(EvidenceTest, PrefersSupportThatFits) {
+  const double floating = Evidence();
+  energy_.contacts = {{-1.0, 30.0, true, -1.0, 2.0}};
+  EXPECT_LT(Evidence(), floating - 1.0);
+  energy_.contacts.front().height = -1.4;
+  EXPECT_GT(Evidence(), floating + 1.0);
+}
+
+// A wide prior fits anything, but expects it less.
+TEST_F(EvidenceTest, PrefersTheNarrowPriorThatFits) {
+  energy_.classes = {{{-0.5, -0.5, 1.0}, 0.0, 5.0}};
+  const double narrow = Evidence();
+  energy_.classes.front().factor = 1.0;
+  EXPECT_GT(Evidence(), narrow + 1.0);
 }
 
 TEST(ObjectEnergy, PenalisesYawMostAtAnEighthOfATurn) {
@@ -204,7 +295,7 @@ TEST(ObjectEnergy, ExplainsRepeatedEdgeErrorByBias) {
         energy.edges.insert(energy.edges.end(), 100, edge);
       }
     }
-    return std::sqrt(UncertaintyAt(PackSolid(solid), energy).covariance(3, 3));
+    return std::sqrt(EvidenceAt(PackSolid(solid), energy).covariance(3, 3));
   };
   // A hundred boxes make a size no surer than the detector's habit allows.
   EXPECT_GT(width_sigma(1.0 / 0.02), 3.0 * width_sigma(1e6));
