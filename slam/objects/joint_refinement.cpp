@@ -62,6 +62,17 @@ double UnitsPerPixel(const RefinementInput& input, const Eigen::Vector3d& place)
   return depths.empty() ? 1e-6 : std::max(UpperMedian(std::move(depths)), 1e-6) / input.camera.fx;
 }
 
+// Returns the half diagonal of the object that its boxes show, map units at the depth of `place`. Nine boxes
+// in ten are smaller: a single one may be wrong. 0 without views.
+double ShownSize(const RefinementInput& input, const Eigen::Vector3d& place) {
+  constexpr double kQuantile = 0.9;
+  std::vector<double> sizes = ToVector(input.views, [&](const SilhouetteView& view) {
+    const double depth = (view.T_map_camera.Inverse() * place).z();
+    return std::max(0.0, 0.5 * std::hypot(view.box.width, view.box.height) * depth / input.camera.fx);
+  });
+  return sizes.empty() ? 0.0 : LinearQuantile(std::move(sizes), kQuantile);
+}
+
 // Standard deviation of a point's radial distance due to its depth, map units: the less the cameras moved,
 // the less certain the point is along the line of sight. A surface seen at a grazing angle is not affected,
 // because the distance is measured along the radius.
@@ -172,8 +183,10 @@ void AddShape(const Superquadric& start, double handle, const RefinementOptions&
 void AddBounds(const PosedSuperquadric& start, const RefinementInput& input, double shown,
                const RefinementOptions& options, ObjectEnergy& energy) {
   constexpr double kLogRange = 6.5;
-  constexpr double kTaller = 1.2;  // the top is not known exactly
-  const double most = shown > 0.0 ? options.max_stretch * shown : 4.5 * start.shape.half_size.maxCoeff();
+  constexpr double kTaller = 1.2;   // the top is not known exactly
+  constexpr double kLargest = 1.1;  // the largest box over the size that most show
+  const double most =
+      shown > 0.0 ? kLargest * options.max_stretch * shown : 4.5 * start.shape.half_size.maxCoeff();
   Eigen::Vector3d max_half = Eigen::Vector3d::Constant(most);
   if (input.support_height && !input.ShowsBottom()) {
     const double top = start.T_map_object.translation.z() + start.shape.half_size.z();
@@ -203,7 +216,7 @@ StartedRefinement Started(const PosedSuperquadric& start, const RefinementInput&
     AddEdges(view, input.camera, options, energy);
   }
   const Eigen::Vector3d place = PlaceOf(input);
-  const double shown = LargestShown(input.views, place, input.camera);
+  const double shown = ShownSize(input, place);
   AddPoints(input, place, shown, options, energy);
   AddContact(input, shown, options, energy);
   AddClass(start.shape, input, energy);

@@ -32,16 +32,6 @@ Box2d Continued(const Box2d& box, const std::array<bool, 4>& edge_free, const Bo
 // Left, top, right and bottom of a box (undistorted px) on the image plane at depth 1.
 std::array<double, 4> NormalisedBounds(const Box2d& box, const Camera& camera);
 
-// Returns the largest half diagonal of the boxes of `views`, map units at the depth of `p_map`.
-double LargestShown(const auto& views, const Eigen::Vector3d& p_map, const Camera& camera) {
-  double largest = 0.0;
-  for (const auto& view : views) {
-    const double depth = (view.T_map_camera.Inverse() * p_map).z();
-    largest = std::max(largest, 0.5 * std::hypot(view.box.width, view.box.height) * depth / camera.fx);
-  }
-  return largest;
-}
-
 // Computes the intersection of two superquadrics over the volume of the smaller one, in [0, 1], on a regular
 // grid of `samples`^3 points (even number per axis) in the box around the smaller one.
 double OverlapOfSmaller(const PosedSuperquadric& a, const PosedSuperquadric& b, int samples = 16);

@@ -202,6 +202,24 @@ RefinementInput WithFrontTooNear(const SyntheticDesk& desk, const PosedSuperquad
   return input;
 }
 
+// One box around two objects says nothing about the points.
+TEST(RefineJointly, TakesTheScaleOfItsSigmasFromMostBoxes) {
+  const SyntheticDesk desk(1);
+  const PosedSuperquadric truth = desk.Objects()[5].superquadric;
+  RefinementInput input = InputOf(desk, truth);
+  for (int i = 0; i < 60; ++i) {
+    input.points.push_back(truth.T_map_object * truth.shape.PointAt(-1.2 + 0.04 * i, -3.0 + 0.1 * i));
+  }
+  input.support_height = 0.0;
+  const auto depth_sigma = [&] {
+    return std::sqrt(RefineJointly(truth, input, RefinementOptions()).covariance(2, 2));
+  };
+  const double before = depth_sigma();
+  Box2d& odd = input.views.front().box;
+  odd = {odd.x - 2.0 * odd.width, odd.y - 2.0 * odd.height, 5.0 * odd.width, 5.0 * odd.height};
+  EXPECT_NEAR(depth_sigma() / before, 1.0, 0.15);
+}
+
 // Points that alone show where the object is: its only box is cut off on all sides.
 class PointWeight : public ::testing::Test {
  protected:
