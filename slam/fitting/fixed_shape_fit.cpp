@@ -14,36 +14,23 @@ constexpr double kPull = 0.1;    // of each half size
 
 // Distance of a point over the noise. Parameters: centre (in the frame of `start`), logarithms of the half
 // sizes, rotation about the z axis.
-class PointCost : public ceres::SizedCostFunction<1, 3, 3, 1> {
- public:
-  PointCost(const Eigen::Vector3d& p, const Superquadric& shape, double noise)
-      : p_(p), shape_(shape), noise_(noise) {}
+struct PointCost {
+  Eigen::Vector3d p;
+  Superquadric shape;
+  double noise;
 
-  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
-    Superquadric shape = shape_;
-    shape.half_size = Eigen::Map<const Eigen::Vector3d>(parameters[1]).array().exp();
-    SurfaceDistance::Derivatives by;
-    const Eigen::Matrix3d R_start_object =
-        Eigen::AngleAxisd(parameters[2][0], Eigen::Vector3d::UnitZ()).toRotationMatrix();
-    const Eigen::Vector3d p =
-        R_start_object.transpose() * (p_ - Eigen::Map<const Eigen::Vector3d>(parameters[0]));
-    residuals[0] = SurfaceDistance(shape)(p, &by) / noise_;
-    if (jacobians != nullptr && jacobians[0] != nullptr) {
-      Eigen::Vector3d::Map(jacobians[0]) = -(R_start_object * by.by_point) / noise_;
-    }
-    if (jacobians != nullptr && jacobians[1] != nullptr) {
-      Eigen::Vector3d::Map(jacobians[1]) = by.by_log_half_size / noise_;
-    }
-    if (jacobians != nullptr && jacobians[2] != nullptr) {
-      jacobians[2][0] = (by.by_point.x() * p.y() - by.by_point.y() * p.x()) / noise_;
-    }
+  template <typename T>
+  bool operator()(const T* centre, const T* log_size, const T* yaw, T* residual) const {
+    using Vector = Eigen::Matrix<T, 3, 1>;
+    const Vector offset = p.cast<T>() - Eigen::Map<const Vector>(centre);
+    const T c = cos(*yaw);
+    const T s = sin(*yaw);
+    const Vector half(exp(log_size[0]), exp(log_size[1]), exp(log_size[2]));
+    const SurfaceDistanceOf<T> distance(half, T(shape.e1), T(shape.e2));
+    *residual =
+        distance({c * offset.x() + s * offset.y(), c * offset.y() - s * offset.x(), offset.z()}) / noise;
     return true;
   }
-
- private:
-  Eigen::Vector3d p_;
-  Superquadric shape_;
-  double noise_;
 };
 
 // Prior on the six sides (centre minus and plus half size), with a standard deviation of kPull of the half
@@ -92,9 +79,9 @@ PosedSuperquadric FitPlaceAndSize(std::span<const Eigen::Vector3d> p_map, const 
   ceres::Problem problem;
   const Rigid3d T_object_map = start.T_map_object.Inverse();
   for (const Eigen::Vector3d& p : p_map) {
-    problem.AddResidualBlock(
-        new PointCost(T_object_map * p, start.shape, kNoise * start.shape.half_size.mean()),
-        new ceres::HuberLoss(1.0), centre.data(), log_size.data(), &yaw);
+    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<PointCost, 1, 3, 3, 1>(new PointCost{
+                                 T_object_map * p, start.shape, kNoise * start.shape.half_size.mean()}),
+                             new ceres::HuberLoss(1.0), centre.data(), log_size.data(), &yaw);
   }
   problem.AddResidualBlock(
       new ceres::AutoDiffCostFunction<SidesCost, 6, 3, 3>(new SidesCost{start.shape.half_size}), nullptr,

@@ -1,9 +1,13 @@
 #include "slam/fitting/mixture_fit.h"
 
+#include <ceres/rotation.h>
 #include <ceres/tiny_solver.h>
+#include <ceres/tiny_solver_autodiff_function.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <type_traits>
 
 #include "slam/fitting/surface_measures.h"
 #include "slam/geometry/lie.h"
@@ -23,30 +27,33 @@ constexpr double kLogitPrior = 0.3;
 constexpr double kSizePrior = 0.05;
 constexpr double kLogAreaShift = 6.0;  // clouds in canonical units have areas of about e^2.5
 
-double Exponent(double logit) { return kLowest + kSpan / (1.0 + std::exp(-logit)); }
+template <typename T>
+T Exponent(const T& logit) {
+  using std::exp;
+  return kLowest + kSpan / (1.0 + exp(-logit));
+}
 
 double Logit(double exponent) {
   const double share = std::clamp((exponent - kLowest) / kSpan, 1e-3, 1.0 - 1e-3);
   return std::log(share / (1.0 - share));
 }
 
-// Right Jacobian of SO(3): Exp(w + dw) = Exp(w) Exp(J dw).
-Matrix3d RightJacobian(const Vector3d& w) {
-  const double angle = w.norm();
-  const Matrix3d skew = Skew(w);
-  if (angle < 1e-6) {
-    return Matrix3d::Identity() - 0.5 * skew;
+// LogSurfaceArea() with the derivatives of log half sizes and exponents.
+template <typename T>
+T LogArea(const T* log_half, const T& e1, const T& e2) {
+  if constexpr (std::is_same_v<T, double>) {
+    return LogSurfaceArea({{std::exp(log_half[0]), std::exp(log_half[1]), std::exp(log_half[2])}, e1, e2});
+  } else {
+    Eigen::Matrix<double, 5, 1> gradient;
+    const double area = LogSurfaceArea(
+        {{std::exp(log_half[0].a), std::exp(log_half[1].a), std::exp(log_half[2].a)}, e1.a, e2.a}, &gradient);
+    return T(area, gradient[0] * log_half[0].v + gradient[1] * log_half[1].v + gradient[2] * log_half[2].v +
+                       gradient[3] * e1.v + gradient[4] * e2.v);
   }
-  const double square = angle * angle;
-  return Matrix3d::Identity() - (1.0 - std::cos(angle)) / square * skew +
-         (angle - std::sin(angle)) / (square * angle) * skew * skew;
 }
 
 class Residuals {
  public:
-  using Scalar = double;
-  enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = 11 };
-
   Residuals(const std::vector<Vector3d>& points, const Eigen::Quaterniond& base, const MixtureModel& model,
             const MixtureFitOptions& options)
       : points_(points), base_(base), model_(model), options_(options) {}
@@ -60,81 +67,43 @@ class Residuals {
     return result;
   }
 
-  bool operator()(const double* parameters, double* residuals, double* jacobian) const {
-    const Eigen::Map<const Parameters> x(parameters);
-    const int rows = NumResiduals();
-    const int n = static_cast<int>(points_.size());
-    const PosedSuperquadric superquadric = At(x);
-    const SurfaceDistance distance(superquadric.shape);
-    const Matrix3d R_object_map = superquadric.T_map_object.RotationMatrix().transpose();
-    const Matrix3d right = RightJacobian(x.segment<3>(5));
-    const double by_logit1 = LogitSlope(superquadric.shape.e1);
-    const double by_logit2 = LogitSlope(superquadric.shape.e2);
-    Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 11>> J(jacobian, jacobian == nullptr ? 0 : rows, 11);
-    SurfaceDistance::Derivatives derivatives;
-    for (int i = 0; i < n; ++i) {
-      const Vector3d p = R_object_map * (points_[i] - superquadric.T_map_object.translation);
-      const double d = distance(p, jacobian == nullptr ? nullptr : &derivatives);
-      double slope = 0.0;
-      residuals[i] = Robust(d, jacobian == nullptr ? nullptr : &slope);
-      if (jacobian != nullptr) {
-        J.row(i).segment<3>(0) = slope * derivatives.by_log_half_size;
-        J(i, 3) = slope * derivatives.by_e1 * by_logit1;
-        J(i, 4) = slope * derivatives.by_e2 * by_logit2;
-        const Vector3d by_rotation = right.transpose() * derivatives.by_point.cross(p);
-        J.row(i).segment<3>(5) = slope * by_rotation;
-        J.row(i).segment<3>(8) = -slope * (R_object_map.transpose() * derivatives.by_point);
-      }
+  template <typename T>
+  bool operator()(const T* x, T* residuals) const {
+    using std::exp, std::sqrt;
+    using Vector = Eigen::Matrix<T, 3, 1>;
+    const T e1 = Exponent(x[3]);
+    const T e2 = Exponent(x[4]);
+    const SurfaceDistanceOf<T> distance(Vector(exp(x[0]), exp(x[1]), exp(x[2])), e1, e2);
+    const std::array<T, 3> inverse = {options_.upright ? T(0.0) : T(-x[5]),
+                                      options_.upright ? T(0.0) : T(-x[6]), -x[7]};
+    Eigen::Matrix<T, 3, 3> R_object_base;
+    ceres::AngleAxisToRotationMatrix(inverse.data(), R_object_base.data());
+    const Matrix3d R_base_map = base_.toRotationMatrix().transpose();
+    const Vector origin = R_base_map.cast<T>() * Eigen::Map<const Vector>(x + 8);
+    for (const Vector3d& point : points_) {
+      const Vector p = (R_base_map * point).cast<T>() - origin;
+      *residuals++ = Robust(distance(R_object_base * p));
     }
-    AddPriors(x, residuals + n, J, n);
-    AddArea(superquadric.shape, residuals + n + 5, J, n + 5);
-    if (jacobian != nullptr) {
-      J(n + 5, 3) *= by_logit1;
-      J(n + 5, 4) *= by_logit2;
+    for (int i = 0; i < 5; ++i) {
+      *residuals++ = (i < 3 ? kSizePrior : kLogitPrior) * x[i];
     }
-    if (jacobian != nullptr && options_.upright) {
-      J.middleCols<2>(5).setZero();
-    }
+    // The cost w log A as a least-squares residual; the shift only keeps the radicand positive.
+    const T area = LogArea(x, e1, e2) + kLogAreaShift;
+    *residuals =
+        options_.area_weight > 0.0 && area > 1e-3 ? T(sqrt(2.0 * options_.area_weight * area)) : T(0.0);
     return true;
   }
 
  private:
-  static double LogitSlope(double e) { return (e - kLowest) * (kLowest + kSpan - e) / kSpan; }
-
   // Returns the residual whose half square is the mixture cost, with the sign of d.
-  double Robust(double d, double* slope) const {
-    const double variance = model_.sigma * model_.sigma;
-    const double root = std::sqrt(2.0 * std::max(model_.Cost(d), 0.0));
-    if (slope != nullptr) {
-      *slope = 0.5 * d * d / variance < 1e-12 ? 1.0 / (model_.sigma * std::sqrt(1.0 + model_.outlier_ratio))
-                                              : model_.InlierProbability(d) * std::abs(d) / (variance * root);
+  template <typename T>
+  T Robust(const T& d) const {
+    using std::sqrt;
+    const T square = 2.0 * model_.Cost(d);
+    if (square < 1e-12) {
+      return d / (model_.sigma * std::sqrt(1.0 + model_.outlier_ratio));
     }
-    return d < 0.0 ? -root : root;
-  }
-
-  static void AddPriors(const Parameters& x, double* residuals, auto& J, int row) {
-    for (int i = 0; i < 5; ++i) {
-      const double weight = i < 3 ? kSizePrior : kLogitPrior;
-      residuals[i] = weight * x[i];
-      if (J.rows() > 0) {
-        J.row(row + i).setZero();
-        J(row + i, i) = weight;
-      }
-    }
-  }
-
-  // sqrt(2 w (log A + K)): the cost w log A as a least-squares residual; K only keeps the radicand positive.
-  void AddArea(const Superquadric& shape, double* residual, auto& J, int row) const {
-    const bool differentiate = J.rows() > 0;
-    Eigen::Matrix<double, 5, 1> gradient;
-    const double log_area = LogSurfaceArea(shape, differentiate ? &gradient : nullptr);
-    *residual = std::sqrt(2.0 * options_.area_weight * std::max(log_area + kLogAreaShift, 1e-3));
-    if (differentiate) {
-      J.row(row).setZero();
-      if (*residual > 0.0) {
-        J.row(row).template head<5>() = options_.area_weight / *residual * gradient;
-      }
-    }
+    return d < 0.0 ? T(-sqrt(square)) : T(sqrt(square));
   }
 
   const std::vector<Vector3d>& points_;
@@ -144,11 +113,6 @@ class Residuals {
 };
 
 }  // namespace
-
-double MixtureModel::Cost(double distance) const {
-  const double u = 0.5 * distance * distance / (sigma * sigma);
-  return -std::log1p(std::expm1(-u) / (1.0 + outlier_ratio));
-}
 
 double MixtureModel::InlierProbability(double distance) const {
   const double density = std::exp(-0.5 * distance * distance / (sigma * sigma));
@@ -172,12 +136,13 @@ MixtureFit FitMixture(const std::vector<Vector3d>& points, const PosedSuperquadr
   Parameters x;
   x << start.shape.half_size.array().log().matrix(), Logit(start.shape.e1), Logit(start.shape.e2),
       Vector3d::Zero(), start.T_map_object.translation;
-  ceres::TinySolver<Residuals> solver;
+  using Derived = ceres::TinySolverAutoDiffFunction<Residuals, Eigen::Dynamic, 11>;
+  ceres::TinySolver<Derived> solver;
   solver.options.max_num_iterations = options.max_iterations;
   solver.options.parameter_tolerance = options.parameter_tolerance;
   solver.options.function_tolerance = 0.0;
   solver.options.initial_trust_region_radius = 1e2;
-  solver.Solve(residuals, &x);
+  solver.Solve(Derived(residuals), &x);
   return {residuals.At(x), solver.summary.final_cost};
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <vector>
 
 #include "slam/geometry/superquadric.h"
@@ -14,7 +15,11 @@ struct MixtureModel {
   double sigma = 0.1;           // standard deviation of the noise, in the units of the points
   double outlier_ratio = 1e-2;  // c: density of outliers relative to that of the surface at distance 0
 
-  double Cost(double distance) const;
+  template <typename T>
+  T Cost(const T& distance) const {
+    using std::expm1, std::log1p;
+    return -log1p(expm1(-0.5 * distance * distance / (sigma * sigma)) / (1.0 + outlier_ratio));
+  }
   double InlierProbability(double distance) const;
 };
 
