@@ -49,6 +49,16 @@ T SolidNorm(const T& x, const T& y, const T& z, const T& p1, const T& p2) {
   }
 }
 
+// Signed radial distance of a point in the frame of a superquadric from its surface (Eq. 11), negative
+// inside; at the centre minus the smallest half size. `p1`, `p2`: powers 2 / e1 and 2 / e2.
+template <typename T>
+T RadialDistance(const Vector3<T>& p, const Vector3<T>& half_size, const T& p1, const T& p2) {
+  using std::sqrt;
+  const Vector3<T> unit = p.cwiseQuotient(half_size);
+  const T scale = SolidNorm<T>(unit.x(), unit.y(), unit.z(), p1, p2);
+  return scale > 0.0 ? T(sqrt(p.squaredNorm()) * (1.0 - 1.0 / scale)) : T(-half_size.minCoeff());
+}
+
 // Variations of a superquadric.
 struct SolidVariant {
   bool tapered = false;
@@ -152,14 +162,8 @@ struct ObjectSolid {
     return {p.x() / width, p.y() / width, p.z()};
   }
 
-  // Signed radial distance of ToBody(p) from the surface (Eq. 11), negative inside; at the body's centre
-  // minus the smallest half size.
-  T RadialDistance(const Vector3<T>& p_body) const {
-    using std::sqrt;
-    const Vector3<T> unit = p_body.cwiseQuotient(body);
-    const T scale = SolidNorm<T>(unit.x(), unit.y(), unit.z(), p1, p2);
-    return scale > 0.0 ? T(sqrt(p_body.squaredNorm()) * (1.0 - 1.0 / scale)) : T(-body.minCoeff());
-  }
+  // Of ToBody(p) from the surface of the body.
+  T RadialDistance(const Vector3<T>& p_body) const { return sqslam::RadialDistance<T>(p_body, body, p1, p2); }
 };
 
 using SolidParameters = Eigen::Matrix<double, parameter::kCount, 1>;

@@ -6,36 +6,27 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <deque>
 #include <limits>
+#include <vector>
 
+#include "slam/objects/object_solid.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
 
 // Weighted radial distance of a point as a function of e1 and e2.
-class ShapeCost final : public ceres::SizedCostFunction<1, 2> {
- public:
-  // `factor`: sqrt(alpha) / mean half size.
-  ShapeCost(const Eigen::Vector3d& half_size, const Eigen::Vector3d& p, double factor)
-      : half_size_(half_size), p_(p), factor_(factor) {}
+struct ShapeCost {
+  Eigen::Vector3d half_size;
+  Eigen::Vector3d p;
+  double factor;  // sqrt(alpha) / mean half size
 
-  bool Evaluate(double const* const* exponents, double* residual, double** jacobians) const override {
-    const Superquadric shape{half_size_, exponents[0][0], exponents[0][1]};
-    const RadialDistanceGradient distance = shape.RadialDistanceWithGradient(p_);
-    residual[0] = factor_ * distance.value;
-    if (jacobians != nullptr && jacobians[0] != nullptr) {
-      jacobians[0][0] = factor_ * distance.by_e1;
-      jacobians[0][1] = factor_ * distance.by_e2;
-    }
+  template <typename T>
+  bool operator()(const T* exponents, T* residual) const {
+    residual[0] =
+        factor * RadialDistance<T>(p.cast<T>(), half_size.cast<T>(), 2.0 / exponents[0], 2.0 / exponents[1]);
     return true;
   }
-
- private:
-  Eigen::Vector3d half_size_;
-  Eigen::Vector3d p_;
-  double factor_;
 };
 
 double HuberCost(double residual, double width) {
@@ -44,13 +35,12 @@ double HuberCost(double residual, double width) {
 }
 
 // Mean robust cost at fixed exponents; the function that the refinement minimises.
-double CostAt(const std::deque<ShapeCost>& costs, double e1, double e2, const SizeShapeOptions& options) {
+double CostAt(const std::vector<ShapeCost>& costs, double e1, double e2, const SizeShapeOptions& options) {
   const double exponents[2] = {e1, e2};
-  const double* const parameters[] = {exponents};
   double sum = 0.0;
   for (const ShapeCost& cost : costs) {
     double residual = 0.0;
-    cost.Evaluate(parameters, &residual, nullptr);
+    cost(exponents, &residual);
     sum += HuberCost(residual, options.huber);
   }
   const double d1 = e1 - options.prior_exponent;
@@ -59,7 +49,7 @@ double CostAt(const std::deque<ShapeCost>& costs, double e1, double e2, const Si
          options.regularisation * options.huber * options.huber * (d1 * d1 + d2 * d2);
 }
 
-ShapeFit BestOfGrid(const std::deque<ShapeCost>& costs, const SizeShapeOptions& options) {
+ShapeFit BestOfGrid(const std::vector<ShapeCost>& costs, const SizeShapeOptions& options) {
   ShapeFit best;
   best.cost = std::numeric_limits<double>::infinity();
   const int steps = static_cast<int>((kMaxShapeExponent - kMinShapeExponent) / options.grid_step + 1e-6);
@@ -106,24 +96,23 @@ ShapeFit FitShape(std::span<const Eigen::Vector3d> p_object, const Eigen::Vector
     return {options.prior_exponent, options.prior_exponent, 0.0};
   }
   const std::vector<double> alpha = ShapeWeights(p_object);
-  std::deque<ShapeCost> costs;  // Ceres' cost functions cannot be moved
+  std::vector<ShapeCost> costs;
   for (std::size_t i = 0; i < p_object.size(); ++i) {
-    costs.emplace_back(half_size, p_object[i], std::sqrt(alpha[i]) / half_size.mean());
+    costs.push_back({half_size, p_object[i], std::sqrt(alpha[i]) / half_size.mean()});
   }
   const ShapeFit start = BestOfGrid(costs, options);
 
   double exponents[2] = {start.e1, start.e2};
   const double factor =
       options.huber * std::sqrt(options.regularisation * static_cast<double>(p_object.size()));
-  ceres::NormalPrior prior(factor * ceres::Matrix::Identity(2, 2),
-                           ceres::Vector::Constant(2, options.prior_exponent));
-  ceres::Problem::Options ownership;
-  ownership.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  ceres::Problem problem(ownership);
-  for (ShapeCost& cost : costs) {
-    problem.AddResidualBlock(&cost, new ceres::HuberLoss(options.huber), exponents);
+  ceres::Problem problem;
+  for (const ShapeCost& cost : costs) {
+    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<ShapeCost, 1, 2>(new ShapeCost(cost)),
+                             new ceres::HuberLoss(options.huber), exponents);
   }
-  problem.AddResidualBlock(&prior, nullptr, exponents);
+  problem.AddResidualBlock(new ceres::NormalPrior(factor * ceres::Matrix::Identity(2, 2),
+                                                  ceres::Vector::Constant(2, options.prior_exponent)),
+                           nullptr, exponents);
   for (int i = 0; i < 2; ++i) {
     problem.SetParameterLowerBound(exponents, i, kMinShapeExponent);
     problem.SetParameterUpperBound(exponents, i, kMaxShapeExponent);
