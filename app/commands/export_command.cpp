@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "app/commands/commands.h"
+#include "app/commands/render_arguments.h"
 #include "app/export/camera_model.h"
 #include "app/export/map_export.h"
 #include "app/export/map_view.h"
@@ -36,6 +37,7 @@ struct ExportArguments {
   std::optional<ModelFormat> format;
   std::string images;
   bool masks = false;
+  StyleArguments style;
   bool quiet = false;
 };
 
@@ -50,6 +52,11 @@ void CheckArguments(const ExportArguments& a, const std::string& extension) {
                         "{0}: applies to a {1} only, expected --output FILE{1} instead of {2}", option, only,
                         a.output);
   }
+  const bool colored = extension == ".html" || extension == ".glb" || extension == ".obj" || a.meshes;
+  ThrowIf<UsageError>(!colored && (!a.style.settings.empty() || a.style.name != StyleArguments().name),
+                      "--style and --set: {} holds no colours of classes, expected --output FILE.html, .glb, "
+                      ".obj, or .ply with --meshes",
+                      a.output);
 }
 
 // Returns the mesh of a densified result; empty if none is wanted.
@@ -65,7 +72,7 @@ void WriteViewPage(const ExportArguments& a, const fs::path& map_path) {
   if (!a.ground_truth.empty()) {
     layers = ReadLayers({.ground_truth = a.ground_truth}, reader, map_path, {});
   }
-  WriteFileAtomically(a.output, MapViewPage(reader, map_path, layers.true_path));
+  WriteFileAtomically(a.output, MapViewPage(reader, map_path, layers.true_path, a.style.Load()));
 }
 
 // Exports keyframes, points and images for COLMAP or nerfstudio.
@@ -107,10 +114,11 @@ void Export(const ExportArguments& a) {
   const RecordingReader reader = OpenMap(map_path, a.objects, HiddenObjects::kKeep);
   const MapSnapshotPtr map = reader.Last();
   if (extension == ".glb") {
-    WriteFileAtomically(output, MapGlb(*map, TrackedPoses(map_path, *map), SurfaceToExport(a, map_path),
-                                       ReadHistory(reader).first_seen, "sqslam " SQSLAM_VERSION));
+    WriteFileAtomically(output,
+                        MapGlb(*map, TrackedPoses(map_path, *map), SurfaceToExport(a, map_path),
+                               ReadHistory(reader).first_seen, "sqslam " SQSLAM_VERSION, a.style.Load()));
   } else if (extension == ".obj" || a.meshes) {
-    WriteObjectMeshes(output, map->objects);
+    WriteObjectMeshes(output, map->objects, LabelColors(a.style.Load().objects.colors));
   } else if (extension == ".ply") {
     WritePoints(output, map->points);
   } else if (extension == ".json") {
@@ -139,6 +147,8 @@ With --format, a new folder with the keyframes of a finished run and their image
 With --masks also masks/NAME.png for each image NAME, black outside the objects: both programs ignore what is black.
 images/ is a link to the sequence if its images are files of the mapped size; frames of a video or of a resized
 sequence are written. All but .glb use the map frame, z up. With --edits, hidden objects are exported, deleted ones not.
+Pages and meshes take the colours of classes (objects.colors) from the style, pages and .glb also cameras.size, .glb
+cameras.color.
 
 Examples:
   sqslam export out/kitchen -o kitchen.html
@@ -148,6 +158,7 @@ Examples:
   sqslam export out/kitchen -o points.ply
   sqslam export out/kitchen -o objects.ply --meshes
   sqslam export out/kitchen -o objects.json --edits auto
+  sqslam export out/kitchen -o kitchen.html --set objects.colors.cup=#0072b2
   sqslam export out/kitchen -o out/kitchen-colmap --format colmap
   sqslam export out/film -o out/film-nerf --format nerfstudio
 )";
@@ -172,6 +183,8 @@ void AddExportCommand(Command& program) {
   command.Flag("--surface", a.surface, "In a .glb: also the coloured mesh of a densified result");
   command.Option("--ground-truth SEQUENCE", a.ground_truth,
                  "In a .html: also the true camera path of this sequence; auto: of the mapped one");
+  command.Group("Style");
+  a.style.AddTo(command);
   command.QuietFlag(a.quiet, "No progress and no summary");
 }
 

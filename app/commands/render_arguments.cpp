@@ -170,7 +170,8 @@ SceneStyle StyleArguments::Load(void (*adapt)(SceneStyle& style)) const {
   if (adapt != nullptr) {
     adapt(style);
   }
-  SetOptions(settings, style);
+  SetStyle(settings, style);
+  CheckStyle(style);
   return style;
 }
 

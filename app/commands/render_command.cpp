@@ -230,7 +230,7 @@ constexpr const char* kRenderNotes = R"(
 By default the view shows the objects and their surroundings; the --camera options change it, angles in degrees.
 Styles are in configs/styles. --set overrides a value of the style (objects.opacity=0.5, objects.labels=true,
 points.size=3, cameras.keyframes=false, grid.show=false, text.legend=false, anti_aliasing=fxaa,
-video_anti_aliasing=ssaa, ...). covisibility.show=true draws lines between keyframes that share at least
+video_anti_aliasing=ssaa, objects.colors.cup=#0072b2, ...). covisibility.show=true draws lines between keyframes that share at least
 covisibility.min_points map points. clip.axis=x, y, z or view cuts points, objects and dense cloud above a plane
 along that axis (view: nearer to the camera); clip.offset moves the plane from the centre of the scene (1: by its
 radius), clip.flip=true cuts the other side.

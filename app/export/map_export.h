@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "render/scene/cloud_layer.h"
+#include "render/scene/style.h"
 #include "render/surface/surface_mesh.h"
 #include "slam/dense/depth_fusion.h"
 #include "slam/io/trajectory.h"
@@ -28,14 +29,16 @@ namespace sqslam::app {
 //     flight       a camera that follows the path
 // An animation as long as the run moves that camera and shows each object from its first sight on. Names
 // are unique and short enough for Blender. Empty groups are omitted. `first_seen`: time of each object's
-// first sight, by id, seconds; `generator`: name and version of the program.
+// first sight, by id, seconds; `generator`: name and version of the program; `style`: colours of classes and
+// cameras, size of the frusta.
 std::string MapGlb(const MapSnapshot& map, const Trajectory& trajectory, const SurfaceMesh& surface,
-                   const std::map<std::int32_t, double>& first_seen, const std::string& generator);
+                   const std::map<std::int32_t, double>& first_seen, const std::string& generator,
+                   const SceneStyle& style = {});
 
 // Returns the geometry that the page of a map draws: objects with `segments` steps of longitude, map points,
 // and the dense cloud as "cloud".
 std::string ViewGlb(const MapSnapshot& map, const std::vector<CloudPoint>& cloud, int segments,
-                    const std::string& generator);
+                    const std::string& generator, const SceneStyle& style = {});
 
 // Fuses the depth maps of a densified recording (map.sqmap) into a mesh, with the options it was densified
 // with. Returns nullopt if `progress` cancelled it. Throws InputError if the recording has no depth maps.
@@ -48,6 +51,7 @@ bool WriteSurface(const std::filesystem::path& result, int threads, const Densif
 // Writes superquadrics as quad meshes in the map frame (Eq. 1 on a regular grid) with normals, in the colours
 // of their classes. The extension selects the format: .obj (one named object each, with a .mtl file of the
 // colours beside it) or .ply (ASCII, all objects in one mesh). Throws UsageError on any other extension.
-void WriteObjectMeshes(const std::filesystem::path& path, const std::vector<SnapshotObject>& objects);
+void WriteObjectMeshes(const std::filesystem::path& path, const std::vector<SnapshotObject>& objects,
+                       const LabelColors& colors = {});
 
 }  // namespace sqslam::app

@@ -50,8 +50,8 @@ GlbJson Extras(const SnapshotObject& object) {
 
 class MapWriter {
  public:
-  MapWriter(const MapSnapshot& map, const std::string& generator)
-      : map_(map), file_(generator), colors_(LabelColors::Of(map.objects)) {}
+  MapWriter(const MapSnapshot& map, const std::string& generator, const SceneStyle& style = {})
+      : map_(map), file_(generator), style_(style), colors_(style.objects.colors) {}
 
   void AddObjects(int segments = 64) {
     segments_ = segments;
@@ -233,8 +233,8 @@ class MapWriter {
 
   const MapSnapshot& map_;
   GlbFile file_;
-  LabelColors colors_;
   SceneStyle style_;
+  LabelColors colors_;
   int segments_ = 0;  // steps of longitude of each superquadric
   Trajectory path_;
   int lens_ = -1;                        // index of the glTF camera; -1: none
@@ -246,8 +246,9 @@ class MapWriter {
 }  // namespace
 
 std::string MapGlb(const MapSnapshot& map, const Trajectory& trajectory, const SurfaceMesh& surface,
-                   const std::map<std::int32_t, double>& first_seen, const std::string& generator) {
-  MapWriter writer(map, generator);
+                   const std::map<std::int32_t, double>& first_seen, const std::string& generator,
+                   const SceneStyle& style) {
+  MapWriter writer(map, generator, style);
   writer.AddObjects();
   writer.AddPoints("points", map.points);
   writer.AddSurface(surface);
@@ -258,8 +259,8 @@ std::string MapGlb(const MapSnapshot& map, const Trajectory& trajectory, const S
 }
 
 std::string ViewGlb(const MapSnapshot& map, const std::vector<CloudPoint>& cloud, int segments,
-                    const std::string& generator) {
-  MapWriter writer(map, generator);
+                    const std::string& generator, const SceneStyle& style) {
+  MapWriter writer(map, generator, style);
   writer.AddObjects(segments);
   writer.AddPoints("points", map.points);
   writer.AddPoints("cloud", cloud);

@@ -62,7 +62,7 @@ class MapViewWriter {
         map_(*reader.Last()),
         history_(history) {
     std::ranges::sort(map_.keyframes, {}, &SnapshotKeyframe::timestamp);
-    colors_ = LabelColors::Of(map_.objects);
+    colors_ = LabelColors(extras_.style.objects.colors);
     start_ = map_.keyframes.empty() ? 0.0 : map_.keyframes.front().timestamp;
   }
 
@@ -158,7 +158,6 @@ class MapViewWriter {
                       {"angle", eye.view_angle},        {"center", ListOf(focus.center)},
                       {"radius", Short(focus.radius)},  {"ground", Short(focus.ground_height)},
                       {"cell", Short(GridCell(focus))}, {"up", ListOf(focus.up)}};
-    const SceneStyle style;
     const Camera& camera = map_.camera;
     scene_["lens"] = {{"width", camera.width},
                       {"height", camera.height},
@@ -166,7 +165,7 @@ class MapViewWriter {
                       {"fy", Short(camera.fy)},
                       {"cx", Short(camera.cx)},
                       {"cy", Short(camera.cy)},
-                      {"size", Short(style.cameras.size * focus.radius)}};
+                      {"size", Short(extras_.style.cameras.size * focus.radius)}};
   }
 
   void AddObjects() {
@@ -287,7 +286,7 @@ class MapViewWriter {
     for (CloudPoint& point : cloud) {
       point.p_map = Snapped(point.p_map, step);
     }
-    view_.glb = ViewGlb(drawn, cloud, options_.segments, "sqslam " SQSLAM_VERSION);
+    view_.glb = ViewGlb(drawn, cloud, options_.segments, "sqslam " SQSLAM_VERSION, extras_.style);
   }
 
   const RecordingReader& reader_;

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "render/scene/style.h"
 #include "slam/snapshot/recording.h"
 #include "slam/snapshot/snapshot.h"
 
@@ -58,6 +59,7 @@ struct MapViewExtras {
   std::string title;
   double metres = 0.0;  // per unit of the recording as read; 0: as the recording says
   std::vector<std::vector<Eigen::Vector3d>> true_path;  // map frame, split at gaps
+  SceneStyle style{};                                   // colours of classes, size of the frusta
 };
 
 // A finished run in the form that the page reads: geometry as .glb, everything else as JSON, and images.
@@ -84,6 +86,7 @@ std::string HtmlPage(const std::string& title, const std::string& body, const st
 
 // Returns a page with the view of a recording only, titled by the name of its sequence.
 std::string MapViewPage(const RecordingReader& reader, const std::filesystem::path& recording,
-                        const std::vector<std::vector<Eigen::Vector3d>>& true_path = {});
+                        const std::vector<std::vector<Eigen::Vector3d>>& true_path = {},
+                        const SceneStyle& style = {});
 
 }  // namespace sqslam::app

@@ -92,12 +92,12 @@ std::string HtmlPage(const std::string& title, const std::string& body, const st
 }
 
 std::string MapViewPage(const RecordingReader& reader, const fs::path& recording,
-                        const std::vector<std::vector<Eigen::Vector3d>>& true_path) {
+                        const std::vector<std::vector<Eigen::Vector3d>>& true_path, const SceneStyle& style) {
   const fs::path sequence = reader.Info().sequence_path;
   const std::string title =
       AbsolutePath(sequence.empty() ? recording.parent_path() : sequence).filename().string();
-  const MapView view =
-      ReadMapView(reader, ReadHistory(reader), recording, {.title = title, .true_path = true_path});
+  const MapView view = ReadMapView(reader, ReadHistory(reader), recording,
+                                   {.title = title, .true_path = true_path, .style = style});
   return HtmlPage(title, MapViewElements(view), "", "sq-alone");
 }
 

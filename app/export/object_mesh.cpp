@@ -58,8 +58,7 @@ std::string MaterialName(std::string label) {
   return label;
 }
 
-std::string MtlText(const std::vector<SnapshotObject>& objects) {
-  const LabelColors colors = LabelColors::Of(objects);
+std::string MtlText(const std::vector<SnapshotObject>& objects, const LabelColors& colors) {
   std::string text = "# colours of the classes\n";
   std::set<std::string> written;
   for (const SnapshotObject& object : objects) {
@@ -89,7 +88,7 @@ std::string ObjText(const std::vector<SnapshotObject>& objects, const std::strin
   return text;
 }
 
-std::string PlyText(const std::vector<SnapshotObject>& objects) {
+std::string PlyText(const std::vector<SnapshotObject>& objects, const LabelColors& colors) {
   std::string text = fmt::format(
       "ply\nformat ascii 1.0\ncomment superquadrics, map frame, z up\nelement vertex {}\nproperty float x\n"
       "property float y\nproperty float z\nproperty float nx\nproperty float ny\nproperty float nz\n"
@@ -97,7 +96,6 @@ std::string PlyText(const std::vector<SnapshotObject>& objects) {
       "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
       objects.size() * kVertices, objects.size() * kFaces);
   auto out = std::back_inserter(text);
-  const LabelColors colors = LabelColors::Of(objects);
   for (const SnapshotObject& object : objects) {
     const Eigen::Vector3i c = (255.0 * colors(object.label)).array().round().cast<int>();
     for (const auto& [p, n] : Vertices(object.superquadric)) {
@@ -114,21 +112,22 @@ std::string PlyText(const std::vector<SnapshotObject>& objects) {
 
 }  // namespace
 
-void WriteObjectMeshes(const std::filesystem::path& path, const std::vector<SnapshotObject>& objects) {
+void WriteObjectMeshes(const std::filesystem::path& path, const std::vector<SnapshotObject>& objects,
+                       const LabelColors& colors) {
   const std::string extension = path.extension().string();
   ThrowIf<UsageError>(extension != ".obj" && extension != ".ply",
                       "{}: unknown extension of a mesh, expected .obj or .ply", path.string());
   if (extension == ".ply") {
-    WriteFileAtomically(path, PlyText(objects));
+    WriteFileAtomically(path, PlyText(objects, colors));
     return;
   }
-  const std::filesystem::path colors = std::filesystem::path(path).replace_extension(".mtl");
-  WriteFileAtomically(colors, MtlText(objects));  // first: the .obj refers to it
+  const std::filesystem::path materials = std::filesystem::path(path).replace_extension(".mtl");
+  WriteFileAtomically(materials, MtlText(objects, colors));  // first: the .obj refers to it
   try {
-    WriteFileAtomically(path, ObjText(objects, colors.filename().string()));
+    WriteFileAtomically(path, ObjText(objects, materials.filename().string()));
   } catch (...) {
     std::error_code none;
-    std::filesystem::remove(colors, none);  // nothing refers to it
+    std::filesystem::remove(materials, none);  // nothing refers to it
     throw;
   }
 }

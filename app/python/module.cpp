@@ -177,7 +177,7 @@ py::array_t<std::uint8_t> Render(const std::variant<const Result*, const State*>
     options.transparent = transparent;
     options.camera = {view, {}, {}, {}, {}, azimuth, elevation, zoom};
     options.style = LoadStyle(style);
-    SetOptions(settings, options.style);
+    SetStyle(settings, options.style);
     CheckStyle(options.style);
     if (const auto* result = std::get_if<const Result*>(&what)) {  // a single state has no dense cloud
       options.layers = app::ReadLayers({}, (*result)->Reader(), (*result)->File(), options.style);

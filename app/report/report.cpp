@@ -230,7 +230,7 @@ void AppendBanner(Output out, const ReportData& data) {
 
 void WriteReport(const ReportInputs& inputs) {
   const ReportData data = ReadReportData(inputs);
-  const LabelColors colors = LabelColors::Of(data.objects);
+  const LabelColors colors = LabelColors();
   const std::string sequence =
       inputs.sequence.empty() && data.recording ? data.recording->Info().sequence_path : inputs.sequence;
   const std::string title =

@@ -17,6 +17,7 @@
 #include "app/viewer/viewer.h"
 #include "app/viewer/widgets/widgets.h"
 #include "render/picture/picture.h"
+#include "slam/util/data_path.h"
 #include "slam/util/error.h"
 #include "slam/util/host.h"
 #include "slam/util/options.h"
@@ -44,6 +45,8 @@ struct Arguments {
   std::string play;
   std::string record;
   app::LayerArguments layers;
+  std::string style;  // empty: as in the last session
+  std::vector<std::string> settings;
   bool timing = false;
 };
 
@@ -101,6 +104,7 @@ class Loop {
   Loop(const Arguments& arguments, std::unique_ptr<LiveRun> run, const RunRequest& request)
       : live_(run != nullptr),
         timed_(arguments.timing),
+        style_of_command_(arguments.style),
         start_(arguments.play.empty() ? KeptWindowState(warnings_) : WindowState()),
         window_("sqslam", arguments.resolution
                               ? cv::Size((*arguments.resolution)[0], (*arguments.resolution)[1])
@@ -115,7 +119,9 @@ class Loop {
     ViewerState& state = viewer_.State();
     state.window.settings = start_.settings;
     state.window.memory = start_.memory;
-    state.messages.Try([&] { state.view.UseStyle(start_.settings.style); });
+    state.view.settings = arguments.settings;
+    state.messages.Try(
+        [&] { state.view.UseStyle(arguments.style.empty() ? start_.settings.style : arguments.style); });
     for (const std::string& warning : warnings_) {
       state.messages.AddError(warning);
     }
@@ -169,7 +175,9 @@ class Loop {
   void Remember() {
     ViewerState& state = viewer_.State();
     ViewerMemory& memory = state.window.memory;
-    state.window.settings.style = state.view.style_name;
+    if (state.view.style_name != style_of_command_) {
+      state.window.settings.style = state.view.style_name;
+    }
     if (const cv::Size size = window_.Size(); size.area() > 0) {
       memory.window_width = static_cast<int>(size.width / window_.ContentScale());
       memory.window_height = static_cast<int>(size.height / window_.ContentScale());
@@ -232,8 +240,9 @@ class Loop {
     WritePicture(file, ReadFramebuffer(window_.Size()));
   }
 
-  bool live_;   // a run is or was watched
-  bool timed_;  // --timing
+  bool live_;                     // a run is or was watched
+  bool timed_;                    // --timing
+  std::string style_of_command_;  // --style; not remembered
   FrameTiming timing_;
   std::vector<std::string> warnings_;  // about settings that cannot be read
   WindowState start_;                  // as of the last session; defaults for a script
@@ -278,6 +287,12 @@ int ParseAndRun(const std::vector<std::string>& words) {
   program.Group("Input");
   program.Positional("MAP", arguments.map, "map.sqmap, or the result folder that holds it");
   app::AddLayerOptions(program, arguments.layers);
+  program.Group("Style");
+  program.Option("--style NAME", arguments.style,
+                 "FILE.yaml, or one of configs/styles (" + ConfigNameList("configs/styles") +
+                     "); default: the last one");
+  program.Option("--set KEY=VALUE", arguments.settings,
+                 "Override one value of all styles, such as objects.colors.cup=#0072b2; may be repeated");
   program.Group("Window");
   program.Option("--resolution W,H", arguments.resolution, "Size of the window; default: the last size")
       .Range(200, 8192);

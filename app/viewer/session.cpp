@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <set>
 #include <utility>
 
 #include "app/result/map_input.h"
@@ -12,17 +11,6 @@
 
 namespace sqslam::viewer {
 namespace fs = std::filesystem;
-namespace {
-
-std::set<std::string> ClassesOf(const MapSnapshot& map) {
-  std::set<std::string> classes;
-  for (const SnapshotObject& object : map.objects) {
-    classes.insert(object.label);
-  }
-  return classes;
-}
-
-}  // namespace
 
 void Session::Open(const fs::path& path) {
   if (run_) {
@@ -65,7 +53,7 @@ void Session::Control(const RunControl& control) {
   }
 }
 
-// Updates framing, scale and colours only if the map has changed notably, so that the view does not jitter.
+// Updates framing and scale only if the map has changed notably, so that the view does not jitter.
 void Session::Frame(const MapSnapshotPtr& map) {
   Document& document = state_.document;
   const SceneFocus focus = FindFocus(*map);
@@ -73,12 +61,11 @@ void Session::Frame(const MapSnapshotPtr& map) {
     const SceneFocus& before = state_.view.focus;
     const double growth = focus.radius / before.radius;
     if (growth > 0.85 && growth < 1.18 && (focus.center - before.center).norm() < 0.15 * focus.radius &&
-        focus.up.dot(before.up) > 0.99 && ClassesOf(*map) == ClassesOf(*document.frame)) {
+        focus.up.dot(before.up) > 0.99) {
       return;
     }
   }
   document.frame = map;
-  document.colors = LabelColors::Of(map->objects);
   state_.view.focus = focus;
   IncludeLayers(framed_layers_, state_.view.focus);
 }

@@ -57,11 +57,11 @@ FigurePage DrawComparison(const CompareFigure& figure, const FigureOptions& opti
       [&](double width, const FigureTheme& theme) { return LayOutComparison(figure, theme, width); });
   const PanelGrid& grid = sheet.grid;
   const FigureTheme& theme = sheet.theme;
-  std::map<std::string, Eigen::Vector3d> colors;
+  PictureOptions panels = PanelOptions(options, sheet);
   for (const CompareFigure::Kind& kind : figure.kinds) {
-    colors[kind.name] = kind.color;
+    panels.style.objects.colors[kind.name] = FormatColor(kind.color);
   }
-  PictureRenderer renderer(PanelOptions(options, sheet, colors));
+  PictureRenderer renderer(panels);
   const bool one_row = figure.objects.size() == 1;
   const int kinds = static_cast<int>(figure.kinds.size());
   const int total = static_cast<int>(figure.objects.size()) * kinds;

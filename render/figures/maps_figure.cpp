@@ -22,34 +22,31 @@ namespace {
 
 // The classes of a figure's maps and boxes.
 struct MapClasses {
-  std::map<std::string, Eigen::Vector3d> colors;  // shared by all panels
-  std::set<std::string> certain;                  // of reliable objects and boxes
-  bool uncertain_lines = false;                   // some objects are drawn as faint lines
+  LabelColors colors;
+  std::set<std::string> all;
+  std::set<std::string> certain;  // of reliable objects and boxes
+  bool uncertain_lines = false;   // some objects are drawn as faint lines
 
-  MapClasses(const MapsFigure& figure, UncertainObjects uncertain) {
+  MapClasses(const MapsFigure& figure, const SceneStyle::Objects& style) : colors(style.colors) {
     for (const MapsFigure::Panel& panel : figure.panels) {
       for (const SnapshotObject& object : panel.map.objects) {
-        colors[object.label] = Eigen::Vector3d::Zero();
-        if (uncertain == UncertainObjects::kSolid || IsReliable(object)) {
+        all.insert(object.label);
+        if (style.uncertain == UncertainObjects::kSolid || IsReliable(object)) {
           certain.insert(object.label);
-        } else if (uncertain == UncertainObjects::kOutline) {
+        } else if (style.uncertain == UncertainObjects::kOutline) {
           uncertain_lines = true;
         }
       }
       for (const Detection& box : panel.boxes) {
-        colors[box.label] = Eigen::Vector3d::Zero();
+        all.insert(box.label);
         certain.insert(box.label);
       }
-    }
-    const LabelColors label_colors(ToVector(colors, [](const auto& color) { return color.first; }));
-    for (auto& [label, color] : colors) {
-      color = label_colors(label);
     }
   }
 
   std::vector<LegendEntry> Legend(const FigureTheme& theme) const {
     std::vector<LegendEntry> entries = ToVector(certain, [this](const std::string& label) {
-      return LegendEntry::Bar(ReadableLabel(label), {colors.at(label), {}, 0});
+      return LegendEntry::Bar(ReadableLabel(label), {colors(label), {}, 0});
     });
     if (uncertain_lines) {
       entries.push_back(LegendEntry::Line("uncertain", theme.Axis()));
@@ -96,7 +93,7 @@ void DrawImageWithBoxes(FigureSheet& sheet, const MapsFigure::Panel& panel, cons
     const FigureRect outline{fitted.x + scale * from.x(), fitted.y + scale * from.y(),
                              scale * (to.x() - from.x()), scale * (to.y() - from.y())};
     page.Rect(outline, {}, FigureStroke{{0.0, 0.0, 0.0}, 1.6 * stroke, {}});  // visible on any image
-    page.Rect(outline, {}, FigureStroke{classes.colors.at(detection.label), stroke, {}});
+    page.Rect(outline, {}, FigureStroke{classes.colors(detection.label), stroke, {}});
     if (const double letters = 0.75 * theme.small; names && outline.height > 1.2 * letters) {
       FigureText name =
           NarrowText({ReadableLabel(detection.label), {}, letters, theme.ink}, outline.width - 2.0);
@@ -159,15 +156,15 @@ void DrawObjectNames(FigureSheet& sheet, const MapSnapshot& map, UncertainObject
 FigurePage DrawMaps(const MapsFigure& figure, const FigureOptions& options) {
   ThrowIf<UsageError>(figure.panels.empty(), "no maps, expected at least one");
   const UncertainObjects uncertain = options.style.objects.uncertain;
-  const MapClasses classes(figure, uncertain);
+  const MapClasses classes(figure, options.style.objects);
   PanelSheet sheet = MakePanelSheet(
       options, figure.panels.size() == 1 ? kColumnWidth : kTextWidth, "Object maps",
       [&](double width, const FigureTheme& theme) { return LayOutMaps(figure, classes, theme, width); });
   const FigureTheme& theme = sheet.theme;
   const PanelGrid& grid = sheet.grid;
   constexpr std::size_t kMaxColors = 12;  // more cannot be told apart
-  const bool names = figure.labels || classes.colors.size() > kMaxColors;
-  PictureRenderer renderer(PanelOptions(options, sheet, classes.colors));
+  const bool names = figure.labels || classes.all.size() > kMaxColors;
+  PictureRenderer renderer(PanelOptions(options, sheet));
   const int count = static_cast<int>(figure.panels.size());
   options.Tell(0, count);
   for (int i = 0; i < count; ++i) {

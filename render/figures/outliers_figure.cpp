@@ -250,17 +250,19 @@ void DrawBelowOutliers(PanelSheet& sheet, const OutliersFigure& figure, const Ch
 
 FigurePage DrawOutliers(const OutliersFigure& figure, const FigureOptions& options) {
   ThrowIf<UsageError>(figure.objects.empty(), "no objects, expected at least one");
-  std::map<std::string, Eigen::Vector3d> colors;
   for (const OutliersFigure::Object& object : figure.objects) {
     ThrowIf<UsageError>(object.map.objects.size() != 1, "{}: {} solids, expected one", object.name,
                         object.map.objects.size());
-    colors[object.map.objects.front().label] = {0.62, 0.66, 0.72};  // grey, as colours encode the scores
   }
   PanelSheet sheet = MakePanelSheet(
       options, figure.objects.size() == 1 ? kColumnWidth : kTextWidth, "Outlier removal",
       [&](double width, const FigureTheme& theme) { return LayOutOutliers(figure, theme, width); });
   const PanelGrid& grid = sheet.grid;
-  PictureRenderer renderer(PanelOptions(options, sheet, colors));
+  PictureOptions panels = PanelOptions(options, sheet);
+  for (const OutliersFigure::Object& object : figure.objects) {  // grey, as colours encode the scores
+    panels.style.objects.colors[object.map.objects.front().label] = "#9ea8b8";
+  }
+  PictureRenderer renderer(panels);
   const ChartAxis axis = ScoreAxis(figure);
   for (int i = 0; i < grid.columns; ++i) {
     options.Tell(i, grid.columns);

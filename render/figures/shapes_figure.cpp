@@ -95,7 +95,8 @@ FigurePage DrawShapes(const ShapesFigure& figure, const FigureOptions& options) 
       [&](double width, const FigureTheme& theme) { return LayOutShapes(figure, theme, width); });
   MakeSquare(sheet);
   const PanelGrid& grid = sheet.grid;
-  PictureOptions panel = PanelOptions(options, sheet, {{kShapeLabel, figure.color}});
+  PictureOptions panel = PanelOptions(options, sheet);
+  panel.style.objects.colors[kShapeLabel] = FormatColor(figure.color);
   panel.style.light.shadow = 0.0;  // it would be cut off at the panel's edge
   PictureRenderer renderer(panel);
   const ViewCamera eye = EyeOnShapes(figure);

@@ -125,8 +125,7 @@ void PanelSheet::NameRow(int row, const std::string& name) {
   page.Text(NarrowText(text, panel.height));
 }
 
-PictureOptions PanelOptions(const FigureOptions& options, const PanelSheet& sheet,
-                            const std::map<std::string, Eigen::Vector3d>& colors) {
+PictureOptions PanelOptions(const FigureOptions& options, const PanelSheet& sheet) {
   const double width = sheet.grid.width * sheet.page.dpi / 72.0;
   const double height = sheet.grid.height * sheet.page.dpi / 72.0;
   ThrowIf<UsageError>(std::max(width, height) > kMaxPictureSide,
@@ -143,7 +142,6 @@ PictureOptions PanelOptions(const FigureOptions& options, const PanelSheet& shee
   picture.style.text.legend = false;
   picture.style.text.scale = false;
   picture.style.objects.labels = false;
-  picture.label_colors = colors;
   return picture;
 }
 

@@ -108,9 +108,8 @@ struct PanelSheet : FigureSheet {
 PanelSheet MakePanelSheet(const FigureOptions& options, double own_width, const std::string& description,
                           const std::function<PanelGrid(double width, const FigureTheme& theme)>& lay_out);
 
-// Returns options for pictures in the panels of a page, without texts, with classes in the given colours.
-PictureOptions PanelOptions(const FigureOptions& options, const PanelSheet& sheet,
-                            const std::map<std::string, Eigen::Vector3d>& colors);
+// Returns options for pictures in the panels of a page, without texts.
+PictureOptions PanelOptions(const FigureOptions& options, const PanelSheet& sheet);
 
 // Places the picture unscaled, with its top-left corner on the pixel nearest to the area's.
 void PlacePanel(FigurePage& page, const cv::Mat& picture, const FigureRect& area);

@@ -95,13 +95,13 @@ InteractiveScene::~InteractiveScene() = default;
 void InteractiveScene::SetStyle(const SceneStyle& style) {
   CheckStyle(style);
   impl_->style = style;
+  impl_->colors = LabelColors(style.objects.colors);
   for (std::optional<DetailCanvas>& canvas : impl_->canvases) {
     canvas.reset();
   }
 }
 
 void InteractiveScene::SetFrame(const MapSnapshot& map) {
-  impl_->colors = LabelColors::Of(map.objects);
   impl_->focus = FindFocus(map);
   impl_->Outdate();
 }

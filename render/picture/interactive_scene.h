@@ -28,7 +28,7 @@ class InteractiveScene {
   // Throws UsageError on values out of range; the previous style then stays.
   void SetStyle(const SceneStyle& style);
 
-  // Takes the scale of frusta, the place of the grid, the light and the colours of classes from this map.
+  // Takes the scale of frusta, the place of the grid and the light from this map.
   void SetFrame(const MapSnapshot& map);
 
   void Show(MapSnapshotPtr map);

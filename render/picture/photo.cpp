@@ -245,7 +245,7 @@ cv::Mat RenderOverPhoto(const MapSnapshot& map, const cv::Mat& photo, const Rigi
   Camera camera = map.camera;
   camera = camera.WithoutDistortion();
   const Camera seen = PlaceImage(camera, {cv::Point(), part.size()}).camera;
-  const LabelColors colors = LabelColors::Of(map.objects);
+  const LabelColors colors = LabelColors(style.objects.colors);
   const double scale = PictureScale({options.width, options.height});
   std::vector<ObjectOutline> outlines = OutlinesOf(map.objects, seen, T_map_camera);
   if (style.overlay.points) {

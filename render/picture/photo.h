@@ -75,8 +75,7 @@ PlacedPhoto PlacePhoto(const cv::Mat& photo, const Camera& camera, cv::Size pict
 // Hides or makes transparent what would cover a photograph beneath the map.
 SceneStyle StyleOverPhoto(SceneStyle style);
 
-// Draws the map, as its camera at T_map_camera sees it, over the photograph taken there. Framing and colours
-// are those of `framed`.
+// Draws the map, as its camera at T_map_camera sees it, over the photograph taken there, framed as `framed`.
 cv::Mat RenderOnPhoto(const MapSnapshot& framed, const MapSnapshot& map, const cv::Mat& photo,
                       const Rigid3d& T_map_camera, PictureOptions options);
 

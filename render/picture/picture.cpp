@@ -94,6 +94,7 @@ void CheckCamera(const CameraOverrides& camera) {
 struct PictureRenderer::Impl {
   explicit Impl(const PictureOptions& wanted)
       : options(Checked(wanted)),
+        colors(options.style.objects.colors),
         window({.width = options.width,
                 .height = options.height,
                 .alpha = options.transparent,
@@ -167,13 +168,13 @@ struct PictureRenderer::Impl {
   }
 
   PictureOptions options;
+  LabelColors colors;
   OffscreenWindow window;  // before the scene, whose destructor needs its context
   Scene scene;
   TextPainter text;
   MapSnapshot map;  // without points, for the overlay
   SceneFocus focus;
   ViewCamera camera;
-  LabelColors colors;
 };
 
 PictureRenderer::PictureRenderer(const PictureOptions& options) : impl_(std::make_unique<Impl>(options)) {}
@@ -182,7 +183,6 @@ PictureRenderer::PictureRenderer(PictureRenderer&&) noexcept = default;
 
 void PictureRenderer::SetMap(const MapSnapshot& map) {
   Impl& s = *impl_;
-  s.colors = LabelColors::Of(map.objects, s.options.label_colors);
   s.focus = FindFocus(map);
   const SceneStyle& style = s.options.style;
   if (style.cameras.current && map.T_map_camera) {

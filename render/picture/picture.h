@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <filesystem>
-#include <map>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
@@ -43,8 +42,6 @@ struct PictureOptions {
   RenderBackend backend = RenderBackend::kAuto;
   CameraOverrides camera;
   SceneStyle style;
-  std::map<std::string, Eigen::Vector3d>
-      label_colors;    // fixed colours of labels (red, green, blue in [0, 1])
   SceneLayers layers;  // drawn with every map, in the frame of SetMap's map
 };
 
@@ -60,10 +57,10 @@ class PictureRenderer {
   ~PictureRenderer();
   PictureRenderer(PictureRenderer&&) noexcept;
 
-  // Shows a map and takes the framing and the colours of classes from it.
+  // Shows a map and takes the framing from it.
   void SetMap(const MapSnapshot& map);
 
-  // Shows a map with the framing and colours of the last SetMap, for the frames of a video.
+  // Shows a map with the framing of the last SetMap, for the frames of a video.
   void SetMapKeepingFrame(const MapSnapshot& map);
 
   // Returns the automatic view of SetMap's map with the overrides of the options.

@@ -1,37 +1,33 @@
 #include "render/scene/style.h"
 
 #include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
 
 #include <algorithm>
-#include <array>
 #include <charconv>
-#include <cstdint>
-#include <set>
-#include <utility>
 
 #include "slam/util/data_path.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace {
 
-// Okabe and Ito, "Color Universal Design", without black (used for text) and with yellow last (pale on
-// white).
-constexpr std::array<const char*, 7> kPalette = {"#0072b2", "#e69f00", "#009e73", "#cc79a7",
-                                                 "#56b4e9", "#d55e00", "#f0e442"};
-
-// FNV-1a: the same on every machine, unlike std::hash.
-std::uint32_t StableHash(const std::string& text) {
-  std::uint32_t hash = 2166136261u;
-  for (const char c : text) {
-    hash = (hash ^ static_cast<unsigned char>(c)) * 16777619u;
+// Adds the labels below `objects: colors:` of a style file, so that the options know them. The values are
+// read with all others.
+void DeclareColors(const std::filesystem::path& file, SceneStyle& style) {
+  try {
+    const YAML::Node root = YAML::LoadFile(file.string());
+    const YAML::Node colors = root["objects"]["colors"];
+    ThrowIf<UsageError>(colors && colors.size() == 0,
+                        "{}:{}: objects.colors: expected a colour for each label, such as cup: \"#0072b2\"",
+                        file.string(), colors.Mark().line + 1);
+    for (const auto& entry : colors) {
+      style.objects.colors[entry.first.Scalar()];
+    }
+  } catch (const YAML::Exception&) {  // invalid, or without such a group: LoadOptions says what is wrong
   }
-  return hash;
-}
-
-int PreferredSlot(const std::string& label) {
-  return static_cast<int>((StableHash(label) >> 4) % kPalette.size());
 }
 
 }  // namespace
@@ -50,7 +46,7 @@ Eigen::Vector3d ParseColor(std::string_view text) {
       return Eigen::Vector3d((value >> 16) & 255u, (value >> 8) & 255u, value & 255u) / 255.0;
     }
   }
-  throw UsageError("colour \"{}\": expected #rrggbb, such as #0072b2", text);
+  throw UsageError("colour \"{}\": expected #rrggbb, such as \"#0072b2\", in quotes in a YAML file", text);
 }
 
 void CheckStyle(const SceneStyle& style) {
@@ -70,6 +66,7 @@ void CheckStyle(const SceneStyle& style) {
 SceneStyle LoadStyle(const std::string& name_or_file) {
   SceneStyle style;
   const std::filesystem::path file = ConfigFile("configs/styles", "style", name_or_file);
+  DeclareColors(file, style);
   LoadOptions(file, style);
   try {
     CheckStyle(style);
@@ -77,6 +74,21 @@ SceneStyle LoadStyle(const std::string& name_or_file) {
     throw UsageError("{}: {}", file.string(), error.what());
   }
   return style;
+}
+
+void SetStyle(const std::vector<std::string>& assignments, SceneStyle& style) {
+  constexpr std::string_view kColors = "objects.colors.";
+  for (std::string assignment : assignments) {
+    const std::size_t equals = assignment.find('=');
+    const std::string key = assignment.substr(0, equals);
+    if (key.starts_with(kColors) && key.size() > kColors.size() && equals != std::string::npos) {
+      style.objects.colors[key.substr(kColors.size())];
+    }
+    if (equals != std::string::npos && assignment.substr(equals + 1).starts_with('#')) {  // else a comment
+      assignment = fmt::format("{}=\"{}\"", key, assignment.substr(equals + 1));
+    }
+    SetOption(assignment, style);
+  }
 }
 
 Eigen::Vector3d ReadableOn(const Eigen::Vector3d& background, const Eigen::Vector3d& color,
@@ -89,38 +101,6 @@ Eigen::Vector3d ReadableOn(const Eigen::Vector3d& background, const Eigen::Vecto
   const double least = std::min(1.0, Lightness(background) + min_contrast);
   const double mix = lightness < least ? (least - lightness) / (1.0 - lightness) : 0.0;
   return (1.0 - mix) * color + Eigen::Vector3d::Constant(mix);
-}
-
-LabelColors::LabelColors(std::span<const std::string> labels, std::map<std::string, Eigen::Vector3d> fixed)
-    : fixed_(std::move(fixed)) {
-  std::set<int> taken;
-  const std::set<std::string> sorted(labels.begin(), labels.end());
-  const int colors = static_cast<int>(kPalette.size());
-  for (const std::string& label : sorted) {
-    const int preferred = PreferredSlot(label);
-    const int level = static_cast<int>(taken.size()) / colors;
-    int slot = level * colors + preferred;
-    for (int step = 0; taken.contains(slot); ++step) {
-      slot = level * colors + (preferred + step) % colors;
-    }
-    taken.insert(slot);
-    slots_[label] = slot;
-  }
-}
-
-Eigen::Vector3d LabelColors::operator()(const std::string& label) const {
-  if (const auto own = fixed_.find(label); own != fixed_.end()) {
-    return own->second;
-  }
-  const auto found = slots_.find(label);
-  const int slot = found == slots_.end() ? PreferredSlot(label) : found->second;
-  const int colors = static_cast<int>(kPalette.size());
-  const Eigen::Vector3d base = ParseColor(kPalette[static_cast<std::size_t>(slot % colors)]);
-  // Factor and added white for further classes: darker, lighter, much darker, slightly darker.
-  constexpr std::array<std::pair<double, double>, 5> kLevels = {
-      {{1.0, 0.0}, {0.62, 0.0}, {0.5, 0.5}, {0.46, 0.0}, {0.82, 0.0}}};
-  const auto& [share, white] = kLevels[static_cast<std::size_t>(slot / colors) % kLevels.size()];
-  return share * base + Eigen::Vector3d::Constant(white);
 }
 
 }  // namespace sqslam

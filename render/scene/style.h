@@ -2,17 +2,14 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <cstdint>
-#include <map>
 #include <memory>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "render/scene/class_colors.h"
 #include "render/scene/cloud_layer.h"
 #include "render/surface/surface_mesh.h"
-#include "slam/util/to_vector.h"
 
 namespace sqslam {
 
@@ -72,6 +69,7 @@ struct SceneStyle {
     double metallic = 0.0;    // 0: paint, 1: metal
     UncertainObjects uncertain = UncertainObjects::kOutline;
     int segments = 128;  // maximum steps of longitude per superquadric; small ones get fewer
+    ClassColors colors;  // of classes that shall not have their built-in colour
     bool operator==(const Objects&) const = default;
     void VisitFields(auto&& visit) {
       visit("show", show);
@@ -85,6 +83,7 @@ struct SceneStyle {
       visit("metallic", metallic, 0.0, 1.0);
       visit("uncertain", uncertain);
       visit("segments", segments, 16, 512);
+      visit("colors", colors);
     }
   };
   struct Points {
@@ -285,6 +284,10 @@ struct SceneLayers {
 // available styles, or names file and line of an error.
 SceneStyle LoadStyle(const std::string& name_or_file);
 
+// Applies assignments "a.b=value" of --set. Colours need no quotes: objects.colors.cup=#0072b2. Throws
+// UsageError; the style may then be partly changed.
+void SetStyle(const std::vector<std::string>& assignments, SceneStyle& style);
+
 // Throws UsageError on values out of range and invalid colours.
 void CheckStyle(const SceneStyle& style);
 
@@ -301,27 +304,5 @@ inline double Lightness(const Eigen::Vector3d& color) {
 // `min_contrast`.
 Eigen::Vector3d ReadableOn(const Eigen::Vector3d& background, const Eigen::Vector3d& color,
                            double min_contrast);
-
-// Colours of classes, distinguishable with any colour vision (Okabe and Ito), at several lightness levels if
-// there are more classes than colours. A label has the same colour in every map unless two labels of one map
-// collide.
-class LabelColors {
- public:
-  LabelColors() = default;
-  // `fixed` overrides the palette, to use one map's colours for others.
-  explicit LabelColors(std::span<const std::string> labels,
-                       std::map<std::string, Eigen::Vector3d> fixed = {});
-
-  // Returns colours for the labels of all objects.
-  static LabelColors Of(const auto& objects, std::map<std::string, Eigen::Vector3d> fixed = {}) {
-    return LabelColors(ToVector(objects, [](const auto& object) { return object.label; }), std::move(fixed));
-  }
-
-  Eigen::Vector3d operator()(const std::string& label) const;  // red, green, blue in [0, 1]
-
- private:
-  std::map<std::string, int> slots_;
-  std::map<std::string, Eigen::Vector3d> fixed_;
-};
 
 }  // namespace sqslam

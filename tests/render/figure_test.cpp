@@ -174,7 +174,7 @@ TEST(FigureTest, DrawsOpaqueBarsOnTransparentBackground) {
 TEST(FigureTest, GivesClassOneColourInAllMapsAndLegend) {
   const FigurePage page = DrawMaps(TwoMaps(), SmallFigure());
   const std::vector<std::string> labels = {"book", "cup", "laptop", "sports_ball"};
-  const LabelColors colors(labels);
+  const LabelColors colors;
   int swatches = 0;
   for (const FigureElement& element : page.elements) {
     if (const auto* path = std::get_if<FigurePath>(&element); path != nullptr && path->fill) {
@@ -298,17 +298,7 @@ TEST(FigureTest, WritesNamesIntoMapsWhenClassesOutnumberColours) {
   EXPECT_EQ(times("lamp"), 2) << "and in the box";
 }
 
-TEST(FigureTest, DistinguishesManyClassesAndSeries) {
-  std::vector<std::string> labels;
-  for (int i = 0; i < 35; ++i) {
-    labels.push_back("class " + std::to_string(i));
-  }
-  const LabelColors colors(labels);
-  for (std::size_t i = 0; i < labels.size(); ++i) {
-    for (std::size_t k = 0; k < i; ++k) {
-      EXPECT_GT((colors(labels[i]) - colors(labels[k])).norm(), 0.08) << labels[i] << ", " << labels[k];
-    }
-  }
+TEST(FigureTest, DistinguishesManySeries) {
   for (std::size_t i = 0; i < 30; ++i) {
     for (std::size_t k = 0; k < i; ++k) {
       const SeriesLook a = LookOfSeries(i), b = LookOfSeries(k);

@@ -119,7 +119,7 @@ TEST(OutlineTest, FadesBehindNearerObject) {
   OverlayStyle style;
   style.fill = 0.0;
   style.hidden = 0.0;
-  DrawOutlines(image, outlines, LabelColors(std::vector<std::string>{"book", "cup"}), style, 1.0);
+  DrawOutlines(image, outlines, LabelColors(), style, 1.0);
   EXPECT_LT(outlines[0].visible, outlines[0].inside + 1.0);
   EXPECT_GT(outlines[0].visible, outlines[0].inside - 1.0);
   EXPECT_LT(outlines[1].visible, 0.9 * outlines[1].inside);

@@ -293,6 +293,19 @@ TEST(RenderCommandLineTest, NamesOnlyChangesToStyle) {
                               "--camera-position=-1.5,2,0.25"));
 }
 
+TEST(RenderCommandLineTest, NamesSettingsOfAllStyles) {
+  ViewerState state;
+  state.view.settings = {"objects.colors.cup=#22aa55"};
+  for (const char* style : {"dark", "paper"}) {  // they outlive a change of style
+    state.view.UseStyle(style);
+    EXPECT_EQ(FormatColor(state.view.colors("cup")), "#22aa55");
+    EXPECT_EQ(state.view.style.objects.colors.at("cup"), "#22aa55");
+  }
+  state.document.file = "/data/map.sqmap";
+  EXPECT_THAT(RenderCommandLine(state, {640, 360}, false, "out.png"),
+              HasSubstr("--style=paper '--set=objects.colors.cup=#22aa55' --camera-position"));
+}
+
 TEST(RenderCommandLineTest, NamesFrameWhenThroughCamera) {
   const auto map = std::make_shared<MapSnapshot>();
   map->T_map_camera = Rigid3d();

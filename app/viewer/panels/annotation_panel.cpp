@@ -86,7 +86,7 @@ class AnnotationPanel : public Panel {
     ImGui::BeginChild("solids", ImVec2(0.0F, (rows + 0.3F) * line));
     for (const AnnotatedSolid& solid : annotation.solids) {
       ImGui::PushID(solid.id);
-      Swatch(context_.document.colors(solid.label));
+      Swatch(context_.view.colors(solid.label));
       const std::string text = SolidName(solid);
       const bool selected = tool_.selected == solid.id;
       if (Selectable(text, selected)) {

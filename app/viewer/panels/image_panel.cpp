@@ -135,14 +135,13 @@ class ImagePanel : public Panel {
       const bool pointed = it->object->id == selection_.hovered;
       if (outlines_ || selected || pointed) {
         const auto points = ToVector(it->polygon, [this](const cv::Point2d& p) { return At({p.x, p.y}); });
-        Stroke(
-            points,
-            selected ? PaletteOf(window_.settings.theme).accent : Packed(document_.colors(it->object->label)),
-            (selected  ? 3.0F
-             : pointed ? 2.4F
-                       : 1.6F) *
-                scale,
-            1.6F, true, IM_COL32(0, 0, 0, 120));
+        Stroke(points,
+               selected ? PaletteOf(window_.settings.theme).accent : Packed(view_.colors(it->object->label)),
+               (selected  ? 3.0F
+                : pointed ? 2.4F
+                          : 1.6F) *
+                   scale,
+               1.6F, true, IM_COL32(0, 0, 0, 120));
       }
     }
   }
@@ -160,7 +159,7 @@ class ImagePanel : public Panel {
       for (const ImageMarks::Dot& mark : marks_.dots) {
         const SnapshotObject* object = mark.object_id < 0 ? nullptr : document_.Object(mark.object_id);
         dot(mark.pixel, 1.2F,
-            object != nullptr ? Packed(document_.colors(object->label)) : IM_COL32(255, 255, 255, 150));
+            object != nullptr ? Packed(view_.colors(object->label)) : IM_COL32(255, 255, 255, 150));
       }
     }
   }
@@ -172,7 +171,7 @@ class ImagePanel : public Panel {
       const ImVec2 a = At({box.x, box.y});
       const ImVec2 b = At({box.x + box.width, box.y + box.height});
       list->AddRect(a, b, IM_COL32(0, 0, 0, 120), 2.0F, 0, 2.6F * scale);
-      list->AddRect(a, b, Packed(document_.colors(seen.detection.label)), 2.0F, 0, 1.3F * scale);
+      list->AddRect(a, b, Packed(view_.colors(seen.detection.label)), 2.0F, 0, 1.3F * scale);
     }
   }
 

@@ -173,7 +173,7 @@ class ObjectsPanel : public Panel {
 
   void DrawName(const ObjectRow& row) {
     const int id = row.object.id;
-    Swatch(document_.colors(row.object.label), row.hidden);
+    Swatch(view_.colors(row.object.label), row.hidden);
     const bool selected = selection_.selected == id;
     if (Selectable(ObjectName(row.object), selected,
                    ImGuiSelectableFlags_SpanAllColumns | ImGuiSelectableFlags_AllowDoubleClick)) {
@@ -280,7 +280,7 @@ class InspectorPanel : public Panel {
  private:
   void DrawEditing(const SnapshotObject& object) {
     ImGui::Dummy(ImVec2(0.0F, 0.15F * ImGui::GetFontSize()));
-    Swatch(document_.colors(object.label));
+    Swatch(view_.colors(object.label));
     Bold(ObjectName(object).c_str());
     if (id_ != object.id || !ImGui::IsAnyItemActive()) {  // undo may have changed them
       id_ = object.id;
@@ -312,7 +312,7 @@ class InspectorPanel : public Panel {
           continue;
         }
         ImGui::PushID(other.id);
-        Swatch(document_.colors(other.label));
+        Swatch(view_.colors(other.label));
         if (Selectable(ObjectName(other))) {
           context_.MergeObjects(object.id, other.id);
         }

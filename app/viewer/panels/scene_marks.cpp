@@ -25,7 +25,7 @@ void DrawWires(const EditContext& context, const WindowState& window, const Came
   for (const AnnotatedSolid& solid : context.editing.Solids().solids) {
     const bool selected = solid.id == context.editing.annotation.selected;
     const ImU32 color =
-        selected ? PaletteOf(window.settings.theme).accent : Packed(context.document.colors(solid.label));
+        selected ? PaletteOf(window.settings.theme).accent : Packed(context.view.colors(solid.label));
     const float width = (selected ? selected_width : 1.6F) * static_cast<float>(window.scale);
     for (const WireLine& line : ProjectWireframe(solid.solid, camera, T_map_camera)) {
       const std::vector<ImVec2> points = ToVector(line.pixels, at);
@@ -86,7 +86,7 @@ class SceneMarks {
     }
     const auto [left, right] = std::ranges::minmax(polygon, {}, &ImVec2::x);
     const float top = std::ranges::min(polygon, {}, &ImVec2::y).y;
-    DrawTag(ObjectName(object), ImVec2(0.5F * (left.x + right.x), top), document_.colors(object.label));
+    DrawTag(ObjectName(object), ImVec2(0.5F * (left.x + right.x), top), view_.colors(object.label));
   }
 
   void DrawMeasurement(const std::vector<Eigen::Vector3d>& points) const {

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "app/viewer/frames/timeline.h"
-#include "render/scene/style.h"
 #include "slam/snapshot/recording.h"
 
 namespace sqslam::viewer {
@@ -21,8 +20,7 @@ struct Document {
   std::filesystem::path file;  // map.sqmap, absolute
   std::string title;           // name of its folder
   RecordingInfo info;
-  MapSnapshotPtr frame;  // the map that framing, scale and colours are based on
-  LabelColors colors;    // of the classes of `frame`
+  MapSnapshotPtr frame;  // the map that framing and scale are based on
   Timeline timeline;
   std::shared_ptr<const ObjectHistories> histories;  // null until the recording is read completely
   double progress = 0.0;                             // share of the recording read so far, [0, 1]

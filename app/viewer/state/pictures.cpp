@@ -38,7 +38,8 @@ bool IsThroughCamera(const SceneView& view, const Document& document) {
 
 }  // namespace
 
-std::vector<std::string> StyleChanges(const SceneStyle& style, const SceneStyle& from) {
+std::vector<std::string> StyleChanges(const SceneStyle& style, SceneStyle from) {
+  from.objects.colors = style.objects.colors;  // the window cannot change them, but the file may have changed
   return ToVector(ChangedOptions(style, from, OptionValueText),
                   [](const auto& change) { return change[0] + "=" + change[1]; });
 }
@@ -78,7 +79,12 @@ std::string RenderCommandLine(const ViewerState& state, cv::Size size, bool tran
     add("--edits", fs::absolute(state.editing.document.EditsFile()).string());
   }
   add("--style", view.style_name);
-  for (const std::string& change : StyleChanges(view.StyleWithClip(), LoadStyle(view.style_name))) {
+  SceneStyle loaded = LoadStyle(view.style_name);
+  SetStyle(view.settings, loaded);
+  for (const std::string& setting : view.settings) {
+    add("--set", setting);
+  }
+  for (const std::string& change : StyleChanges(view.StyleWithClip(), loaded)) {
     add("--set", change);
   }
   const Layers& layers = state.layers;

@@ -22,7 +22,7 @@ std::string RenderCommandLine(const ViewerState& state, cv::Size size, bool tran
                               const std::string& output);
 
 // Returns the values of `style` that differ from `from`, as KEY=VALUE for --set.
-std::vector<std::string> StyleChanges(const SceneStyle& style, const SceneStyle& from);
+std::vector<std::string> StyleChanges(const SceneStyle& style, SceneStyle from);
 
 // Draws the present view in any size with the renderer of `sqslam render` and writes it as PNG. Needs the
 // OpenGL context of the window. Throws UsageError (size, style) and InputError (file).

@@ -65,9 +65,12 @@ void SceneView::LookFrom(const std::string& name) {
 
 void SceneView::UseStyle(const std::string& name) {
   SceneStyle next = LoadStyle(name);
+  SetStyle(settings, next);
+  CheckStyle(next);
   next.covisibility.show = style.covisibility.show;
   next.covisibility.min_points = style.covisibility.min_points;
   style = std::move(next);
+  colors = LabelColors(style.objects.colors);
   style_name = name;
 }
 

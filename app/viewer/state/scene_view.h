@@ -48,9 +48,11 @@ struct SceneView {
   std::string preset;     // name of the view (render/camera/scene_framing.h) while the camera is in it
   CameraKeys keys;
 
-  std::string style_name;  // a style of configs/styles
-  SceneStyle style;        // all but `clip`
-  SceneStyle::Clip clip;   // the section; cheap to move
+  std::string style_name;             // a style of configs/styles, or a file
+  std::vector<std::string> settings;  // --set: values that override those of any style
+  SceneStyle style;                   // all but `clip`
+  LabelColors colors;                 // of classes, as the style has them
+  SceneStyle::Clip clip;              // the section; cheap to move
 
   SceneFocus focus;  // of the map that the document frames
   cv::Size size;     // of the scene on the screen, pixels
@@ -64,7 +66,7 @@ struct SceneView {
   ViewCamera Named(const std::string& name) const;
   void LookFrom(const std::string& name);
 
-  // Loads a style by name; layers and section stay. Throws UsageError.
+  // Loads a style by name and applies the settings; layers and section stay. Throws UsageError.
   void UseStyle(const std::string& name);
   SceneStyle StyleWithClip() const;
 
