@@ -4,14 +4,15 @@
 #include <cmath>
 #include <cstdlib>
 #include <functional>
+#include <numeric>
 #include <ranges>
 #include <set>
 
 #include "render/figures/figure_input.h"
 #include "render/page/chart.h"
+#include "render/picture/label_layout.h"
 #include "render/picture/picture.h"
 #include "render/picture/picture_overlay.h"
-#include "slam/geometry/superquadric.h"
 #include "slam/io/result_files.h"
 #include "slam/util/thinned.h"
 #include "slam/util/throw_if.h"
@@ -73,6 +74,86 @@ PanelGrid LayOutMaps(const MapsFigure& figure, const MapClasses& classes, const 
   return grid;
 }
 
+// Names of things in a picture, which they are placed in by pixel.
+class PictureNames {
+ public:
+  // `pixels`: size of the picture in which the things are; it covers `area` of the page.
+  PictureNames(FigureSheet& sheet, const FigureRect& area, const cv::Size& pixels, double letters)
+      : sheet_(sheet), area_(area), scale_(pixels.width / area.width), letters_(letters) {}
+
+  cv::Size SizeOf(const std::string& name) const {
+    return {cvCeil(scale_ * (TextWidth(name, letters_) + 2.0)), cvCeil(scale_ * 1.15 * letters_)};
+  }
+
+  void Draw(const std::vector<std::string>& names, const std::vector<Eigen::Vector3d>& inks,
+            const std::vector<LabelRequest>& requests, const cv::Mat1i& number) {
+    const std::vector<LabelPlace> places = PlaceLabels(requests, number, {});
+    for (const LabelPlace& place : places) {  // below all names
+      if (place.leader) {
+        DrawLeader(place);
+      }
+    }
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      if (const cv::Rect& at = places[i].area; !at.empty()) {
+        sheet_.page.Text({names[i], OnPage(at.x + 0.5 * at.width, at.y + 0.5 * at.height), letters_, inks[i],
+                          TextAlign::kCenter, false, 0.0, sheet_.theme.background});
+      }
+    }
+  }
+
+ private:
+  Eigen::Vector2d OnPage(double x, double y) const { return {area_.x + x / scale_, area_.y + y / scale_}; }
+
+  void DrawLeader(const LabelPlace& place) {
+    const cv::Point start = LeaderStart(place);
+    const Eigen::Vector2d from = OnPage(start.x, start.y);
+    const Eigen::Vector2d to = OnPage(place.anchor.x + 0.5, place.anchor.y + 0.5);
+    const FigureTheme& theme = sheet_.theme;
+    sheet_.page.Line(from, to, {theme.background, 1.2, {}});
+    sheet_.page.Polygon(to, 16, 1.2, theme.background);
+    sheet_.page.Line(from, to, {theme.ink, 0.4, {}});
+    sheet_.page.Polygon(to, 16, 0.8, theme.ink);
+  }
+
+  FigureSheet& sheet_;
+  FigureRect area_;
+  double scale_;    // pixels per point
+  double letters_;  // points
+};
+
+// Draws the names of boxes into them, or beside them with a leader if they are too small.
+void DrawBoxNames(FigureSheet& sheet, const MapsFigure::Panel& panel, const FigureRect& area) {
+  constexpr double kPixelsPerPoint = 4.0;
+  const cv::Size pixels(cvRound(kPixelsPerPoint * area.width), cvRound(kPixelsPerPoint * area.height));
+  const double scale = static_cast<double>(pixels.width) / panel.image.cols;
+  const double letters = 0.75 * sheet.theme.small;
+  PictureNames writer(sheet, area, pixels, letters);
+  std::vector<cv::Rect> boxes;
+  for (const auto& [label, score, box] : panel.boxes) {
+    boxes.push_back(cv::Rect(cvRound(scale * box.x), cvRound(scale * box.y), cvRound(scale * box.width),
+                             cvRound(scale * box.height)) &
+                    cv::Rect({0, 0}, pixels));
+  }
+  std::vector<std::size_t> order(boxes.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, std::greater(), [&](std::size_t i) { return boxes[i].area(); });
+  cv::Mat1i number(pixels, -1);
+  for (const std::size_t i : order) {  // small ones on top
+    number(boxes[i]) = static_cast<int>(i);
+  }
+  std::vector<std::string> names;
+  std::vector<LabelRequest> requests;
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    names.push_back(ReadableLabel(panel.boxes[i].label));
+    const cv::Size size = writer.SizeOf(names.back());
+    const int margin = cvRound(kPixelsPerPoint);
+    requests.push_back({VisiblePartOf(number == static_cast<int>(i)), size,
+                        static_cast<double>(boxes[i].area()), static_cast<int>(i),
+                        cv::Rect(boxes[i].tl() + cv::Point(margin, margin), size)});
+  }
+  writer.Draw(names, std::vector<Eigen::Vector3d>(names.size(), sheet.theme.ink), requests, number);
+}
+
 // Draws the image as large as it fits, with boxes in the colours of their classes and, optionally, names.
 void DrawImageWithBoxes(FigureSheet& sheet, const MapsFigure::Panel& panel, const FigureRect& area,
                         bool names, const MapClasses& classes) {
@@ -80,7 +161,7 @@ void DrawImageWithBoxes(FigureSheet& sheet, const MapsFigure::Panel& panel, cons
     DrawNoImage(sheet, area);
     return;
   }
-  auto& [page, all, theme] = sheet;
+  FigurePage& page = sheet.page;
   const FigureRect fitted = area.Fitted(panel.image.cols, panel.image.rows);
   const double scale = fitted.width / panel.image.cols;
   page.Image(panel.image, fitted);
@@ -94,68 +175,45 @@ void DrawImageWithBoxes(FigureSheet& sheet, const MapsFigure::Panel& panel, cons
                              scale * (to.x() - from.x()), scale * (to.y() - from.y())};
     page.Rect(outline, {}, FigureStroke{{0.0, 0.0, 0.0}, 1.6 * stroke, {}});  // visible on any image
     page.Rect(outline, {}, FigureStroke{classes.colors(detection.label), stroke, {}});
-    if (const double letters = 0.75 * theme.small; names && outline.height > 1.2 * letters) {
-      FigureText name =
-          NarrowText({ReadableLabel(detection.label), {}, letters, theme.ink}, outline.width - 2.0);
-      name.anchor = {outline.x + 1.5, outline.y + 0.75 * letters};
-      name.halo = theme.background;
-      page.Text(name);
-    }
+  }
+  if (names) {
+    DrawBoxNames(sheet, panel, fitted);
   }
 }
 
-// Draws names above the objects, nearest first. A name that would cover another moves up one line; if there
-// is no room either, it is left out, as farther up it would seem to belong to something else.
-void DrawObjectNames(FigureSheet& sheet, const MapSnapshot& map, UncertainObjects uncertain,
-                     const ViewCamera& camera, cv::Size pixels, const FigureRect& area) {
-  struct Name {
-    const SnapshotObject* object;
-    SeenPoint top;
-  };
-  const FigureTheme& theme = sheet.theme;
-  std::vector<Name> names;
-  const Eigen::Vector3d up = camera.view_up.normalized();
+// Draws names at the visible parts of the objects. An object that others hide gets none; its class is in the
+// legend.
+void DrawObjectNames(FigureSheet& sheet, const MapSnapshot& map, const SceneStyle& style, bool see_through,
+                     const ViewCamera& camera, const cv::Size& pixels, const FigureRect& area) {
+  const UncertainObjects uncertain = style.objects.uncertain;
+  std::vector<NamedSolid> solids;
+  std::vector<std::string> names;
+  std::vector<Eigen::Vector3d> inks;
+  std::vector<LabelRequest> requests;
+  PictureNames writer(sheet, area, pixels, 0.85 * sheet.theme.small);
   for (const SnapshotObject& object : map.objects) {
-    const PosedSuperquadric& solid = object.superquadric;
-    const SeenPoint top =
-        Project(camera, pixels, solid.T_map_object.translation + SupportExtent(solid, up) * up);
-    const bool inside = top.pixel.x >= 0.0 && top.pixel.y >= 0.0 && top.pixel.x < pixels.width &&
-                        top.pixel.y < pixels.height && top.depth > 0.0;
-    if (inside && (uncertain != UncertainObjects::kHide || IsReliable(object))) {
-      names.push_back({&object, top});
+    const bool certain = uncertain == UncertainObjects::kSolid || IsReliable(object);
+    if (certain || uncertain == UncertainObjects::kOutline) {
+      names.push_back(ReadableLabel(ShownName(object)));
+      inks.push_back(certain ? sheet.theme.ink : sheet.theme.muted);
+      requests.push_back({{},
+                          writer.SizeOf(names.back()),
+                          (object.superquadric.T_map_object.translation - camera.position).norm(),
+                          static_cast<int>(solids.size())});
+      solids.push_back({object.superquadric, certain});
     }
   }
-  std::ranges::sort(names, std::less(), [](const Name& name) { return name.top.depth; });
-  const double size = 0.85 * theme.small;
-  std::vector<FigureRect> taken;
-  for (const auto& [object, top] : names) {
-    const std::string text = ReadableLabel(object->label);
-    const double width = TextWidth(text, size);
-    FigureRect box{area.x + top.pixel.x / pixels.width * area.width - 0.5 * width,
-                   area.y + top.pixel.y / pixels.height * area.height - 1.35 * size, width, 1.1 * size};
-    box.x = std::clamp(box.x, area.x, std::max(area.x, area.Right() - width));  // inside the panel
-    box.y = std::max(box.y, area.y);
-    const auto covers = [&box](const FigureRect& other) {
-      return box.x < other.Right() + 2.0 && other.x < box.Right() + 2.0 && box.y < other.Bottom() &&
-             other.y < box.Bottom();
-    };
-    if (std::ranges::any_of(taken, covers)) {
-      box.y -= 1.1 * size;
-    }
-    if (area.Contains(box) && std::ranges::none_of(taken, covers)) {
-      const bool certain = uncertain == UncertainObjects::kSolid || IsReliable(*object);
-      taken.push_back(box);
-      sheet.page.Text({text, box.Center(), size, certain ? theme.ink : theme.muted, TextAlign::kCenter, false,
-                       0.0, theme.background});
-    }
+  const SeenSolids seen = SeeSolids(solids, see_through, PinholeOf(camera, pixels), PoseOf(camera));
+  for (std::size_t i = 0; i < requests.size(); ++i) {
+    requests[i].part = seen.parts[i];
   }
+  writer.Draw(names, inks, requests, seen.number);
 }
 
 }  // namespace
 
 FigurePage DrawMaps(const MapsFigure& figure, const FigureOptions& options) {
   ThrowIf<UsageError>(figure.panels.empty(), "no maps, expected at least one");
-  const UncertainObjects uncertain = options.style.objects.uncertain;
   const MapClasses classes(figure, options.style.objects);
   PanelSheet sheet = MakePanelSheet(
       options, figure.panels.size() == 1 ? kColumnWidth : kTextWidth, "Object maps",
@@ -179,7 +237,9 @@ FigurePage DrawMaps(const MapsFigure& figure, const FigureOptions& options) {
     const cv::Mat picture = renderer.Render();
     PlacePanel(sheet.page, picture, area);
     if (names) {
-      DrawObjectNames(sheet, panel.map, uncertain, renderer.DefaultCamera(), picture.size(), area);
+      const SceneLayers layers{{}, panel.dense_cloud, nullptr};
+      DrawObjectNames(sheet, panel.map, options.style, SolidsAreSeeThrough(options.style, layers),
+                      renderer.DefaultCamera(), picture.size(), area);
     }
     const std::string letter = count < 2 || i > 25 ? "" : fmt::format("({}) ", static_cast<char>('a' + i));
     sheet.page.Label(letter + panel.name, {area.Center().x(), area.Bottom() + 0.9 * theme.font}, theme.font,
@@ -200,7 +260,7 @@ struct MapsOptions {
   void VisitFields(auto&& visit) {
     visit("--columns N", "Maps in a row; default: all, up to five", columns, 1, 20);
     visit("--boxes", "Draw the boxes of objects on the images", boxes);
-    visit("--labels", "Names over the objects and in their boxes; always with more than twelve classes",
+    visit("--labels", "Names at the objects and in their boxes; always with more than twelve classes",
           labels);
     visit("--no-images", "Maps only", no_images);
   }
@@ -289,7 +349,8 @@ FigureEntry MapsEntry() {
       .details = R"(
 Above each map stands an input image of its run: the frame with the most boxes of objects, or the one nearest to
 --frame. --boxes draws these boxes. A class has one colour in all maps and boxes, and one legend below serves
-all. With more than twelve classes, names stand over the objects and in the boxes as well (--labels: always).
+all. With more than twelve classes, names stand beside the objects and in the boxes as well (--labels: always), with a
+line to what they name where something else is between. Objects that others hide have no name.
 Results without images (live cameras, deleted images and videos) get an empty place, or only their map if no
 result has an image.
 

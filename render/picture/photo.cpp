@@ -4,11 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
+#include "render/picture/cloud_occlusion.h"
+#include "render/picture/label_layout.h"
 #include "render/picture/picture_overlay.h"
 #include "slam/geometry/silhouette.h"
 #include "slam/util/error.h"
@@ -58,6 +59,14 @@ Masks MasksOf(const ObjectOutline& outline, cv::Size image, double width) {
                 std::max(1, static_cast<int>(std::lround(kSamples * width))), cv::LINE_8, kFractionalBits);
   cv::resize(fine, masks.line, masks.area.size(), 0.0, 0.0, cv::INTER_AREA);
   return masks;
+}
+
+// Extends a mask of hidden pixels by a line around it, and by the pixels that the mask leaves out as noise.
+cv::Mat Widened(const cv::Mat1b& mask, double width) {
+  const int side = 2 * static_cast<int>(std::ceil(width) + 2) + 1;
+  cv::Mat wide;
+  cv::dilate(mask, wide, cv::getStructuringElement(cv::MORPH_ELLIPSE, {side, side}));
+  return wide;
 }
 
 void DrawPoints(cv::Mat& image, const MapSnapshot& map, const Camera& camera, const Rigid3d& T_map_camera,
@@ -150,10 +159,15 @@ void DrawOutlines(cv::Mat& image, std::vector<ObjectOutline>& outlines, const La
     Masks masks = MasksOf(outline, image.size(), width);
     if (!masks.area.empty()) {
       cv::Mat nearer = covered(masks.area);
-      // Hidden parts become faint.
+      cv::Mat hidden = nearer.clone();  // these parts become faint
+      if (!outline.hidden.empty()) {
+        const cv::Mat around = Widened(outline.hidden, width)(masks.area);
+        cv::max(hidden, around, hidden);
+        masks.inside.setTo(0, outline.hidden(masks.area) | (around & (masks.inside < 255)));
+      }
       cv::Mat strength;
       const double whole = IsReliable(*outline.object) ? 1.0 : style.hidden;
-      nearer.convertTo(strength, CV_32F, (style.hidden - whole) / 255.0, whole);
+      hidden.convertTo(strength, CV_32F, (style.hidden - whole) / 255.0, whole);
       cv::Mat line;
       masks.line.convertTo(line, CV_32F);
       cv::multiply(line, strength, line);
@@ -192,43 +206,46 @@ void DrawTag(cv::Mat& image, const std::string& label, cv::Point top_left, const
 
 namespace {
 
-// Draws a coloured tag with the name at the top of each outline, moved to avoid overlap. Call after
-// DrawOutlines. Objects that are almost hidden or almost outside the picture get none.
-void DrawOutlineLabels(cv::Mat& image, const std::vector<ObjectOutline>& outlines, const LabelColors& colors,
-                       const TextPainter& text, double size) {
-  std::vector<cv::Rect> taken;
-  const cv::Rect frame(0, 0, image.cols, image.rows);
-  constexpr double kMinVisibleShare = 0.15;  // visible share that an object needs for a name
-  for (const ObjectOutline& outline : outlines) {
-    if (outline.visible < kMinVisibleShare * outline.inside || outline.visible < 4.0 * size) {
-      continue;
-    }
-    const auto above = [](const cv::Point2d& a, const cv::Point2d& b) { return a.y < b.y; };
-    const auto [top, bottom] = std::minmax_element(outline.polygon.begin(), outline.polygon.end(), above);
-    const cv::Size tag = TagSize(ShownName(*outline.object), text, size);
-    const auto rect = [&](const cv::Point2d& at, double lift, double aside = 0.0) {
-      return cv::Rect(
-          std::clamp(cvRound(at.x + (aside - 0.5) * tag.width), 0, std::max(0, frame.width - tag.width)),
-          std::clamp(cvRound(at.y - lift * tag.height), 0, std::max(0, frame.height - tag.height)), tag.width,
-          tag.height);
-    };
-    cv::Rect best;
-    int least = std::numeric_limits<int>::max();
-    for (const cv::Rect& place :
-         {rect(*top, 1.3), rect(*top, 1.1, 0.6), rect(*top, 1.1, -0.6), rect(*top, 2.4), rect(*bottom, -0.3),
-          rect(*top, -0.3), rect(0.5 * (*top + *bottom), 0.5), rect(*top, 3.5), rect(*bottom, -1.4)}) {
-      int overlap = 0;
-      for (const cv::Rect& other : taken) {
-        overlap += (place & other).area();
-      }
-      if (overlap < least) {
-        least = overlap;
-        best = place;
-      }
-    }
-    taken.push_back(best);
-    DrawTag(image, ShownName(*outline.object), best.tl(), colors(outline.object->label), text, size);
+// Draws a coloured tag with the name at the visible part of each object.
+void DrawTags(cv::Mat& image, const std::vector<SnapshotObject>& objects, const SeenSolids& seen,
+              const Rigid3d& T_map_camera, const LabelColors& colors, const TextPainter& text, double size) {
+  std::vector<LabelRequest> requests;
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    requests.push_back({seen.parts[i], TagSize(ShownName(objects[i]), text, size),
+                        (objects[i].superquadric.T_map_object.translation - T_map_camera.translation).norm(),
+                        static_cast<int>(i)});
   }
+  const std::vector<LabelPlace> places = PlaceLabels(requests, seen.number, {});
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (places[i].leader) {
+      const Eigen::Vector3d color = colors(objects[i].label);
+      const double width = 0.14 * size;
+      const auto side = static_cast<int>(std::lround(4.0 * width));
+      const cv::Point2d end = places[i].anchor;
+      DrawLine(image, LeaderStart(places[i]), end, 2.0 * width, Eigen::Vector3d::Ones(), 0.7);
+      DrawLine(image, LeaderStart(places[i]), end, width, color);
+      DrawPanel(image, {places[i].anchor - cv::Point(side / 2, side / 2), cv::Size(side, side)}, 0.5 * side,
+                color);
+    }
+  }
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (!places[i].area.empty()) {
+      DrawTag(image, ShownName(objects[i]), places[i].area.tl(), colors(objects[i].label), text, size);
+    }
+  }
+}
+
+// Returns the depth of the cloud in a view; empty without a cloud.
+cv::Mat1f DepthOf(const CloudLayerPtr& cloud, const MapSnapshot& map, const Camera& camera,
+                  const Rigid3d& T_map_camera) {
+  return cloud ? CloudDepth(*cloud, camera, T_map_camera, map.frame_index) : cv::Mat1f();
+}
+
+cv::Mat1b HiddenPixels(const cv::Mat1f& cloud_depth, std::span<const PosedSuperquadric> solids,
+                       const Camera& camera, const Rigid3d& T_map_camera) {
+  return cloud_depth.empty()
+             ? cv::Mat1b()
+             : HiddenBehind(cloud_depth, RasterizeSolids(solids, camera, T_map_camera), solids);
 }
 
 }  // namespace
@@ -248,12 +265,21 @@ cv::Mat RenderOverPhoto(const MapSnapshot& map, const cv::Mat& photo, const Rigi
   const LabelColors colors = LabelColors(style.objects.colors);
   const double scale = PictureScale({options.width, options.height});
   std::vector<ObjectOutline> outlines = OutlinesOf(map.objects, seen, T_map_camera);
+  const cv::Mat1f cloud_depth = DepthOf(options.layers.dense_cloud, map, seen, T_map_camera);
+  for (ObjectOutline& outline : outlines) {
+    outline.hidden = HiddenPixels(cloud_depth, {&outline.object->superquadric, 1}, seen, T_map_camera);
+  }
   if (style.overlay.points) {
     DrawPoints(part, map, seen, T_map_camera, colors, std::max(1.5, style.overlay.point_size * scale));
   }
   DrawOutlines(part, outlines, colors, style.overlay, scale);
   if (style.overlay.labels) {
-    DrawOutlineLabels(part, outlines, colors, TextPainter(), std::max(9.0, style.text.size * scale));
+    const auto solids = ToVector(map.objects, &SnapshotObject::superquadric);
+    const SeenSolids parts =
+        SeeSolids(ToVector(solids, [](const PosedSuperquadric& solid) { return NamedSolid{solid}; }), false,
+                  seen, T_map_camera, HiddenPixels(cloud_depth, solids, seen, T_map_camera));
+    DrawTags(part, map.objects, parts, T_map_camera, colors, TextPainter(),
+             std::max(9.0, style.text.size * scale));
   }
   return picture;
 }
@@ -291,29 +317,67 @@ PlacedPhoto PlacePhoto(const cv::Mat& photo, const Camera& camera, cv::Size pict
 }
 
 SceneStyle StyleOverPhoto(SceneStyle style) {
-  style.dense_cloud.show = false;
+  style.dense_cloud.show = style.grid.show = style.text.scale = false;
   style.cameras.trajectory = style.cameras.keyframes = style.cameras.current = false;
   style.objects.look = style.objects.look == ObjectLook::kAuto ? ObjectLook::kGlass : style.objects.look;
   return style;
 }
 
+namespace {
+
+// Blends a picture with straight alpha over another, but not where it is `hidden`.
+void BlendOver(const cv::Mat& scene, const cv::Mat1b& hidden, cv::Mat& picture) {
+  picture.forEach<cv::Vec3b>([&](cv::Vec3b& pixel, const int* at) {
+    const auto& over = scene.at<cv::Vec4b>(at);
+    const double shown = hidden.empty() ? 1.0 : 1.0 - hidden(at[0], at[1]) / 255.0;
+    for (int i = 0; i < 3; ++i) {
+      pixel[i] = cv::saturate_cast<std::uint8_t>(pixel[i] + shown * over[3] / 255.0 * (over[i] - pixel[i]));
+    }
+  });
+}
+
+// Returns true if the cloud hides nearly all of the solid that the picture contains.
+bool IsHidden(const cv::Mat1f& cloud_depth, const PosedSuperquadric& solid, const Camera& camera,
+              const Rigid3d& T_map_camera) {
+  constexpr double kMaxVisible = 0.05;  // share of its pixels
+  const SolidImage alone = RasterizeSolids({&solid, 1}, camera, T_map_camera);
+  const int all = cv::countNonZero(alone.number == 0);
+  return all > 0 &&
+         cv::countNonZero(HiddenBehind(cloud_depth, alone, {&solid, 1})) > (1.0 - kMaxVisible) * all;
+}
+
+}  // namespace
+
 cv::Mat RenderOnPhoto(const MapSnapshot& framed, const MapSnapshot& map, const cv::Mat& photo,
                       const Rigid3d& T_map_camera, PictureOptions options) {
   const cv::Size size(options.width, options.height);
   cv::Mat picture = PlacePhoto(photo, map.camera, size, ParseColor(options.style.background)).picture;
+  const Camera seen = PlaceImage(map.camera, {cv::Point(), size}).camera.WithoutDistortion();
+  MapSnapshot shown = map;
+  cv::Mat1b hidden;
+  if (const cv::Mat1f depth = DepthOf(options.layers.dense_cloud, map, seen, T_map_camera); !depth.empty()) {
+    std::erase_if(shown.objects, [&](const SnapshotObject& object) {
+      return IsHidden(depth, object.superquadric, seen, T_map_camera);
+    });
+    const auto solids = ToVector(shown.objects, &SnapshotObject::superquadric);
+    const SolidImage image = RasterizeSolids(solids, seen, T_map_camera);
+    hidden = HiddenBehind(depth, image, solids);
+    const double line = options.style.objects.line_width * PictureScale(size);
+    cv::max(hidden, Widened(hidden, line) & (image.number < 0), hidden);  // the lines around them too
+  }
+  const SceneStyle style = StyleOverPhoto(options.style);
   options.transparent = true;
-  options.style = StyleOverPhoto(options.style);
+  options.style = style;
+  options.style.text.legend = options.style.objects.labels =
+      false;  // the texts come last, over the photograph
   PictureRenderer renderer(options);
   renderer.SetMap(framed);
-  renderer.SetMapKeepingFrame(map);
-  const cv::Mat scene =
-      renderer.Render(ThroughCamera(T_map_camera, PlaceImage(map.camera, {cv::Point(), size}).camera));
-  picture.forEach<cv::Vec3b>([&scene](cv::Vec3b& pixel, const int* at) {
-    const auto& over = scene.at<cv::Vec4b>(at);
-    for (int i = 0; i < 3; ++i) {
-      pixel[i] = cv::saturate_cast<std::uint8_t>(pixel[i] + over[3] / 255.0 * (over[i] - pixel[i]));
-    }
-  });
+  renderer.SetMapKeepingFrame(shown);
+  const ViewCamera view = ThroughCamera(T_map_camera, seen);
+  BlendOver(renderer.Render(view), hidden, picture);
+  PictureCaptions captions(style, shown, options.layers, renderer.Focus(), renderer.Colors(), view);
+  captions.hidden = hidden;
+  DrawTexts(picture, shown, view, captions, style, TextPainter());
   return picture;
 }
 

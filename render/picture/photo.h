@@ -29,7 +29,8 @@ ImagePlacement PlaceImage(const Camera& camera, const cv::Rect& part);
 struct ObjectOutline {
   const SnapshotObject* object = nullptr;
   std::vector<cv::Point2d> polygon;
-  double visible = 0.0;  // its pixels in the picture that no nearer object covers
+  cv::Mat1b hidden;      // pixels of the picture behind other surfaces than those of objects; empty: none
+  double visible = 0.0;  // its pixels in the picture that nothing nearer covers
   double inside = 0.0;   // its pixels in the picture
 };
 
@@ -42,8 +43,8 @@ std::vector<ObjectOutline> OutlinesOf(const std::vector<SnapshotObject>& objects
 std::vector<ObjectOutline> OutlinesOf(const std::vector<SnapshotObject>& objects, const SolidOrder& solids,
                                       const Camera& camera, const Rigid3d& T_map_camera);
 
-// Draws outlines, farthest first: faint where nearer objects hide them, faint and unfilled for uncertain
-// objects. `scale`: pixels per pixel of the style. Sets `visible` and `inside`.
+// Draws outlines, farthest first: faint and unfilled where something nearer hides them, faint and unfilled
+// for uncertain objects. `scale`: pixels per pixel of the style. Sets `visible` and `inside`.
 void DrawOutlines(cv::Mat& image, std::vector<ObjectOutline>& outlines, const LabelColors& colors,
                   const OverlayStyle& style, double scale);
 
@@ -54,8 +55,8 @@ void DrawTag(cv::Mat& image, const std::string& label, cv::Point top_left, const
 
 // Draws the map over a photograph: exact outlines of the objects and, if the style asks for them, names and
 // map points. `photo` (8UC3) is an image of map.camera at T_map_camera with lens distortion, which is removed
-// first. It is centred in a picture of the options' size. Throws InputError if `photo` does not have the
-// camera's image size.
+// first. It is centred in a picture of the options' size. A dense cloud among the layers hides what is behind
+// its surfaces. Throws InputError if `photo` does not have the camera's image size.
 cv::Mat RenderOverPhoto(const MapSnapshot& map, const cv::Mat& photo, const Rigid3d& T_map_camera,
                         const PictureOptions& options);
 
@@ -76,6 +77,7 @@ PlacedPhoto PlacePhoto(const cv::Mat& photo, const Camera& camera, cv::Size pict
 SceneStyle StyleOverPhoto(SceneStyle style);
 
 // Draws the map, as its camera at T_map_camera sees it, over the photograph taken there, framed as `framed`.
+// A dense cloud among the layers is not drawn, but hides what is behind its surfaces.
 cv::Mat RenderOnPhoto(const MapSnapshot& framed, const MapSnapshot& map, const cv::Mat& photo,
                       const Rigid3d& T_map_camera, PictureOptions options);
 

@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <map>
-#include <numbers>
-#include <numeric>
+
+#include "render/picture/label_layout.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -21,41 +21,6 @@ double TextSize(const SceneStyle& style, double scale) {
 }
 
 int Pixels(double value) { return static_cast<int>(std::lround(value)); }
-
-constexpr int kMaxLinesAway = 7;  // lines by which a text may be moved away
-
-constexpr double kCoverCost = 4.0;  // cost of fully covering another object, in ranks of the candidate list
-
-// Returns the candidate places in order of preference.
-std::vector<LabelPlace> Candidates(const LabelRequest& request) {
-  const cv::Rect& b = request.bounds;
-  const cv::Size& s = request.size;
-  const int gap = std::max(2, s.height / 4);
-  const int centered = b.x + (b.width - s.width) / 2;
-  const int middle = b.y + (b.height - s.height) / 2;
-  std::vector<LabelPlace> places = {
-      {{{centered, b.y - gap - s.height}, s}, false},
-      {{{centered, b.br().y + gap}, s}, false},
-      {{{b.br().x + gap, middle}, s}, false},
-      {{{b.x - gap - s.width, middle}, s}, false},
-  };
-  for (int step = 1; step <= kMaxLinesAway; ++step) {
-    for (const int shift : {0, s.width / 2 + gap, -s.width / 2 - gap}) {
-      places.push_back({{{centered + shift, b.y - gap - s.height - step * (s.height + gap)}, s}, true});
-      places.push_back({{{centered + shift, b.br().y + gap + step * (s.height + gap)}, s}, true});
-    }
-  }
-  return places;
-}
-
-// Returns the area of other objects that a text would cover, as a share of its own area.
-double Covered(const cv::Rect& area, std::span<const LabelRequest> requests, std::size_t own) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < requests.size(); ++i) {
-    sum += i == own ? 0.0 : (requests[i].bounds & area).area();
-  }
-  return sum / std::max(1, area.area());
-}
 
 }  // namespace
 
@@ -74,36 +39,6 @@ SeenPoint Project(const ViewCamera& camera, cv::Size image, const Eigen::Vector3
   return {{0.5 * image.width + focal * d.dot(axes.right) / depth,
            0.5 * image.height - focal * d.dot(axes.up) / depth},
           depth};
-}
-
-std::vector<LabelPlace> PlaceLabels(std::span<const LabelRequest> requests, cv::Size picture,
-                                    std::span<const cv::Rect> taken) {
-  std::vector<std::size_t> order(requests.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::ranges::stable_sort(
-      order, [&](std::size_t a, std::size_t b) { return requests[a].depth < requests[b].depth; });
-  const cv::Rect whole({0, 0}, picture);
-  std::vector<cv::Rect> used(taken.begin(), taken.end());
-  std::vector<LabelPlace> places(requests.size());
-  for (const std::size_t index : order) {
-    double least = std::numeric_limits<double>::infinity();
-    const std::vector<LabelPlace> candidates = Candidates(requests[index]);
-    for (std::size_t rank = 0; rank < candidates.size(); ++rank) {
-      const cv::Rect& area = candidates[rank].area;
-      const bool inside = (area & whole) == area;
-      const bool free =
-          std::ranges::none_of(used, [&](const cv::Rect& other) { return !(other & area).empty(); });
-      const double cost = static_cast<double>(rank) + kCoverCost * Covered(area, requests, index);
-      if (inside && free && cost < least) {
-        least = cost;
-        places[index] = candidates[rank];
-      }
-    }
-    if (!places[index].area.empty()) {
-      used.push_back(places[index].area);
-    }
-  }
-  return places;
 }
 
 namespace {
@@ -248,61 +183,65 @@ void DrawAxes(cv::Mat& image, const ViewCamera& camera, const AxesLayout& layout
   }
 }
 
-// Returns the bounding box of an object in the picture, from points on its surface; empty if the object
-// reaches behind the camera.
-cv::Rect SeenBounds(const PosedSuperquadric& solid, const ViewCamera& camera, cv::Size picture) {
-  Eigen::AlignedBox2d bounds;
-  constexpr int kSteps = 12;
-  for (int i = 0; i <= kSteps; ++i) {
-    for (int k = 0; k < 2 * kSteps; ++k) {
-      const Eigen::Vector3d p =
-          solid.shape.PointAt(std::numbers::pi * (static_cast<double>(i) / kSteps - 0.5),
-                              std::numbers::pi * (static_cast<double>(k) / kSteps - 1.0));
-      const SeenPoint seen = Project(camera, picture, solid.T_map_object * p);
-      if (seen.depth <= 0.0) {
-        return {};
-      }
-      bounds.extend(Eigen::Vector2d(seen.pixel.x, seen.pixel.y));
-    }
-  }
-  const cv::Rect whole(cv::Point(Pixels(bounds.min().x()), Pixels(bounds.min().y())),
-                       cv::Point(Pixels(bounds.max().x()) + 1, Pixels(bounds.max().y()) + 1));
-  return whole & cv::Rect({0, 0}, picture);
+// Draws a leader from the text to a dot on its object, with an edge in the colour of the background.
+void DrawLeader(cv::Mat& image, const LabelPlace& place, double size, const SceneStyle& style) {
+  const Eigen::Vector3d ink = ParseColor(style.text.color);
+  const Eigen::Vector3d paper = ParseColor(style.background);
+  const double width = std::max(1.0, 0.07 * size);
+  const double dot = 3.5 * width;
+  const cv::Point2d from = LeaderStart(place);
+  const cv::Point2d to = place.anchor;
+  DrawLine(image, from, to, 3.0 * width, paper, 0.6);
+  const auto round = [&](double side, const Eigen::Vector3d& color) {
+    const cv::Point corner(Pixels(to.x - 0.5 * side), Pixels(to.y - 0.5 * side));
+    DrawPanel(image, {corner, cv::Size(Pixels(side), Pixels(side))}, 0.5 * side, color);
+  };
+  round(dot + 2.0 * width, paper);
+  DrawLine(image, from, to, width, ink);
+  round(dot, ink);
 }
 
-// Draws names beside the objects without overlap with each other or `taken`.
+// Draws names at the visible parts of the objects, without overlap with each other or `taken`.
 void DrawLabels(cv::Mat& image, const std::vector<SnapshotObject>& objects, const ViewCamera& camera,
-                const SceneStyle& style, const TextPainter& text, double scale,
-                std::span<const cv::Rect> taken) {
+                const PictureCaptions& captions, const SceneStyle& style, const TextPainter& text,
+                double scale, std::span<const cv::Rect> taken) {
   const double size = std::max(0.9 * style.text.size * scale, kMinTextSize);
-  const Eigen::Vector3d ink = ParseColor(style.text.color);
+  cv::Mat1b hidden(image.size(), std::uint8_t{0});
+  if (!captions.hidden.empty()) {
+    captions.hidden.copyTo(hidden);
+  }
+  for (const cv::Rect& area : taken) {
+    hidden(area & cv::Rect({0, 0}, image.size())).setTo(255);
+  }
+  const bool all_solid = style.objects.uncertain == UncertainObjects::kSolid;
+  const SeenSolids seen =
+      SeeSolids(ToVector(objects,
+                         [&](const SnapshotObject& object) {
+                           return NamedSolid{object.superquadric, all_solid || IsReliable(object)};
+                         }),
+                captions.see_through, PinholeOf(camera, image.size()), PoseOf(camera), hidden,
+                [&](const Eigen::Vector3d& p_map) { return !captions.clip || captions.clip->Keeps(p_map); });
   std::vector<LabelRequest> requests;
   std::vector<std::string> names;
-  for (const SnapshotObject& object : objects) {
-    const cv::Rect bounds = SeenBounds(object.superquadric, camera, image.size());
-    if (!bounds.empty()) {
-      names.push_back(ReadableLabel(ShownName(object)) + (IsReliable(object) ? "" : "?"));
-      requests.push_back({bounds,
-                          {text.Width(names.back(), size) + Pixels(0.4 * size), Pixels(1.2 * size)},
-                          (object.superquadric.T_map_object.translation - camera.position).norm()});
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    names.push_back(ReadableLabel(ShownName(objects[i])) + (IsReliable(objects[i]) ? "" : "?"));
+    requests.push_back({seen.parts[i],
+                        {text.Width(names.back(), size) + Pixels(0.4 * size), Pixels(1.2 * size)},
+                        (objects[i].superquadric.T_map_object.translation - camera.position).norm(),
+                        static_cast<int>(i)});
+  }
+  const std::vector<LabelPlace> places = PlaceLabels(requests, seen.number, taken);
+  for (const LabelPlace& place : places) {  // below all names
+    if (place.leader) {
+      DrawLeader(image, place, size, style);
     }
   }
-  const std::vector<LabelPlace> places = PlaceLabels(requests, image.size(), taken);
   for (std::size_t i = 0; i < places.size(); ++i) {
     const cv::Rect& area = places[i].area;
-    if (area.empty()) {
-      continue;
+    if (!area.empty()) {
+      text.Draw(image, names[i], {area.x + area.width / 2, area.y + area.height / 2}, size,
+                ParseColor(style.text.color), TextPainter::Align::kCenter, ParseColor(style.background));
     }
-    const cv::Point2d middle(area.x + 0.5 * area.width, area.y + 0.5 * area.height);
-    if (places[i].leader) {
-      const cv::Rect& bounds = requests[i].bounds;
-      const bool above = area.y < bounds.y;
-      DrawLine(image, {middle.x, above ? static_cast<double>(area.br().y) : static_cast<double>(area.y)},
-               {bounds.x + 0.5 * bounds.width, bounds.y + (above ? 0.15 : 0.85) * bounds.height}, 0.07 * size,
-               ink, 0.7);
-    }
-    text.Draw(image, names[i], {Pixels(middle.x), Pixels(middle.y)}, size, ink, TextPainter::Align::kCenter,
-              ParseColor(style.background));
   }
 }
 
@@ -315,7 +254,8 @@ PictureCaptions::PictureCaptions(const SceneStyle& style, const MapSnapshot& map
       grid_cell(GridCell(focus)),
       clip(MakeClipPlane(style.clip, focus, camera)),
       covisibility(style.covisibility.show && !map.covisibility.empty()),
-      true_path(style.ground_truth.show && !layers.true_path.empty()) {}
+      true_path(style.ground_truth.show && !layers.true_path.empty()),
+      see_through(SolidsAreSeeThrough(style, layers)) {}
 
 double PictureScale(cv::Size picture) { return std::min(picture.height / 720.0, picture.width / 960.0); }
 
@@ -362,7 +302,7 @@ void DrawTexts(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera,
     DrawAxes(image, camera, {image.size(), captions.grid_cell, map.metric, style, text, scale}, style, text);
   }
   if (style.objects.labels && style.objects.show) {
-    DrawLabels(image, objects, camera, style, text, scale,
+    DrawLabels(image, objects, camera, captions, style, text, scale,
                CaptionAreas(image.size(), map, captions, style, text));
   }
 }

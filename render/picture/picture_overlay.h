@@ -2,7 +2,6 @@
 
 #include <opencv2/core.hpp>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "render/camera/camera_path.h"
@@ -34,6 +33,8 @@ struct PictureCaptions {
   bool covisibility = false;      // the picture shows covisibility lines
   bool true_path = false;         // and the camera's true path
   bool panel = false;             // behind the legend also without a background, as other content lies below
+  bool see_through = false;       // solids hide nothing
+  cv::Mat1b hidden;               // pixels whose solids are behind other content; empty: none
 };
 
 // Returns the areas that the legend and the axes cover in a picture of this size.
@@ -44,23 +45,5 @@ std::vector<cv::Rect> CaptionAreas(cv::Size picture, const MapSnapshot& map, con
 // straight alpha).
 void DrawTexts(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera,
                const PictureCaptions& captions, const SceneStyle& style, const TextPainter& text);
-
-// A name to place beside its object, pixels.
-struct LabelRequest {
-  cv::Rect bounds;     // of the object in the picture
-  cv::Size size;       // of the text
-  double depth = 0.0;  // nearer objects are placed first
-};
-
-// The place of a text; empty if there is no room. `leader`: far enough away to need a connecting line.
-struct LabelPlace {
-  cv::Rect area;
-  bool leader = false;
-};
-
-// Places texts above, below or beside their objects, or farther away, so that they do not overlap, do not
-// cover `taken` and lie inside the picture. Returns the places in the order of the requests.
-std::vector<LabelPlace> PlaceLabels(std::span<const LabelRequest> requests, cv::Size picture,
-                                    std::span<const cv::Rect> taken);
 
 }  // namespace sqslam

@@ -280,6 +280,12 @@ struct SceneLayers {
   bool operator==(const SceneLayers&) const = default;
 };
 
+// Returns true if solids hide nothing: glass or outlines, as by default with a dense cloud.
+inline bool SolidsAreSeeThrough(const SceneStyle& style, const SceneLayers& layers) {
+  const bool dense = style.dense_cloud.show && (layers.dense_cloud || layers.dense_mesh);
+  return style.objects.look == ObjectLook::kAuto ? dense : style.objects.look != ObjectLook::kSolid;
+}
+
 // Loads a style by name (configs/styles/NAME.yaml) or from a .yaml file. Throws UsageError that lists the
 // available styles, or names file and line of an error.
 SceneStyle LoadStyle(const std::string& name_or_file);

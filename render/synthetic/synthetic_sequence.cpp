@@ -69,7 +69,7 @@ std::string FormatDetection(double timestamp, const Detection& detection) {
                      NormalizedLabel(detection.label), detection.score, box.x, box.y, box.width, box.height);
 }
 
-struct ImageFile {
+struct DrawnImage {
   fs::path path;
   cv::Mat image;
 };
@@ -228,7 +228,7 @@ SynthesisSummary WriteSyntheticSequence(const SceneDescription& scene, const fs:
 
   SceneRenderer renderer(scene, options.supersampling, options.backend);
   DetectorNoise detector(options.seed, Labels(scene));
-  WorkerThread<ImageFile> writer(1, [&options](const ImageFile& file) {  // encodes while the next is drawn
+  WorkerThread<DrawnImage> writer(1, [&options](const DrawnImage& file) {  // encodes while the next is drawn
     if (!cv::imwrite(file.path.string(), file.image, {cv::IMWRITE_JPEG_QUALITY, options.jpeg_quality})) {
       throw InputError("{}: cannot be written (is the disk full?)", file.path.string());
     }

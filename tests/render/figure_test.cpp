@@ -9,6 +9,8 @@
 #include "render/figures/figure_input.h"
 #include "render/page/chart.h"
 #include "render/page/page.h"
+#include "render/synthetic/scene_description.h"
+#include "slam/util/data_path.h"
 #include "slam/util/error.h"
 
 namespace sqslam {
@@ -296,6 +298,35 @@ TEST(FigureTest, WritesNamesIntoMapsWhenClassesOutnumberColours) {
   figure.panels[0].boxes = {{"lamp", 1.0, {40.0, 50.0, 60.0, 40.0}}};  // a thirteenth class
   EXPECT_EQ(times("book"), 2) << "and over the object";
   EXPECT_EQ(times("lamp"), 2) << "and in the box";
+}
+
+TEST(FigureTest, NamesEveryObjectAndBoxInNarrowMaps) {
+  MapsFigure figure;
+  figure.labels = true;
+  MapSnapshot map = HandMadeMap();
+  map.objects.clear();
+  cv::Mat image(480, 640, CV_8UC3, cv::Scalar(150, 160, 170));
+  figure.panels.push_back({"desk", map, image, {{"microwave oven", 1.0, {600.0, 200.0, 30.0, 30.0}}}});
+  for (const SceneBody& body : ReadScene(DataPath("assets/scenes/desk.yaml")).bodies) {
+    if (body.id > 0) {
+      SnapshotObject object;
+      object.id = body.id;
+      object.label = body.label;
+      object.superquadric = body.superquadric;
+      figure.panels[0].map.objects.push_back(object);
+    }
+  }
+  for (const double width : {60.0, 89.0}) {
+    FigureOptions options;
+    options.width_mm = width;
+    options.camera.elevation = 20.0;  // nothing is hidden
+    const auto texts = SvgTexts(EncodeFigure(DrawMaps(figure, options), "figure.svg"));
+    const auto times = [&](const std::string& name) { return std::ranges::count(texts, name); };
+    for (const SnapshotObject& object : figure.panels[0].map.objects) {
+      EXPECT_EQ(times(ReadableLabel(object.label)), 2) << object.label << " at " << width << " mm";
+    }
+    EXPECT_EQ(times("microwave oven"), 2) << "whole, although its box is narrow";
+  }
 }
 
 TEST(FigureTest, DistinguishesManySeries) {

@@ -179,6 +179,66 @@ TEST(PhotoOverlayTest, RemovesDistortion) {
   EXPECT_GT(straight.at<cv::Vec3b>(cvRound(expected.y()), cvRound(expected.x()))[0], 200);
 }
 
+// A wall across the view of keyframe 3 at this y, right of the book.
+CloudLayerPtr Wall(double y) {
+  CloudLayerBuilder builder(0.01);
+  for (double x = -0.12; x < 1.0; x += 0.01) {
+    for (double z = -0.5; z < 1.5; z += 0.01) {
+      builder.Add(Eigen::Vector3d(x, y, z).cast<float>(), {128, 128, 128}, 0.01F);
+    }
+  }
+  return builder.Finish();
+}
+
+enum class PhotoKind { kOutlines, kMap };
+
+// The picture over a grey photograph, without texts and points.
+cv::Mat OverGrey(PhotoKind kind, const CloudLayerPtr& cloud) {
+  const MapSnapshot map = HandMadeMap();
+  PictureOptions options = BareObjects(320, 240);
+  options.style.overlay = {.fill = 0.5, .hidden = 0.0, .labels = false};
+  options.style.light.shadow = 0.0;
+  options.layers.dense_cloud = cloud;
+  const cv::Mat photo(240, 320, CV_8UC3, cv::Scalar::all(128));
+  const Rigid3d pose = map.keyframes[3].T_map_camera;
+  return kind == PhotoKind::kMap ? RenderOnPhoto(map, map, photo, pose, options)
+                                 : RenderOverPhoto(map, photo, pose, options);
+}
+
+bool IsDrawn(const cv::Mat& picture, const SnapshotObject& object) {
+  const MapSnapshot map = HandMadeMap();
+  const Eigen::Vector2d pixel = map.camera.Project(map.keyframes[3].T_map_camera.Inverse() *
+                                                   object.superquadric.T_map_object.translation);
+  return picture.at<cv::Vec3b>(cvRound(pixel.y()), cvRound(pixel.x())) != cv::Vec3b::all(128);
+}
+
+TEST(PhotoOverlayTest, HidesObjectsBehindDenseCloud) {
+  const std::vector<SnapshotObject> objects = HandMadeMap().objects;
+  for (const PhotoKind kind : {PhotoKind::kOutlines, PhotoKind::kMap}) {
+    const cv::Mat open = OverGrey(kind, nullptr);
+    const cv::Mat behind = OverGrey(kind, Wall(-1.0));
+    for (const SnapshotObject& object : objects) {
+      EXPECT_TRUE(IsDrawn(open, object)) << object.label;
+      EXPECT_EQ(IsDrawn(behind, object), object.label == "book") << object.label;
+    }
+    EXPECT_EQ(cv::norm(open, OverGrey(kind, Wall(1.5)), cv::NORM_INF), 0.0) << "a wall behind all";
+  }
+}
+
+TEST(PhotoOverlayTest, DrawsPanelBehindLegendButNeitherGridNorAxes) {
+  const MapSnapshot map = HandMadeMap();
+  PictureOptions options = BareObjects(640, 480);
+  options.style = SceneStyle();
+  options.style.points.show = false;
+  const cv::Mat photo(240, 320, CV_8UC3, cv::Scalar::all(60));
+  const cv::Mat picture = RenderOnPhoto(map, map, photo, map.keyframes[3].T_map_camera, options);
+  EXPECT_GT(picture.at<cv::Vec3b>(14, 626)[0], 200) << "the panel is white";
+  cv::Mat changed;
+  cv::absdiff(picture, cv::Scalar::all(60), changed);
+  EXPECT_EQ(cv::countNonZero(changed(cv::Rect(0, 380, 640, 100)).reshape(1)), 0) << "axes, grid, scale";
+  EXPECT_EQ(cv::countNonZero(changed(cv::Rect(0, 0, 100, 480)).reshape(1)), 0) << "grid";
+}
+
 TEST(PhotoOverlayTest, RejectsPhotographOfAnotherSize) {
   const MapSnapshot map = HandMadeMap();
   EXPECT_THROW(RenderOverPhoto(map, cv::Mat(100, 100, CV_8UC3), {}, BareObjects(320, 240)), InputError);
