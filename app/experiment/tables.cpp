@@ -145,6 +145,7 @@ struct IouTable {
     const auto add = [&](const std::string& figure, const auto& cell) {
       std::vector<Cell> row = {Cell::Words(name), Cell::Words(figure)};
       std::ranges::transform(figures, std::back_inserter(row), cell);
+      MarkBest(ToVector(row, [](Cell& value) { return &value; }), BestValue::kHighest);
       table.rows.push_back(std::move(row));
     };
     add("3D IoU of those found", [](const IouFigures& f) { return Cell::Of(SpreadOf(f.mean), 3); });
@@ -175,6 +176,9 @@ void AddIouNotes(const Pointers& results, Table& table) {
                       ? fmt::format("Median over up to {} runs (lowest to highest)", repetitions.size())
                       : "One run each",
                   results.empty() ? "-" : results.front()->cell.association));
+  if (table.columns.size() > 3) {
+    table.notes.emplace_back("The best of a row is in bold.");
+  }
   if (has_scored) {
     table.notes.emplace_back("Where the ground truth says which objects are scored, only those count.");
   }
@@ -309,14 +313,15 @@ Table SequenceTable(const Results& all) {
 
 Table AssociationTable(const Results& all) {
   const Pointers results = AtUsual(WithObjects(All(all)), &ExperimentCell::representation, "superquadric");
-  Table table{"Table III",
-              "Landmarks by association against ground truth",
-              {"sequence", "association", "runs", "mapped", "found", "with 3D IoU 0.25 or more",
-               "with 3D IoU 0.5 or more", "duplicates", "extra", "ground truth",
-               "found of those with 60 or more boxes", "of"},
-              {},
-              {"found: ground-truth objects matched by a landmark; duplicates: further landmarks on them; "
-               "extra: landmarks that match none. Median (lowest to highest)."}};
+  Table table{
+      "Table III",
+      "Landmarks by association against ground truth",
+      {"sequence", "association", "runs", "mapped", "found", "with 3D IoU 0.25 or more",
+       "with 3D IoU 0.5 or more", "duplicates", "extra", "ground truth",
+       "found of those with 60 or more boxes", "of"},
+      {},
+      {"found: ground-truth objects matched by a landmark; duplicates: further landmarks on them; "
+       "extra: landmarks that match none. Median (lowest to highest); the best of a sequence in bold."}};
   const auto found = [](const CellResult& r) {
     return std::ranges::count(r.objects, true, &ObjectScore::found);
   };
@@ -325,6 +330,7 @@ Table AssociationTable(const Results& all) {
   };
   const Key configuration = ConfigurationOf(results, &ExperimentCell::association);
   for (const auto& [sequence, of_sequence] : GroupsOf(results, &ExperimentCell::sequence)) {
+    const std::size_t first = table.rows.size();
     for (const auto& [mode, runs] : GroupsOf(of_sequence, configuration)) {
       table.rows.push_back(
           {Cell::Words(sequence), Cell::Words(mode), Cell::Number(static_cast<double>(runs.size()), 0),
@@ -332,6 +338,19 @@ Table AssociationTable(const Results& all) {
            CountCell(runs, &CellResult::duplicates), CountCell(runs, &CellResult::extra),
            CountCell(runs, [](const CellResult& r) { return r.objects.size(); }),
            CountCell(runs, &CellResult::found_60), CountCell(runs, &CellResult::total_60)});
+    }
+    for (const auto& [column, best] : {std::pair("found", BestValue::kHighest),
+                                       {"with 3D IoU 0.25 or more", BestValue::kHighest},
+                                       {"with 3D IoU 0.5 or more", BestValue::kHighest},
+                                       {"duplicates", BestValue::kLowest},
+                                       {"extra", BestValue::kLowest},
+                                       {"found of those with 60 or more boxes", BestValue::kHighest}}) {
+      const auto at = std::ranges::find(table.columns, column) - table.columns.begin();
+      std::vector<Cell*> cells;
+      for (std::size_t i = first; i < table.rows.size(); ++i) {
+        cells.push_back(&table.rows[i][static_cast<std::size_t>(at)]);
+      }
+      MarkBest(cells, best);
     }
   }
   return table;

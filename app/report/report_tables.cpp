@@ -253,7 +253,7 @@ void AppendTiming(std::string& page, const ReportData& data) {
       "%</th><th class=\"wide\">Longest</th><th>Times</th></tr></thead><tbody>\n");
   for (const auto& [stage, summary] : data.stats->timing_ms) {  // sorted: a stage precedes its parts
     const std::size_t dot = stage.find('.');
-    const std::string name = ReadableLabel(dot == std::string::npos ? stage : stage.substr(dot + 1));
+    const std::string name = StageName(stage);
     fmt::format_to(
         out,
         "<tr class=\"{}\"><td class=\"stage\">{}</td><td class=\"bars wide\"><span class=\"bar\"><i "

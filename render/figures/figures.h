@@ -33,6 +33,10 @@ struct FigureRequest {
   std::vector<std::int64_t> frames;
 };
 
+// Returns a readable name of a part of a stage of stats.json: "bundle adjustment" for
+// "mapping.bundle_adjustment". The stage itself has its own name: "mapping".
+std::string StageName(const std::string& stage);
+
 using OptionWords = std::initializer_list<const char*>;  // that a figure's option allows
 
 // A command-line option that belongs to one figure.

@@ -103,13 +103,14 @@ void DrawIouBar(FigureSheet& sheet, const PlotArea& plot, double left, double wi
       fmt::format("{:.2f}", *value), {middle, top - 0.65 * size}, size, theme.ink, TextAlign::kCenter};
   number.halo = theme.background;  // over grid lines
   const double room = TextWidth(number.text, size);
-  if (room >= width + 1.0) {  // upright, inside the bar if it would overlap the legend
+  if (room >=
+      width - 1.0) {  // would touch its neighbour: upright, inside the bar if it would overlap the legend
     const bool above = top - 2.0 - room > plot.area.y - kIouGap;
     number.anchor.y() = above ? top - 2.0 : top + 2.0 + room;
     number.align = TextAlign::kLeft;
     number.angle = 90.0;
   }
-  if (room < width + 1.0 || width > 0.75 * size) {
+  if (room < width - 1.0 || width > 0.75 * size) {
     page.Text(number);
   }
 }

@@ -14,6 +14,16 @@
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
+
+std::string StageName(const std::string& stage) {
+  static const std::map<std::string, std::string> kNames = {
+      {"mapping.keep", "recovery state"},  // saved now and then, from which a killed run resumes
+      {"mapping.view", "map for tracking"},
+      {"mapping.take_adjustment", "applying adjustment"}};
+  const auto name = kNames.find(stage);
+  return name != kNames.end() ? name->second : ReadableLabel(stage.substr(stage.find('.') + 1));
+}
+
 namespace {
 
 constexpr double kTimingGap = 6.0;      // points
@@ -22,10 +32,9 @@ constexpr double kMedianRadius = 2.79;  // of the diamond, points
 // A group ("tracking") and its stages ("tracking.features"), which share an axis.
 using StageGroups = std::vector<std::pair<std::string, std::vector<std::string>>>;
 
-// Returns "bundle adjustment" for "mapping.bundle_adjustment", and "mapping, all" for the group "mapping".
+// Returns the name of a part, and "mapping, all" for the group "mapping".
 std::string RowName(const std::string& stage) {
-  const std::size_t dot = stage.find('.');
-  return dot == std::string::npos ? stage + ", all" : ReadableLabel(stage.substr(dot + 1));
+  return stage.find('.') == std::string::npos ? stage + ", all" : StageName(stage);
 }
 
 StageGroups GroupStages(const std::vector<std::string>& stages) {
@@ -74,8 +83,9 @@ std::string MeanText(double milliseconds) {
                                 : fmt::format("{:.0f}", milliseconds);
 }
 
-// Draws a bar of the mean with its value, a diamond at the median and a line to the 95th percentile.
-void DrawTimes(FigureSheet& sheet, const PlotArea& plot, double top, double height,
+// Draws a bar of the mean, a diamond at the median and a line to the 95th percentile; the mean's value ends
+// at `right`.
+void DrawTimes(FigureSheet& sheet, const PlotArea& plot, double top, double height, double right,
                const StageTimes::Summary& times, const SeriesLook& look) {
   auto& [page, area, theme] = sheet;
   const double middle = top + 0.5 * height;
@@ -86,24 +96,27 @@ void DrawTimes(FigureSheet& sheet, const PlotArea& plot, double top, double heig
   page.Line({p95, middle - 0.3 * height}, {p95, middle + 0.3 * height}, thin);
   page.Polygon({plot.X(times.median), middle}, 4, kMedianRadius + 0.682, theme.background);  // a rim
   page.Polygon({plot.X(times.median), middle}, 4, kMedianRadius, theme.ink);
-  const double size = std::min(theme.small, 1.15 * height);
-  if (size >= 3.5) {
-    const double right = std::max({p95, plot.X(times.mean), plot.X(times.median) + 3.0});  // of all marks
-    FigureText number{MeanText(times.mean), {right + 3.5, middle}, size, theme.ink};
-    number.halo = theme.background;  // over grid lines
-    page.Text(number);
+  if (const double size = std::min(theme.small, 1.05 * height); size >= 3.5) {
+    page.Text(MeanText(times.mean), {right, middle}, size, theme.ink, TextAlign::kRight);
   }
 }
 
-// `row`: height of a stage's bars and the gap to the next stage.
+double HeadingHeight(const FigureTheme& theme) { return 1.3 * theme.small; }
+
+// Draws the bars of a group below the heading of the column of means. `row`: height of a stage's bars and the
+// gap to the next stage.
 void DrawStageGroup(FigureSheet& sheet, const TimingFigure& figure, const std::vector<std::string>& stages,
-                    const FigureRect& area, double row) {
+                    const FigureRect& whole, double row) {
   const FigureTheme& theme = sheet.theme;
+  FigureRect area = whole;
+  area.y += HeadingHeight(theme);
+  area.height -= HeadingHeight(theme);
+  area.width -= std::max(TextWidth("8888", theme.small), TextWidth("mean", theme.small)) + 6.0;
+  sheet.page.Text("mean", {whole.Right(), whole.y + 0.5 * HeadingHeight(theme)}, theme.small, theme.muted,
+                  TextAlign::kRight);
   PlotArea plot{area, {}, {}};
-  const double numbers = TextWidth("888.8", theme.small) + 6.0;  // right of the longest bar
-  plot.x = RoundAxis(
-      0.0, LargestTime(figure, stages) * area.width / std::max(area.width - numbers, 0.2 * area.width),
-      std::clamp(static_cast<int>(area.width / 26.0), 2, 10), false);
+  plot.x = RoundAxis(0.0, 1.04 * LargestTime(figure, stages),
+                     std::clamp(static_cast<int>(area.width / 26.0), 2, 10), false);
   DrawXAxis(sheet, plot, "time per call [ms]");
   sheet.page.Line({area.x, area.y}, {area.x, area.Bottom()}, theme.Axis());
   const auto series = static_cast<double>(figure.series.size());
@@ -115,7 +128,7 @@ void DrawStageGroup(FigureSheet& sheet, const TimingFigure& figure, const std::v
       const auto found = figure.series[k].stages.find(stages[i]);
       const double top = middle + (static_cast<double>(k) - 0.5 * series) * bar;
       if (found != figure.series[k].stages.end()) {
-        DrawTimes(sheet, plot, top + 0.04 * bar, 0.92 * bar, found->second, LookOfSeries(k));
+        DrawTimes(sheet, plot, top + 0.04 * bar, 0.92 * bar, whole.Right(), found->second, LookOfSeries(k));
       }
     }
   }
@@ -129,8 +142,8 @@ FigurePage DrawTiming(const TimingFigure& figure, const FigureOptions& options) 
                       "no times to draw, expected at least one stage");
   const auto rows = static_cast<double>(figure.stages.size());
   const auto series = static_cast<double>(figure.series.size());
-  const auto axes = [&](const FigureTheme& theme) {  // height below the bars of all groups
-    return static_cast<double>(groups.size()) * XAxisHeight(theme) +
+  const auto axes = [&](const FigureTheme& theme) {  // height above and below the bars of all groups
+    return static_cast<double>(groups.size()) * (HeadingHeight(theme) + XAxisHeight(theme)) +
            static_cast<double>(groups.size() - 1) * kTimingGap;
   };
   FigureSheet sheet = MakeChartSheet(
@@ -147,7 +160,7 @@ FigurePage DrawTiming(const TimingFigure& figure, const FigureOptions& options) 
                       "the figure is too small for its bars, expected a larger size or fewer stages");
   double y = area.y;
   for (const auto& [name, stages] : groups) {
-    const double height = static_cast<double>(stages.size()) * row;
+    const double height = HeadingHeight(sheet.theme) + static_cast<double>(stages.size()) * row;
     DrawStageGroup(sheet, figure, stages, {area.x + names, y, area.width - names - 4.0, height}, row);
     y += height + XAxisHeight(sheet.theme) + kTimingGap;
   }
@@ -212,8 +225,8 @@ FigureEntry TimingEntry() {
   return FigureEntry{.name = "timing",
                      .help = "How long each stage takes: mean, median, 95th percentile",
                      .details = R"(
-Times of one call of each stage, from stats.json: a bar to the mean (its number beside it), a diamond at the
-median, a line to the 95th percentile. A stage is called once a frame (tracking) or once a keyframe (mapping).
+Times of one call of each stage, from stats.json: a bar to the mean, whose number is at the right, a diamond at
+the median, a line to the 95th percentile. A stage is called once a frame (tracking) or once a keyframe (mapping).
 Stages that ran only once in every result are left out unless --stage names them. The longest come first.
 
 Examples:

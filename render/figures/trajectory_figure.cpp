@@ -14,6 +14,7 @@
 #include "slam/io/result_files.h"
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/map_scale.h"
+#include "slam/snapshot/recording.h"
 #include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
 
@@ -176,7 +177,7 @@ PlotArea EqualAxes(const FigureRect& area, const PathBounds& bounds) {
   const Eigen::Vector2d middle = 0.5 * (bounds.box.max() + bounds.box.min()).head<2>();
   const Eigen::Vector2d half = 0.5 * Eigen::Vector2d(area.width, area.height) / scale;
   constexpr double kTickSpacing = 28.0;  // points, roughly; the same for both axes
-  const double step = RoundAxis(0.0, kTickSpacing / scale, 1, false).step;
+  const double step = RoundAxis(0.0, 2.0 * kTickSpacing / scale, 2, false).step;
   return {area,
           {middle.x() - half.x(), middle.x() + half.x(), step},
           {middle.y() - half.y(), middle.y() + half.y(), step}};
@@ -296,6 +297,12 @@ TrajectoryFigure AgainstTruth(const FigureRequest& request, const PathOptions& o
   return figure;
 }
 
+// Returns the sequence that a result was mapped from; empty: not known.
+std::string SequenceOf(const std::string& result) {
+  const fs::path recording = ResultFile(result, "trajectory.txt").parent_path() / "map.sqmap";
+  return fs::exists(recording) ? RecordingReader(recording).Info().sequence_path : "";
+}
+
 // Returns the paths on the first one.
 TrajectoryFigure WithoutTruth(const FigureRequest& request, const PathOptions& options,
                               const std::vector<std::string>& names) {
@@ -306,13 +313,17 @@ TrajectoryFigure WithoutTruth(const FigureRequest& request, const PathOptions& o
   Trajectory first;
   for (std::size_t i = 0; i < request.results.size(); ++i) {
     const Trajectory path = ReadPath(request.results[i]);
-    Sim3d S_first_map;
     if (i == 0) {
       first = path;
-    } else {
-      S_first_map = AlignPath(request.results[i], path, first, options.max_time_difference).S_world_map;
+      figure.paths.push_back({names[i], PiecesOf(path, {})});
+      continue;
     }
-    figure.paths.push_back({names[i], PiecesOf(path, S_first_map)});
+    const TrajectoryError apart = AlignPath(request.results[i], path, first, options.max_time_difference);
+    const bool related = SequenceOf(request.results[i]) == SequenceOf(request.results.front());
+    figure.paths.push_back(
+        {fmt::format("{} (aligned{}, {:.2g} {} RMSE)", names[i], related ? "" : ", another sequence",
+                     apart.rmse < 1e-9 ? 0.0 : apart.rmse, figure.unit),
+         PiecesOf(path, apart.S_world_map)});
   }
   return figure;
 }
@@ -334,8 +345,9 @@ FigureEntry TrajectoryEntry() {
 Camera paths (trajectory.txt) seen from above, both axes at one scale. With --ground-truth each path is aligned to
 the true one by the best similarity (scale, rotation, translation). The legend gives the remaining error (ATE,
 RMSE over all tracked frames); lengths are metres. Up is up in the first result's map. Without --ground-truth the
-first path is drawn in its map's units (metres after sqslam scale), and the others are aligned to it. Paths break
-where tracking was lost.
+first path is drawn in its map's units (metres after sqslam scale), and the others are aligned to it by their times;
+the legend gives the remaining difference and says which are of another sequence. Paths break where tracking was
+lost.
 
 Examples:
   sqslam figure trajectory out/desk --ground-truth data/desk -o path.pdf

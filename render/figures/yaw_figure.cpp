@@ -191,14 +191,14 @@ Box2d Around(const Box2d& box, const Camera& camera) {
                      camera);
 }
 
-// Places the axes before and after at the corner that shows most of them; ties go to the nearest to the
-// camera. Returns false if part of the object is behind the camera.
+// Places the axes before and after at the lower corner that shows most of them, so that z points up; ties go
+// to the nearest to the camera. Returns false if part of the object is behind the camera.
 bool PlaceAxes(const PosedSuperquadric& start, const PosedSuperquadric& solid, const ObjectView& view,
                const Box2d& visible, const Camera& camera, YawFigure::Object& object) {
   const Eigen::Vector3d eye = solid.T_map_object.Inverse() * view.T_map_camera.translation;
   std::pair<int, double> best(-1, 0.0);  // visible ends, minus distance
-  for (int i = 0; i < 8; ++i) {
-    const Eigen::Vector3d signs(i & 1 ? 1.0 : -1.0, i & 2 ? 1.0 : -1.0, i & 4 ? 1.0 : -1.0);
+  for (int i = 0; i < 4; ++i) {
+    const Eigen::Vector3d signs(i & 1 ? 1.0 : -1.0, i & 2 ? 1.0 : -1.0, -1.0);
     const auto before = AxesAt(start, signs, view.T_map_camera, camera);
     const auto after = AxesAt(solid, signs, view.T_map_camera, camera);
     if (!before || !after) {
@@ -358,7 +358,7 @@ FigureEntry YawEntry() {
           .help = "Line segments of an object against its axes, before and after",
           .details = R"(
 Line segments that the yaw estimator's detector (EDLines) finds in an object's box, and the axes of the object's
-frame along the edges of its bounding box, from a corner near the camera: (a) along the map's axes (the quarter
+frame along the edges of its bounding box, from a lower corner near the camera: (a) along the map's axes (the quarter
 turn nearest to the object's, as yaw counts modulo 90 degrees), (b) as estimated. A line is matched to its nearest
 axis in (b) if the angle is below objects.yaw.match_angle_deg. The mean is over the lines matched to x or y, the
 same ones in (a) and (b): the angle between a line and the image of its axis at the line's midpoint. Lines along z

@@ -12,7 +12,8 @@
 namespace sqslam {
 namespace {
 
-constexpr double kTickGap = 3.0;  // points between the plot and its numbers
+constexpr double kTickGap = 3.0;       // points between the plot and its numbers
+constexpr double kMinNumberGap = 0.5;  // between the numbers of a horizontal axis, of the font size
 
 constexpr double kSwatch = 2.0;    // width of a legend symbol, of the font size
 constexpr double kSignGap = 0.5;   // between symbol and text
@@ -40,6 +41,13 @@ std::vector<std::vector<int>> LegendLines(const std::vector<LegendEntry>& entrie
   return lines;
 }
 
+// Returns the next smaller of the steps 1, 2 and 5 times a power of ten.
+double FinerStep(double step) {
+  const double power = std::pow(10.0, std::floor(std::log10(step) + 1e-9));
+  const double lead = std::round(step / power);
+  return (lead == 5.0 ? 2.0 : lead == 2.0 ? 1.0 : 0.5) * power;
+}
+
 }  // namespace
 
 std::vector<double> ChartAxis::Ticks() const {
@@ -59,6 +67,20 @@ std::vector<double> ChartAxis::Ticks() const {
   return ticks;
 }
 
+std::vector<double> ChartAxis::NumberedTicks(double length, double room) const {
+  const double apart = step / (high - low) * length;  // points between ticks
+  double every = 1.0;
+  for (int i = 0; every * apart < room && i < 30; ++i) {
+    every *= i % 3 == 1 ? 2.5 : 2.0;  // 1, 2, 5, 10, ...
+  }
+  std::vector<double> numbered = Ticks();
+  std::erase_if(numbered, [&](double tick) {
+    const double index = std::round(tick / step);
+    return index != every * std::round(index / every);
+  });
+  return numbered;
+}
+
 std::string ChartAxis::TickText(double value) const {
   const int decimals = std::clamp(static_cast<int>(std::ceil(-std::log10(step) - 1e-9)), 0, 9);
   const std::string text = fmt::format("{:.{}f}", std::abs(value), decimals);
@@ -75,6 +97,9 @@ ChartAxis RoundAxis(double low, double high, int ticks, bool whole_steps) {
   const double power = std::pow(10.0, std::floor(std::log10(rough)));
   const double lead = rough / power;
   ChartAxis axis{low, high, (lead > 7.0 ? 10.0 : lead > 3.2 ? 5.0 : lead > 1.5 ? 2.0 : 1.0) * power};
+  for (int i = 0; i < 3 && !whole_steps && axis.Ticks().size() < 2; ++i) {
+    axis.step = FinerStep(axis.step);
+  }
   if (whole_steps) {
     axis.low = axis.step * std::floor(low / axis.step + 1e-9);
     axis.high = axis.step * std::ceil(high / axis.step - 1e-9);
@@ -202,18 +227,16 @@ void DrawXAxis(FigureSheet& sheet, const PlotArea& plot, const std::string& labe
   auto& [page, whole, theme] = sheet;
   const FigureRect& area = plot.area;
   const double numbers_y = area.Bottom() + kTickGap + 0.5 * theme.small;
-  double last_right = -1e9;
-  for (const double tick : plot.x.Ticks()) {
-    const double x = plot.X(tick);
+  const std::vector<double> ticks = plot.x.Ticks();
+  const double widest =
+      Largest(ticks, 0.0, [&](double tick) { return TextWidth(plot.x.TickText(tick), theme.small); });
+  for (const double tick : ticks) {
     if (grid) {
-      page.Line({x, area.y}, {x, area.Bottom()}, theme.Grid());
+      page.Line({plot.X(tick), area.y}, {plot.X(tick), area.Bottom()}, theme.Grid());
     }
-    const std::string text = plot.x.TickText(tick);
-    const double half = 0.5 * TextWidth(text, theme.small);
-    if (x - half > last_right + 2.0) {  // leave out numbers that would touch
-      page.Text(text, {x, numbers_y}, theme.small, theme.muted, TextAlign::kCenter);
-      last_right = x + half;
-    }
+  }
+  for (const double tick : plot.x.NumberedTicks(area.width, widest + kMinNumberGap * theme.small)) {
+    page.Text(plot.x.TickText(tick), {plot.X(tick), numbers_y}, theme.small, theme.muted, TextAlign::kCenter);
   }
   page.Line({area.x, area.Bottom()}, {area.Right(), area.Bottom()}, theme.Axis());
   if (!label.empty()) {
@@ -225,14 +248,12 @@ void DrawXAxis(FigureSheet& sheet, const PlotArea& plot, const std::string& labe
 void DrawYAxis(FigureSheet& sheet, const PlotArea& plot, const std::string& label) {
   auto& [page, whole, theme] = sheet;
   const FigureRect& area = plot.area;
-  double last_top = 1e9;
   for (const double tick : plot.y.Ticks()) {
-    const double y = plot.Y(tick);
-    page.Line({area.x, y}, {area.Right(), y}, theme.Grid());
-    if (y + 0.5 * theme.small < last_top) {
-      page.Text(plot.y.TickText(tick), {area.x - kTickGap, y}, theme.small, theme.muted, TextAlign::kRight);
-      last_top = y - 0.5 * theme.small;
-    }
+    page.Line({area.x, plot.Y(tick)}, {area.Right(), plot.Y(tick)}, theme.Grid());
+  }
+  for (const double tick : plot.y.NumberedTicks(area.height, theme.small)) {
+    page.Text(plot.y.TickText(tick), {area.x - kTickGap, plot.Y(tick)}, theme.small, theme.muted,
+              TextAlign::kRight);
   }
   page.Line({area.x, area.y}, {area.x, area.Bottom()}, theme.Axis());
   const double x = area.x - YAxisWidth(plot.y, theme) + 0.5 * theme.font;

@@ -19,9 +19,14 @@ struct ChartAxis {
   // Returns the multiples of `step` in [low, high], the first thousand; none if `step` is lost in rounding.
   std::vector<double> Ticks() const;
   std::string TickText(double value) const;  // with as many decimals as the step needs
+
+  // Returns the ticks that get a number: every one, every second, fifth, tenth, ..., so that numbers of
+  // `room` points each do not touch on an axis of this length (points).
+  std::vector<double> NumberedTicks(double length, double room) const;
 };
 
-// Makes an axis over [low, high] with about `ticks` ticks. `whole_steps`: extends its ends to ticks.
+// Makes an axis over [low, high] with about `ticks` ticks, but at least two. `whole_steps`: extends its ends
+// to ticks.
 ChartAxis RoundAxis(double low, double high, int ticks, bool whole_steps);
 
 // The look that distinguishes the series of a chart: colours, and dashes and hatches for greyscale prints.

@@ -11,7 +11,7 @@
 namespace sqslam {
 namespace {
 
-constexpr int kSegments = 96;  // chords deviate by at most 0.05 % of a half axis
+constexpr int kSegments = 96;       // chords deviate by at most 0.05 % of a half axis
 constexpr double kMinDepth = 1e-6;  // map units
 
 // A corner of a triangle in the picture.

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <initializer_list>
 #include <utility>
 
@@ -52,8 +53,17 @@ std::string NumberText(const Cell& cell, const char* none, const char* plain, co
 }
 
 std::string LatexCell(const Cell& cell) {
-  return IsNumber(cell) ? NumberText(cell, "--", "${}$", "${}$ {{\\scriptsize (${}$ to ${}$)}}")
-                        : EscapeLatex(cell.text);
+  if (!IsNumber(cell)) {
+    return EscapeLatex(cell.text);
+  }
+  return cell.best
+             ? NumberText(cell, "--", "$\\mathbf{{{}}}$", "$\\mathbf{{{}}}$ {{\\scriptsize (${}$ to ${}$)}}")
+             : NumberText(cell, "--", "${}$", "${}$ {{\\scriptsize (${}$ to ${}$)}}");
+}
+
+std::string MarkdownCell(const Cell& cell) {
+  return IsNumber(cell) && cell.best ? NumberText(cell, "-", "**{}**", "**{}** ({} to {})")
+                                     : EscapeMarkdown(FormatCell(cell));
 }
 
 std::string Significant(double value) { return fmt::format("{:.6g}", value); }
@@ -81,9 +91,31 @@ Spread SpreadOf(std::vector<double> values) {
   return {static_cast<int>(values.size()), MeanMedian(std::move(values)), lowest, highest};
 }
 
-Cell Cell::Words(std::string text) { return {std::move(text), {}, -1}; }
-Cell Cell::Number(double value, int decimals) { return {"", {1, value, value, value}, decimals}; }
-Cell Cell::Of(const Spread& spread, int decimals) { return {"", spread, decimals}; }
+Cell Cell::Words(std::string text) { return {.text = std::move(text)}; }
+Cell Cell::Number(double value, int decimals) {
+  return {.text = "", .spread = {1, value, value, value}, .decimals = decimals};
+}
+Cell Cell::Of(const Spread& spread, int decimals) {
+  return {.text = "", .spread = spread, .decimals = decimals};
+}
+
+void MarkBest(const std::vector<Cell*>& cells, BestValue best) {
+  std::vector<std::pair<double, Cell*>> written;
+  for (Cell* cell : cells) {
+    if (IsNumber(*cell) && cell->spread.count > 0) {
+      const double sign = best == BestValue::kHighest ? 1.0 : -1.0;
+      const double unit = std::pow(10.0, cell->decimals);
+      written.emplace_back(sign * std::round(unit * cell->spread.median) / unit, cell);
+    }
+  }
+  if (written.empty()) {
+    return;
+  }
+  const auto [low, high] = std::ranges::minmax(written, {}, &std::pair<double, Cell*>::first);
+  for (const auto& [value, cell] : written) {
+    cell->best = value == high.first && low.first < high.first;
+  }
+}
 
 std::string FormatCell(const Cell& cell) {
   return IsNumber(cell) ? NumberText(cell, "-", "{}", "{} ({} to {})") : cell.text;
@@ -125,7 +157,7 @@ std::string ToMarkdown(const Table& table) {
   add_row(
       ToVector(RightAligned(table), [](bool is_right) { return std::string(is_right ? "---:" : "---"); }));
   for (const auto& row : table.rows) {
-    add_row(ToVector(row, [](const Cell& cell) { return EscapeMarkdown(FormatCell(cell)); }));
+    add_row(ToVector(row, MarkdownCell));
   }
   for (const std::string& note : table.notes) {
     text += fmt::format("\n{}\n", EscapeMarkdown(note));

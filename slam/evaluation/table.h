@@ -22,6 +22,7 @@ struct Cell {
   std::string text;
   Spread spread;
   int decimals = -1;  // digits of the number after the point; below 0: the cell is text
+  bool best = false;  // the median is set in bold in Markdown and LaTeX
 
   static Cell Words(std::string text);
   static Cell Number(double value, int decimals);  // one measurement
@@ -36,6 +37,11 @@ struct Table {
   std::vector<std::vector<Cell>> rows;
   std::vector<std::string> notes;  // one sentence each, under the table
 };
+
+// Marks the cells whose medians, as written, are the best of those given. No cell is marked if all are equal
+// or fewer than two hold a number. Cells of one row or column, for instance.
+enum class BestValue { kHighest, kLowest };
+void MarkBest(const std::vector<Cell*>& cells, BestValue best);
 
 // "0.62", "0.62 (0.60 to 0.65)" if several measurements differ, "-" if there are none.
 std::string FormatCell(const Cell& cell);

@@ -147,6 +147,33 @@ TEST_F(FigureCommandTest, AlignsAxesWithLinesInYawFigure) {
   }
 }
 
+// Returns the height on the page of the first text with this content, points from the top.
+double HeightOf(const std::string& svg, const std::string& text) {
+  const std::size_t at = svg.find(">" + text + "<");
+  return std::stod(svg.substr(svg.find(' ', svg.rfind("translate(", at))));
+}
+
+TEST_F(FigureCommandTest, PointsUpwardsWithAxisZOfYawFigure) {
+  const std::string svg = Svg("yaw " + result_.string());
+  EXPECT_LT(HeightOf(svg, "z"), HeightOf(svg, "x"));
+  EXPECT_LT(HeightOf(svg, "z"), HeightOf(svg, "y"));
+}
+
+TEST_F(FigureCommandTest, SaysInLegendWhatIsAligned) {
+  std::filesystem::copy(result_, folder_.Path() / "again");
+  const std::filesystem::path other = folder_.Path() / "other";
+  std::filesystem::create_directories(other);
+  std::filesystem::copy(result_ / "trajectory.txt", other / "trajectory.txt");
+  RecordingWriter writer(other / "map.sqmap", {"elsewhere", "test", ""});
+  writer.Add(HandMadeMap());
+  writer.Close();
+  const std::string svg = Svg("trajectory " + result_.string() + " " + (folder_.Path() / "again").string() +
+                              " " + other.string());
+  EXPECT_THAT(svg, HasSubstr(">run<"));
+  EXPECT_THAT(svg, HasSubstr(">again (aligned, 0 map units RMSE)<"));
+  EXPECT_THAT(svg, HasSubstr(">other (aligned, another sequence, 0 map units RMSE)<"));
+}
+
 TEST_F(FigureCommandTest, ShowsTrajectoryErrorInLegend) {
   const std::string svg =
       Svg("trajectory " + result_.string() + " --heights --ground-truth " + sequence_.string());

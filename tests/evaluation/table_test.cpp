@@ -52,6 +52,25 @@ Table Example() {
           {"A note."}};
 }
 
+TEST(Tables, SetsBestValuesInBold) {
+  Table table{"", "IoU", {"class", "full", "iou", "none"}, {}, {}};
+  table.rows = {{Cell::Words("cup"), Cell::Number(0.614, 2), Cell::Of(SpreadOf({0.60, 0.62, 0.65}), 2),
+                 Cell::Number(0.5, 2)},
+                {Cell::Words("book"), Cell::Number(3.0, 0), Cell::Number(3.0, 0), Cell::Of({}, 0)},
+                {Cell::Words("bowl"), Cell::Number(2.0, 0), Cell::Number(2.0, 0), Cell::Number(5.0, 0)}};
+  for (auto& row : table.rows) {
+    const bool lowest = &row == &table.rows[2];
+    MarkBest({&row[0], &row[1], &row[2], &row[3]}, lowest ? BestValue::kLowest : BestValue::kHighest);
+  }
+  const std::string markdown = ToMarkdown(table);
+  EXPECT_THAT(markdown, HasSubstr("| cup | 0.61 | **0.62** (0.60 to 0.65) | 0.50 |"));
+  EXPECT_THAT(markdown, HasSubstr("| book | 3 | 3 | - |")) << "all are equal";
+  EXPECT_THAT(markdown, HasSubstr("| bowl | **2** | **2** | 5 |")) << "ties";
+  const std::string latex = ToLatex(table);
+  EXPECT_THAT(latex, HasSubstr("cup & $0.61$ & $\\mathbf{0.62}$ {\\scriptsize ($0.60$ to $0.65$)} & $0.50$"));
+  EXPECT_THAT(latex, HasSubstr("book & $3$ & $3$ & --"));
+}
+
 TEST(Tables, AlignsNumbersRightInMarkdown) {
   EXPECT_EQ(ToMarkdown(Example()),
             "## Table I: IoU by class\n\n| class | iou\\_a | n |\n| --- | ---: | ---: |\n"

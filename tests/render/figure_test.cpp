@@ -357,6 +357,49 @@ TEST(FigureTest, KeepsNumbersOfTimesClearOfMarks) {
   EXPECT_GT(farthest, 100.0);
 }
 
+TEST(FigureTest, NumbersAxesEvenlyWithoutTouching) {
+  for (const double width : {40.0, 55.0, 89.0, 182.0}) {
+    TrajectoryFigure figure = TwoPaths();
+    figure.heights = true;
+    FigureOptions options;
+    options.width_mm = width;
+    std::map<double, std::vector<std::pair<double, double>>>
+        rows;  // centre and half width of numbers, by line
+    for (const FigureElement& element : DrawTrajectories(figure, options).elements) {
+      const auto* text = std::get_if<FigureText>(&element);
+      if (text != nullptr && text->align == TextAlign::kCenter &&
+          text->text.find_first_not_of("0123456789.\u2212") == std::string::npos) {
+        rows[text->anchor.y()].emplace_back(text->anchor.x(), 0.5 * TextWidth(text->text, text->size));
+      }
+    }
+    EXPECT_EQ(rows.size(), 2u) << width << " mm";
+    for (const auto& [y, numbers] : rows) {
+      ASSERT_GE(numbers.size(), 2u) << width << " mm";
+      for (std::size_t i = 1; i < numbers.size(); ++i) {
+        const double apart = numbers[i].first - numbers[i - 1].first;
+        EXPECT_GT(apart - numbers[i].second - numbers[i - 1].second, 2.5) << width << " mm";
+        EXPECT_NEAR(apart, numbers[1].first - numbers[0].first, 1e-6) << "none left out in between";
+      }
+    }
+  }
+}
+
+TEST(FigureTest, GivesEveryAxisTwoTicks) {
+  for (double low = -1.0; low < 1.0; low += 0.037) {
+    for (double size = 0.01; size < 20.0; size *= 1.13) {
+      const ChartAxis axis = RoundAxis(low, low + size, 2, false);
+      EXPECT_GE(axis.Ticks().size(), 2u) << low << " to " << low + size;
+    }
+  }
+}
+
+TEST(FigureTest, NamesStagesReadably) {
+  EXPECT_EQ(StageName("mapping.bundle_adjustment"), "bundle adjustment");
+  EXPECT_EQ(StageName("mapping.keep"), "recovery state");
+  EXPECT_EQ(StageName("mapping.view"), "map for tracking");
+  EXPECT_EQ(StageName("tracking"), "tracking");
+}
+
 TEST(FigureTest, GivesAxesRoundNumbers) {
   const ChartAxis axis = RoundAxis(0.13, 0.87, 4, true);
   EXPECT_DOUBLE_EQ(axis.step, 0.2);
