@@ -6,6 +6,7 @@
 
 #include "app/commands/commands.h"
 #include "app/commands/render_arguments.h"
+#include "app/result/map_input.h"
 #include "app/terminal/terminal.h"
 #include "render/figures/figures.h"
 
@@ -33,6 +34,7 @@ struct FigureArguments {
   FigureRequest request;
   std::string output;
   StyleArguments style;
+  ObjectArguments objects;
   bool quiet = false;
 };
 
@@ -57,7 +59,8 @@ void AddPageOptions(Command& command, const FigureEntry& figure, FigureArguments
 }
 
 // Adds the inputs: results and their names, objects, frames, and the view of maps.
-void AddInputs(Command& command, const FigureEntry& figure, FigureRequest& request) {
+void AddInputs(Command& command, const FigureEntry& figure, FigureArguments& a) {
+  FigureRequest& request = a.request;
   command.Group("Figure");
   if (!figure.results_help.empty()) {
     command.Positional("RESULT", request.results, figure.results_help).Required().list = figure.several;
@@ -67,6 +70,9 @@ void AddInputs(Command& command, const FigureEntry& figure, FigureRequest& reque
   }
   if (figure.objects) {
     command.Option("--object ID", request.objects, "Id of an object (see sqslam info); may be repeated");
+  }
+  if (figure.maps) {
+    AddObjectOptions(command, a.objects);
   }
   if (!figure.frames_help.empty()) {
     command.Option("--frame N", request.frames, figure.frames_help).list = figure.several;
@@ -90,6 +96,11 @@ void CompletePage(const FigureEntry& figure, FigureArguments& a) {
 
 void DrawFigure(const FigureEntry& figure, FigureArguments& a) {
   CompletePage(figure, a);
+  if (figure.maps) {
+    a.request.open_map = [&a](const std::filesystem::path& recording) {
+      return OpenMap(recording, a.objects, HiddenObjects::kLeaveOut);
+    };
+  }
   Progress progress(a.quiet, "picture");
   a.request.page.progress = std::ref(progress);
   WriteFigure(figure.draw(a.request), a.output);
@@ -100,7 +111,7 @@ void AddFigure(Command& parent, const FigureEntry& figure) {
   command.Notes(figure.details);
   const auto a = std::make_shared<FigureArguments>();
   AddPageOptions(command, figure, *a);
-  AddInputs(command, figure, a->request);
+  AddInputs(command, figure, *a);
   command.Group("Figure");
   for (const FigureOption& option : figure.options) {
     if (const auto* words = std::get_if<std::vector<std::string>*>(&option.field.value)) {

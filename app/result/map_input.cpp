@@ -4,11 +4,14 @@
 #include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+
 #include "app/export/map_export.h"
 #include "slam/evaluation/ground_truth.h"
 #include "slam/evaluation/trajectory_error.h"
 #include "slam/io/result_files.h"
 #include "slam/snapshot/depth_recording.h"
+#include "slam/util/text_lines.h"
 #include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
 
@@ -34,6 +37,8 @@ void AddObjectOptions(Command& command, ObjectArguments& a) {
       "FILE.json with edits of the objects (names, labels, hidden, deleted and merged ones), as saved by the "
       "viewer; auto: the file beside the map. Default: no edits");
   command.Flag("--reliable-only", a.reliable_only, "Omit uncertain objects");
+  command.Option("--objects LIST", a.chosen,
+                 "Only these objects: ids and labels with commas between them, such as 3,cup,potted_plant");
 }
 
 fs::path EditsFile(const fs::path& recording, const std::string& edits) {
@@ -46,9 +51,31 @@ fs::path EditsFile(const fs::path& recording, const std::string& edits) {
   return beside;
 }
 
+namespace {
+
+// Returns true if the word is the object's id, label or name, with blanks or underscores.
+bool IsCalled(const SnapshotObject& object, const std::string& word) {
+  const std::string readable = ReadableLabel(word);
+  return word == std::to_string(object.id) || readable == ReadableLabel(object.label) ||
+         readable == ReadableLabel(object.name);
+}
+
+// Throws UsageError if a word calls no object of the map.
+void CheckChosen(const std::vector<std::string>& chosen, const MapSnapshot& map) {
+  for (const std::string& word : chosen) {
+    const bool known =
+        std::ranges::any_of(map.objects, [&](const auto& object) { return IsCalled(object, word); });
+    ThrowIf<UsageError>(
+        !known, "--objects {}: no such object is left, expected ids and labels as sqslam info lists them",
+        word);
+  }
+}
+
+}  // namespace
+
 RecordingReader OpenMap(const fs::path& recording, const ObjectArguments& a, HiddenObjects hidden) {
   const fs::path file = EditsFile(recording, a.edits);
-  if (file.empty() && !a.reliable_only) {
+  if (file.empty() && !a.reliable_only && a.chosen.empty()) {
     return RecordingReader(recording);
   }
   const ObjectEdits read = file.empty() ? ObjectEdits() : ReadObjectEdits(file);
@@ -60,16 +87,25 @@ RecordingReader OpenMap(const fs::path& recording, const ObjectArguments& a, Hid
                    fmt::join(unknown, ", "));
     }
   }
-  return RecordingReader(
-      recording, [read, hidden, reliable_only = a.reliable_only](const MapSnapshotPtr& snapshot) {
-        const MapSnapshotPtr edited = Apply(read, *snapshot, hidden);
-        if (!reliable_only) {
-          return edited;
-        }
-        auto sifted = std::make_shared<MapSnapshot>(*edited);
-        std::erase_if(sifted->objects, [](const SnapshotObject& object) { return !IsReliable(object); });
-        return MapSnapshotPtr(std::move(sifted));
-      });
+  const std::vector<std::string> chosen =
+      a.chosen.empty() ? std::vector<std::string>() : Split(a.chosen, ',');
+  const auto sift = [read, hidden, chosen, reliable_only = a.reliable_only](const MapSnapshotPtr& snapshot) {
+    const MapSnapshotPtr edited = Apply(read, *snapshot, hidden);
+    if (!reliable_only && chosen.empty()) {
+      return edited;
+    }
+    auto sifted = std::make_shared<MapSnapshot>(*edited);
+    std::erase_if(sifted->objects, [&](const SnapshotObject& object) {
+      const auto calls = [&](const std::string& word) { return IsCalled(object, word); };
+      return (reliable_only && !IsReliable(object)) ||
+             (!chosen.empty() && std::ranges::none_of(chosen, calls));
+    });
+    return MapSnapshotPtr(std::move(sifted));
+  };
+  if (plain.Size() > 0) {
+    CheckChosen(chosen, *sift(plain.Last()));
+  }
+  return RecordingReader(recording, sift);
 }
 
 std::string TruePathError(const fs::path& sequence) {

@@ -19,6 +19,7 @@ std::filesystem::path MapFile(const std::filesystem::path& map);
 struct ObjectArguments {
   std::string edits;           // file of the viewer's edits, or "auto"; empty: none
   bool reliable_only = false;  // leave out uncertain objects
+  std::string chosen{};        // ids and labels of the only objects wanted, with commas; empty: all
 };
 
 void AddObjectOptions(Command& command, ObjectArguments& arguments);
@@ -28,7 +29,7 @@ void AddObjectOptions(Command& command, ObjectArguments& arguments);
 std::filesystem::path EditsFile(const std::filesystem::path& recording, const std::string& edits);
 
 // Opens a recording whose snapshots are edited and filtered as they are read. Warns about edits of objects
-// that the map does not have. Throws InputError that names the file.
+// that the map does not have. Throws InputError that names the file, UsageError if it has no chosen object.
 RecordingReader OpenMap(const std::filesystem::path& recording, const ObjectArguments& objects,
                         HiddenObjects hidden);
 

@@ -193,7 +193,7 @@ CompareFigure::Object Compared(const MapSnapshot& map, const SnapshotObject& obj
                                const std::vector<ComparedSolid>& solids, const Eigen::Vector3d& ink,
                                const CompareOptions& options) {
   CompareFigure::Object compared;
-  compared.name = ReadableLabel(object.label);
+  compared.name = ReadableLabel(ShownName(object));
   compared.map = map;
   std::erase_if(compared.map.points,
                 [&](const SnapshotPoint& point) { return point.object_id != object.id; });
@@ -215,7 +215,7 @@ CompareFigure::Object Compared(const MapSnapshot& map, const SnapshotObject& obj
 
 FigurePage DrawComparisonOf(const FigureRequest& request, const CompareOptions& options) {
   const std::string& result = request.results.front();
-  const MapSnapshotPtr map = OpenObjectMap(result).last;
+  const MapSnapshotPtr map = OpenObjectMap(request, result).last;
   const std::vector<ComparedSolid> solids = ChosenSolids(options.kinds);
   CompareFigure figure;
   for (const ComparedSolid& solid : solids) {
@@ -250,6 +250,7 @@ Examples:
   sqslam figure compare out/desk --object 1 --camera-azimuth-angle 40 --set objects.opacity=0.9 -o box.png
 )",
                      .results_help = kMapHelp,
+                     .maps = true,
                      .objects = true,
                      .pictures = true,
                      .view = true,

@@ -51,15 +51,15 @@ std::vector<double> ParseNumberList(const std::string& option, const std::string
   return numbers;
 }
 
-RecordedMap OpenMap(const std::string& result) {
-  auto reader = std::make_unique<RecordingReader>(ResultFile(result, "map.sqmap"));
+RecordedMap OpenMap(const FigureRequest& request, const std::string& result) {
+  auto reader = std::make_unique<RecordingReader>(request.open_map(ResultFile(result, "map.sqmap")));
   MapSnapshotPtr last = reader->Last();
   auto images = std::make_shared<InputImages>(*reader);
   return {std::move(reader), std::move(last), std::move(images)};
 }
 
-RecordedMap OpenObjectMap(const std::string& result) {
-  RecordedMap map = OpenMap(result);
+RecordedMap OpenObjectMap(const FigureRequest& request, const std::string& result) {
+  RecordedMap map = OpenMap(request, result);
   ThrowIf<InputError>(map.last->objects.empty(), "{}: holds no object, expected a map with objects", result);
   return map;
 }

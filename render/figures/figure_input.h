@@ -35,10 +35,10 @@ struct RecordedMap {
   MapSnapshotPtr last;
   std::shared_ptr<InputImages> images;
 };
-RecordedMap OpenMap(const std::string& result);
+RecordedMap OpenMap(const FigureRequest& request, const std::string& result);
 
 // The same, but throws InputError if the map has no objects.
-RecordedMap OpenObjectMap(const std::string& result);
+RecordedMap OpenObjectMap(const FigureRequest& request, const std::string& result);
 
 // Returns the configuration of the run; the defaults if another version of the program recorded it.
 SystemOptions ConfigOf(const RecordingReader& reader);

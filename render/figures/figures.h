@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <initializer_list>
 #include <map>
@@ -18,6 +19,7 @@
 #include "slam/geometry/box2.h"
 #include "slam/geometry/rigid3.h"
 #include "slam/io/trajectory.h"
+#include "slam/snapshot/recording.h"
 #include "slam/snapshot/snapshot.h"
 #include "slam/util/options.h"
 #include "slam/util/stage_times.h"
@@ -31,6 +33,9 @@ struct FigureRequest {
   std::vector<std::string> names;    // of the results, in their order
   std::vector<int> objects;          // ids
   std::vector<std::int64_t> frames;
+  // Opens the recording of a result; for example with edits, or without some objects.
+  std::function<RecordingReader(const std::filesystem::path& recording)> open_map =
+      [](const std::filesystem::path& recording) { return RecordingReader(recording); };
 };
 
 // Returns a readable name of a part of a stage of stats.json: "bundle adjustment" for
@@ -54,6 +59,7 @@ struct FigureEntry {
   std::string results_help{};  // empty: takes no results
   bool several = false;        // accepts several results, each with a name, and frames
   std::string names_help = "Name in the legend; repeated for each result, in their order";
+  bool maps = false;  // reads maps: accepts edits and a choice of their objects
   bool objects = false;
   std::string frames_help{};                               // empty: takes no frames
   bool pictures = false;                                   // draws maps: accepts a rendering back end

@@ -292,14 +292,13 @@ MapSnapshotPtr Representative(const RecordedMap& recorded, std::optional<std::in
   return best;
 }
 
-// Returns the boxes associated with objects, with the objects' final labels.
+// Returns the boxes of the objects of the finished map, with their final labels.
 std::vector<Detection> BoxesOf(const MapSnapshot& moment, const MapSnapshot& last) {
   std::vector<Detection> boxes;
   for (const SnapshotDetection& seen : moment.detections) {
-    if (seen.object_id >= 0) {
-      Detection& box = boxes.emplace_back(seen.detection);
-      const auto object = std::ranges::find(last.objects, seen.object_id, &SnapshotObject::id);
-      box.label = object != last.objects.end() ? object->label : box.label;
+    const auto object = std::ranges::find(last.objects, seen.object_id, &SnapshotObject::id);
+    if (object != last.objects.end()) {
+      boxes.emplace_back(seen.detection).label = object->label;
     }
   }
   return boxes;
@@ -308,7 +307,7 @@ std::vector<Detection> BoxesOf(const MapSnapshot& moment, const MapSnapshot& las
 MapsFigure::Panel ReadPanel(const FigureRequest& request, std::size_t index, const std::string& name,
                             const MapsOptions& options) {
   const std::string& result = request.results[index];
-  const RecordedMap map = OpenMap(result);
+  const RecordedMap map = OpenMap(request, result);
   const auto frame = request.frames.empty() ? std::nullopt : std::optional(request.frames[index]);
   const MapSnapshotPtr moment = options.no_images ? nullptr : Representative(map, frame);
   MapsFigure::Panel panel;
@@ -363,6 +362,7 @@ Examples:
       .results_help = "Result folders of sqslam run, or their map.sqmap",
       .several = true,
       .names_help = "Name below a map; repeated for each, in their order",
+      .maps = true,
       .frames_help = "Frame whose image is shown; repeated for each map, in their order",
       .pictures = true,
       .view = true,

@@ -361,7 +361,7 @@ const ObjectView& ClearestView(const std::vector<ObjectView>& views, std::vector
 
 OutliersFigure::Object ObjectWithFates(const MapSnapshot& map, const SnapshotObject& object) {
   OutliersFigure::Object shown;
-  shown.name = ReadableLabel(object.label);
+  shown.name = ReadableLabel(ShownName(object));
   shown.points = PointsWithFate(map, object.id);
   shown.map.camera = map.camera;
   shown.map.gravity_known = map.gravity_known;
@@ -374,7 +374,7 @@ FigurePage DrawOutliersOf(const FigureRequest& request, const OutliersOptions& o
   ThrowIf<UsageError>(options.no_images && !request.frames.empty(),
                       "--frame and --no-images: expected one of them");
   const std::string& result = request.results.front();
-  const RecordedMap recorded = OpenObjectMap(result);
+  const RecordedMap recorded = OpenObjectMap(request, result);
   const MapSnapshot& map = *recorded.last;
   std::map<int, std::vector<ObjectView>> views;
   if (!options.no_images) {
@@ -420,6 +420,7 @@ Examples:
   sqslam figure outliers out/desk --no-images --set objects.opacity=0.2 -o outliers.svg
 )",
                      .results_help = kMapHelp,
+                     .maps = true,
                      .objects = true,
                      .frames_help = kKeyframeHelp,
                      .pictures = true,

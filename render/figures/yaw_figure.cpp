@@ -277,7 +277,7 @@ std::optional<YawFigure::Object> MeasureYaw(const YawContext& context, const Sna
   if (!PlaceAxes(start, solid, view, visible, camera, shown)) {
     return std::nullopt;
   }
-  shown.name = ReadableLabel(object.label);
+  shown.name = ReadableLabel(ShownName(object));
   shown.yaw = yaw / kRadiansPerDegree;
   shown.quarter_turns = UprightTurns(view, *context.map);
   const cv::Mat image = ImageOf(view, context.recorded);
@@ -333,7 +333,7 @@ FigurePage DrawYawOf(const FigureRequest& request) {
   ThrowIf<UsageError>(request.objects.empty() && !request.frames.empty(),
                       "--frame without --object: expected the object to show in that frame");
   const std::string& result = request.results.front();
-  const RecordedMap recorded = OpenMap(result);
+  const RecordedMap recorded = OpenMap(request, result);
   const YawContext context{recorded, recorded.last, ConfigOf(*recorded.reader).objects.yaw};
   const auto views = ObjectViews(recorded, !request.frames.empty());
   YawFigure figure;
@@ -374,6 +374,7 @@ Examples:
   sqslam figure yaw out/desk --object 2 --frame 120 -o yaw.svg --width-mm 120
 )",
           .results_help = kMapHelp,
+          .maps = true,
           .objects = true,
           .frames_help = kKeyframeHelp,
           .draw = DrawYawOf};

@@ -174,6 +174,21 @@ TEST_F(FigureCommandTest, SaysInLegendWhatIsAligned) {
   EXPECT_THAT(svg, HasSubstr(">other (aligned, another sequence, 0 map units RMSE)<"));
 }
 
+TEST_F(FigureCommandTest, DrawsOnlyChosenAndEditedObjects) {
+  const std::string maps = "maps " + result_.string() + " --no-images --labels ";
+  EXPECT_THAT(Svg(maps), AllOf(HasSubstr(">book<"), HasSubstr(">cup<"), HasSubstr(">sports ball<")));
+  EXPECT_THAT(Svg(maps + "--objects 'sports ball,0'"),
+              AllOf(HasSubstr(">book<"), Not(HasSubstr(">cup<")), HasSubstr(">sports ball<")));
+  const auto edits =
+      folder_.Write("edits.json", R"({"format": "sqslam-edits", "version": 1, "objects": [)"
+                                  R"({"id": 1, "name": "Ada mug"}, {"id": 0, "deleted": true}]})");
+  EXPECT_THAT(Svg(maps + "--edits " + edits.string()),
+              AllOf(Not(HasSubstr(">book<")), HasSubstr(">Ada mug<"), HasSubstr(">sports ball<")));
+  const ProgramRun run = RunProgram("figure " + maps + "--objects 0,lamp -o x.svg");
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.err, HasSubstr("--objects lamp: no such object is left"));
+}
+
 TEST_F(FigureCommandTest, ShowsTrajectoryErrorInLegend) {
   const std::string svg =
       Svg("trajectory " + result_.string() + " --heights --ground-truth " + sequence_.string());
