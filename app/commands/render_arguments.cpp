@@ -32,6 +32,10 @@ void AddCameraOptions(Command& command, RenderArguments& a) {
   command.Group("Camera");
   command.Option("--view NAME", camera.view, "Named view instead of the automatic one")
       .OneOf(ViewPresetNames());
+  command
+      .Option("--projection NAME", camera.projection,
+              "orthographic: one scale at all depths, with a scale bar, as in a plan")
+      .OneOf({"perspective", "orthographic"});
   command.Option("--camera-position X,Y,Z", camera.position, "Position in the map");
   command.Option("--camera-focal-point X,Y,Z", camera.focal_point, "Point in the map to look at");
   command.Option("--camera-view-up X,Y,Z", camera.view_up, "Map direction that points up in the picture");
@@ -130,6 +134,7 @@ void CheckRenderArguments(const RenderArguments& a) {
   const bool moved = !camera.view.empty() || camera.position || camera.focal_point || camera.view_up ||
                      camera.view_angle || camera.azimuth != 0.0 || camera.elevation != 0.0 ||
                      camera.zoom != 1.0;
+  const bool orthographic = camera.projection == Projection::kOrthographic;
   const bool photo = a.overlay || a.photo;
   const std::string output = "--output " + a.output;
   const std::string over = a.overlay ? "--overlay" : "--photo";
@@ -147,8 +152,11 @@ void CheckRenderArguments(const RenderArguments& a) {
       {frames && a.camera_frame,
        "--camera-frame: makes one picture, expected --output FILE.png (for a video: --camera-path "
        "first-person)"},
-      {a.camera_frame && moved,
-       "--camera-frame: the view of a real camera, expected no --view and no other --camera option"},
+      {a.camera_frame && (moved || orthographic),
+       "--camera-frame: the view of a real camera, expected no --view, --projection or other --camera "
+       "option"},
+      {orthographic && !a.path.empty() && a.path != "still" && a.path != "orbit",
+       "--projection orthographic: expected --camera-path still or orbit"},
       {a.at_frame && frames, "--at-frame: makes one picture, expected --output FILE.png"},
       {photo && !a.camera_frame, over + ": expected --camera-frame N, the frame to draw over"},
       {photo && a.picture.transparent,

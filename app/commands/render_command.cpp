@@ -241,7 +241,8 @@ seen so far; dense_cloud.points=true adds the map points. objects.look (solid, g
 objects.line, objects.line_width, dense_cloud.size and dense_cloud.detail change the look.
 
 Views are named as seen from the average camera position, which is the front; top looks straight down with the
-front at the bottom. overlay.width, overlay.fill, overlay.hidden, overlay.labels and overlay.points configure
+front at the bottom. With --projection orthographic, top is a plan: it is turned until the longest wall, or the path, lies
+along the picture. overlay.width, overlay.fill, overlay.hidden, overlay.labels and overlay.points configure
 --overlay.
 
 After Ctrl-C a video ends with the last frame drawn. --join does not re-encode pieces of a video: it makes the same
@@ -251,7 +252,7 @@ them at the end; after Ctrl-C, run the same command to wait for them again.
 Examples:
   sqslam render out/kitchen -o kitchen.png
   sqslam render out/kitchen -o figure.png --no-background --resolution 2400,1600 --set objects.labels=true
-  sqslam render out/kitchen -o plan.png --view top
+  sqslam render out/kitchen -o plan.png --view top --projection orthographic
   sqslam render out/kitchen -o tidy.png --edits auto --set objects.labels=true
   sqslam render out/kitchen -o early.png --at-frame 120
   sqslam render out/kitchen -o seen.png --camera-frame 240 --overlay

@@ -27,6 +27,17 @@ ViewAxes AxesOf(const ViewCamera& camera) {
   return {right, back.cross(right), back};
 }
 
+ViewCamera FromAfar(const ViewCamera& camera) {
+  constexpr double kTimesFarther = 1e4;  // a parallax of 1e-4, and ten digits left for depths
+  ViewCamera afar = camera;
+  if (camera.IsOrthographic()) {
+    afar.projection = Projection::kPerspective;
+    afar.position = camera.focal_point + kTimesFarther * (camera.position - camera.focal_point);
+    afar.view_angle = 2.0 * std::atan(0.5 / (kTimesFarther * camera.FocalLength(1.0))) * kDegreesPerRadian;
+  }
+  return afar;
+}
+
 ViewCamera Azimuth(const ViewCamera& camera, double degrees) {
   ViewCamera turned = TurnedAbout(camera.view_up, camera, degrees);
   turned.view_up = camera.view_up;
@@ -85,7 +96,7 @@ Rigid3d PoseOf(const ViewCamera& view) {
   axes.col(2) = (view.focal_point - view.position).normalized();
   axes.col(0) = axes.col(2).cross(view.view_up).normalized();
   axes.col(1) = axes.col(2).cross(axes.col(0));
-  return {Eigen::Quaterniond(axes).normalized(), view.position};
+  return {Eigen::Quaterniond(axes).normalized(), FromAfar(view).position};
 }
 
 std::array<Eigen::Vector3d, 5> FrustumCorners(const Rigid3d& T_map_camera, const Camera& camera,
@@ -243,7 +254,7 @@ Camera PinholeOf(const ViewCamera& camera, cv::Size window) {
     pinhole.cy = (pinhole.cy + 0.5) * y - 0.5;
     pinhole = pinhole.WithoutDistortion();
   } else {
-    pinhole.fx = pinhole.fy = camera.FocalLength(window.height);
+    pinhole.fx = pinhole.fy = FromAfar(camera).FocalLength(window.height);
     pinhole.cx = 0.5 * (window.width - 1);
     pinhole.cy = 0.5 * (window.height - 1);
   }

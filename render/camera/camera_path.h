@@ -15,6 +15,10 @@
 
 namespace sqslam {
 
+// Orthographic: parallel lines stay parallel, and all depths have the same scale.
+enum class Projection { kPerspective, kOrthographic };
+constexpr auto EnumNames(Projection) { return std::array{"perspective", "orthographic"}; }
+
 // A virtual camera in the map frame.
 struct ViewCamera {
   Eigen::Vector3d position = Eigen::Vector3d(0.0, -5.0, 3.0);
@@ -24,13 +28,19 @@ struct ViewCamera {
   // Calibration of a real camera at this pose, its y axis opposite to view_up. The picture then shows exactly
   // what that camera sees, without distortion, at any size; view_angle is ignored.
   std::optional<Camera> pinhole;
+  // An orthographic view has the scale of the perspective one at its focal point. No pinhole.
+  Projection projection = Projection::kPerspective;
 
+  bool IsOrthographic() const { return projection == Projection::kOrthographic; }
   double Distance() const { return (position - focal_point).norm(); }
 
   // Returns the focal length in pixels for a picture of this height. Ignores `pinhole`.
   double FocalLength(double height) const {
     return 0.5 * height / std::tan(0.5 * view_angle * std::numbers::pi / 180.0);
   }
+
+  // Returns the height of the picture at the focal point, map units.
+  double PictureHeight() const { return Distance() / FocalLength(1.0); }
 };
 
 // The camera's axes in the map frame, unit length; `back` is opposite to the viewing direction.
@@ -38,6 +48,10 @@ struct ViewAxes {
   Eigen::Vector3d right, up, back;
 };
 ViewAxes AxesOf(const ViewCamera& camera);
+
+// Returns a perspective view of what an orthographic one shows, from so far away that it differs by less than
+// a ten-thousandth of the picture. Leaves other views unchanged.
+ViewCamera FromAfar(const ViewCamera& camera);
 
 // Turns the camera around its focal point about view_up, counter-clockwise seen from above (degrees).
 ViewCamera Azimuth(const ViewCamera& camera, double degrees);
@@ -57,6 +71,7 @@ std::vector<ViewCamera> SwingPath(const ViewCamera& middle, int frames, const Ei
                                   double sweep = 40.0);
 
 // Converts a posed camera (map frame) to a view of exactly what it sees, principal point included, and back.
+// PoseOf and PinholeOf see an orthographic view FromAfar.
 ViewCamera ThroughCamera(const Rigid3d& T_map_camera, const Camera& camera);
 Rigid3d PoseOf(const ViewCamera& view);
 

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <map>
 #include <optional>
 
 #include "slam/geometry/angles.h"
@@ -238,9 +239,9 @@ double DistanceFor(const ViewCamera& camera, const std::vector<Eigen::Vector3d>&
   double distance = 1e-6;
   for (const Eigen::Vector3d& p : outline) {
     const Eigen::Vector3d d = p - camera.focal_point;
-    const double x = d.dot(right), y = d.dot(up);
-    distance = std::max({distance, x / (x > 0.0 ? tangents.max() : tangents.min()).x() + d.dot(back),
-                         y / (y > 0.0 ? tangents.max() : tangents.min()).y() + d.dot(back)});
+    const double x = d.dot(right), y = d.dot(up), nearer = camera.IsOrthographic() ? 0.0 : d.dot(back);
+    distance = std::max({distance, x / (x > 0.0 ? tangents.max() : tangents.min()).x() + nearer,
+                         y / (y > 0.0 ? tangents.max() : tangents.min()).y() + nearer});
   }
   return distance;
 }
@@ -248,7 +249,8 @@ double DistanceFor(const ViewCamera& camera, const std::vector<Eigen::Vector3d>&
 // Projects a point to tangents, x right and y up.
 Eigen::Vector2d SeenAt(const ViewCamera& camera, const ViewAxes& axes, const Eigen::Vector3d& p) {
   const Eigen::Vector3d d = p - camera.position;
-  return Eigen::Vector2d(d.dot(axes.right), d.dot(axes.up)) / std::max(-d.dot(axes.back), 1e-9);
+  const double depth = camera.IsOrthographic() ? camera.Distance() : -d.dot(axes.back);
+  return Eigen::Vector2d(d.dot(axes.right), d.dot(axes.up)) / std::max(depth, 1e-9);
 }
 
 }  // namespace
@@ -326,7 +328,15 @@ double DistanceForAll(const std::vector<ViewCamera>& views, const std::vector<Ei
 
 namespace {
 
-ViewCamera ViewFrom(const Direction& direction, const SceneFocus& focus, double aspect, double view_angle) {
+// Returns the direction at the top of a plan, with the front as far down as the main direction allows.
+Eigen::Vector3d TopOfPlan(const SceneFocus& focus, double aspect) {
+  const Eigen::Vector3d main = *focus.main_direction;
+  const Eigen::Vector3d top = aspect >= 1.0 ? focus.up.normalized().cross(main) : main;
+  return top.dot(focus.front) > 0.0 ? Eigen::Vector3d(-top) : top;
+}
+
+ViewCamera ViewFrom(const Direction& direction, const SceneFocus& focus, double aspect, double view_angle,
+                    Projection projection) {
   const Eigen::Vector3d up = focus.up.normalized();
   const Eigen::Vector3d level = Eigen::AngleAxisd(direction.azimuth * kRadiansPerDegree, up) * focus.front;
   const double elevation = direction.elevation * kRadiansPerDegree;
@@ -336,13 +346,17 @@ ViewCamera ViewFrom(const Direction& direction, const SceneFocus& focus, double 
       focus.center + 3.0 * focus.radius * (std::cos(elevation) * level + std::sin(elevation) * up);
   camera.view_up = direction.elevation >= 90.0 ? Eigen::Vector3d(-focus.front) : up;
   camera.view_angle = view_angle;
+  camera.projection = projection;
+  if (camera.IsOrthographic() && direction.elevation >= 90.0 && focus.main_direction) {
+    camera.view_up = TopOfPlan(focus, aspect);
+  }
   return FitOutline(camera, focus.outline.empty() ? std::vector{focus.center} : focus.outline, aspect);
 }
 
 }  // namespace
 
-ViewCamera FrameScene(const SceneFocus& focus, double aspect, double view_angle) {
-  return ViewFrom({"automatic", 25.0, 32.0}, focus, aspect, view_angle);
+ViewCamera FrameScene(const SceneFocus& focus, double aspect, double view_angle, Projection projection) {
+  return ViewFrom({"automatic", 25.0, 32.0}, focus, aspect, view_angle, projection);
 }
 
 double RoundLength(double length) {
@@ -355,11 +369,60 @@ std::vector<std::string> ViewPresetNames() {
   return ToVector(kPresets, [](const Direction& preset) { return std::string(preset.name); });
 }
 
-ViewCamera PresetView(const std::string& name, const SceneFocus& focus, double aspect, double view_angle) {
+ViewCamera PresetView(const std::string& name, const SceneFocus& focus, double aspect, double view_angle,
+                      Projection projection) {
   const auto found = std::ranges::find(kPresets, name, &Direction::name);
   ThrowIf<UsageError>(found == kPresets.end(), "view {}: unknown, expected {}", name,
                       fmt::join(ViewPresetNames(), ", "));
-  return ViewFrom(*found, focus, aspect, view_angle);
+  return ViewFrom(*found, focus, aspect, view_angle, projection);
+}
+
+Eigen::Vector3d MainDirection(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d& up) {
+  constexpr int kBins = 100;              // across the points
+  constexpr double kOutlierShare = 0.02;  // cut off at each side
+  const auto along = [&](const Eigen::Vector3d& axis) {
+    return ToVector(points, [&](const Eigen::Vector3d& p) { return p.dot(axis); });
+  };
+  const auto extent = [&](const Eigen::Vector3d& axis) {
+    return LowerQuantile(along(axis), 1.0 - kOutlierShare) - LowerQuantile(along(axis), kOutlierShare);
+  };
+  const Eigen::Vector3d start = up.unitOrthogonal();
+  if (points.empty()) {
+    return start;
+  }
+  const double bin = std::max({extent(start), extent(up.cross(start)), 1e-9}) / kBins;
+  Eigen::Vector3d best = start;
+  int most = 0;
+  for (int degrees = 0; degrees < 180; ++degrees) {
+    const Eigen::Vector3d direction = Eigen::AngleAxisd(degrees * kRadiansPerDegree, up) * start;
+    std::map<double, int> counts;
+    for (const double place : along(up.cross(direction))) {
+      const int count = ++counts[std::floor(place / bin)];
+      if (count > most) {
+        most = count;
+        best = direction;
+      }
+    }
+  }
+  return best;
+}
+
+Eigen::Vector3d MainDirectionOf(const MapSnapshot& map, const std::vector<Eigen::Vector3d>& cloud,
+                                const SceneFocus& focus) {
+  constexpr double kReach = 1.5;  // of the focus' radius; distant background has no walls
+  std::vector<Eigen::Vector3d> points = cloud;
+  const auto add = [&](const Eigen::Vector3d& p) {
+    if (cloud.empty() && (p - focus.center).norm() < kReach * focus.radius) {
+      points.push_back(p);
+    }
+  };
+  for (const SnapshotPoint& point : map.points) {
+    add(point.p_map.cast<double>());
+  }
+  for (const SnapshotKeyframe& keyframe : map.keyframes) {
+    add(keyframe.T_map_camera.translation);
+  }
+  return MainDirection(points, focus.up.normalized());
 }
 
 }  // namespace sqslam

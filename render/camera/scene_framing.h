@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -23,6 +24,7 @@ struct SceneFocus {
   double ground_height = 0.0;                         // along `up`; place of the grid: desk or floor
   double view_depth = 1.0;                            // median distance of the keyframes from the centre
   std::vector<Eigen::Vector3d> outline;               // points that must be inside the picture
+  std::optional<Eigen::Vector3d> main_direction;      // horizontal; set for orthographic pictures
 };
 
 SceneFocus FindFocus(const MapSnapshot& map);
@@ -33,7 +35,8 @@ void IncludeCloud(const std::vector<Eigen::Vector3d>& cloud, SceneFocus& focus);
 
 // Returns a three-quarter view from the cameras' side that contains the outline. aspect: width / height;
 // view_angle: vertical, degrees.
-ViewCamera FrameScene(const SceneFocus& focus, double aspect, double view_angle = 30.0);
+ViewCamera FrameScene(const SceneFocus& focus, double aspect, double view_angle = 30.0,
+                      Projection projection = Projection::kPerspective);
 
 // A part of a picture, as fractions of its width and height from the top-left corner.
 using PicturePart = Eigen::AlignedBox2d;
@@ -75,11 +78,21 @@ inline double CurrentFrustumHeight(const SceneFocus& focus, double size) {
 
 // Returns the names of the presets, each framed like the automatic view: front, right, back, left, top,
 // isometric. Front is the mean side of the cameras, right is a viewer's right there. These look horizontally,
-// top straight down with the front below, isometric from 45 degrees right and 35.26 up, in perspective.
+// top straight down with the front below, isometric from 45 degrees right and 35.26 up. An orthographic top
+// view is turned: focus.main_direction lies along the longer side of the picture.
 std::vector<std::string> ViewPresetNames();
 
 // Throws UsageError that lists the names if `name` is unknown. aspect: width / height; view_angle: degrees.
 ViewCamera PresetView(const std::string& name, const SceneFocus& focus, double aspect,
-                      double view_angle = 30.0);
+                      double view_angle = 30.0, Projection projection = Projection::kPerspective);
+
+// Returns the horizontal direction of the line in which most of the points lie, seen along `up` (unit
+// length): that of the longest wall of a room, or of the path in a corridor.
+Eigen::Vector3d MainDirection(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d& up);
+
+// Returns MainDirection of the cloud, or, if it is empty, of the map's points and camera path around the
+// focus.
+Eigen::Vector3d MainDirectionOf(const MapSnapshot& map, const std::vector<Eigen::Vector3d>& cloud,
+                                const SceneFocus& focus);
 
 }  // namespace sqslam

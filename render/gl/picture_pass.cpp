@@ -47,6 +47,10 @@ SolidAreas AreasOf(const std::vector<vtkActor*>& solids, const Lens& lens, cv::S
   return FindSolidAreas(boxes, picture, 2.0 * kOcclusionStep);
 }
 
+std::string ProjectionSwitch(const Lens& lens) {
+  return fmt::format("#define PARALLEL {:d}\n", lens.parallel);
+}
+
 }  // namespace
 
 struct PicturePass::Impl {
@@ -192,7 +196,7 @@ void PicturePass::Impl::DrawOcclusion(vtkOpenGLRenderWindow* window, const Lens&
   StartDrawingTo(occlusion_buffer, 1, window->GetState(), width, height);
   glClearBufferfv(GL_COLOR, 0, nothing.data());
   vtkShaderProgram* program = occlusion_program.Ready(
-      window, std::string(shaders::kOcclusionDeclarations) + shaders::kLens, shaders::kOcclusion);
+      window, ProjectionSwitch(lens) + shaders::kOcclusionDeclarations + shaders::kLens, shaders::kOcclusion);
   const auto radius = static_cast<float>(effects.occlusion_radius);
   surfaces.texture->Activate();
   depth.texture->Activate();
@@ -269,7 +273,9 @@ void PicturePass::Impl::FinishAreas(vtkOpenGLRenderWindow* window, const Lens& l
   }
   ScreenProgram& finish = finish_programs[near_solids ? 1 : 0];
   vtkShaderProgram* program = finish.Ready(
-      window, FinishSwitches(near_solids) + shaders::kLens + shaders::kFinishDeclarations, shaders::kFinish);
+      window,
+      FinishSwitches(near_solids) + ProjectionSwitch(lens) + shaders::kLens + shaders::kFinishDeclarations,
+      shaders::kFinish);
   vtkTextureObject* open = smooth_occlusion.texture ? smooth_occlusion.texture : color.texture;
   program->SetUniformi("colors", color.texture->GetTextureUnit());
   if (NeedsSurfaces()) {

@@ -5,7 +5,7 @@
 //// kLight
 // Light on solids, in place of VTK's: diffuse by the room's irradiance, reflection by Schlick's Fresnel term
 // in the approximation of Karis, "Physically based shading on mobile" (2014). Far sides, seen through near
-// ones, have no reflection. `roomUp`, `roomLamp` and `roomWindow` are directions in the view frame; VTK declares
+// ones, have no reflection. `parallelRays`: the view is orthographic. `roomUp`, `roomLamp` and `roomWindow` are directions in the view frame; VTK declares
 // them, like all custom uniforms of an actor.
   vec3 albedo = diffuseColor * diffuseColor;
   vec3 faced = vec3(dot(normalVCVSOutput, roomUp), dot(normalVCVSOutput, roomLamp), dot(normalVCVSOutput, roomWindow));
@@ -13,7 +13,7 @@
 #ifndef FAR_SIDE
   int near = gl_FrontFacing ? 1 : 0;
   for (int once = 0; once < near; ++once) {
-  vec3 toEye = normalize(-vertexVC.xyz);
+  vec3 toEye = parallelRays != 0 ? vec3(0.0, 0.0, 1.0) : normalize(-vertexVC.xyz);
   float facing = clamp(dot(normalVCVSOutput, toEye), 0.0, 1.0);
   vec3 mirrored = 2.0 * facing * normalVCVSOutput - toEye;
   vec4 r = roughness * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
@@ -85,18 +85,26 @@ void main() {
 
 //// kLens
 // Shared by the programs below: the distance along the line of sight, and the point in the view frame for a place in
-// the picture and a distance. `lens` is (P00, P11, P02, P12) of the projection.
+// the picture and a distance. `lens` is (P00, P11, P02, P12) of the projection; PARALLEL is 1 for orthographic ones.
 uniform vec4 lens;
 uniform vec2 depthRange;
 uniform sampler2D surfaces;
 uniform sampler2D depths;
+#if PARALLEL
+float distanceAt(ivec2 at) { return mix(depthRange.x, depthRange.y, texelFetch(depths, at, 0).x); }
+float nearnessAt(ivec2 at) { return 1.0 / distanceAt(at); }
+float spreadAt(float depth) { return 1.0; }  // of the rays
+#else
 float nearnessAt(ivec2 at) {  // 1 / distance
   return mix(1.0 / depthRange.x, 1.0 / depthRange.y, texelFetch(depths, at, 0).x);
 }
 float distanceAt(ivec2 at) { return 1.0 / nearnessAt(at); }
+float spreadAt(float depth) { return depth; }
+#endif
 vec3 pointAt(vec2 at, float depth) {
   vec2 device = 2.0 * at - 1.0;
-  return vec3(depth * (device.x + lens.z) / lens.x, depth * (device.y + lens.w) / lens.y, -depth);
+  float spread = spreadAt(depth);
+  return vec3(spread * (device.x + lens.z) / lens.x, spread * (device.y + lens.w) / lens.y, -depth);
 }
 
 //// kOcclusionDeclarations
@@ -125,7 +133,7 @@ uniform int hasGround;
     vec3 n = vec3(across, sqrt(max(0.0, 1.0 - dot(across, across))));
     ivec2 cell = pixel & 3;
     float turn = 0.3926991 * float((cell.x * 5 + cell.y * 7 + cell.x * cell.y * 3) & 15);
-    vec2 reach = min(0.5 * radius * lens.xy / distance, vec2(0.25));
+    vec2 reach = min(0.5 * radius * lens.xy / spreadAt(distance), vec2(0.25));
     float sum = 0.0;
     bool above = hasGround != 0 && dot(ground.xyz, p) + ground.w > 0.0;
     for (int i = 0; i < taps; ++i) {
@@ -135,9 +143,13 @@ uniform int hasGround;
       ivec2 there = clamp(ivec2(at * size), ivec2(0), last);
       float depth = texelFetch(surfaces, there, 0).z > 0.0 ? distanceAt(there) : 0.0;
       if (above) {
+#if PARALLEL
+        float hit = ground.z != 0.0 ? (dot(ground.xyz, pointAt(at, 0.0)) + ground.w) / ground.z : 0.0;
+#else
         vec3 ray = pointAt(at, 1.0);
         float facing = dot(ground.xyz, ray);
         float hit = facing != 0.0 ? -ground.w / facing : 0.0;
+#endif
         depth = hit > 0.0 && (depth <= 0.0 || hit < depth) ? hit : depth;
       }
       vec3 v = pointAt(at, depth) - p;

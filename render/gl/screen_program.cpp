@@ -135,6 +135,7 @@ Lens::Lens(vtkRenderer* renderer, const Eigen::Vector4d& ground_map) {
   const auto element = [&](int row, int column) {
     return static_cast<float>(projection->GetElement(column, row));
   };
+  parallel = camera->GetParallelProjection() != 0;
   terms = {element(0, 0), element(1, 1), element(0, 2), element(1, 2)};
   depth_range = {static_cast<float>(camera->GetClippingRange()[0]),
                  static_cast<float>(camera->GetClippingRange()[1])};

@@ -74,6 +74,7 @@ struct Lens {
   // Samples that a map unit at distance 1 spans in a target of this height (samples).
   float FocalLength(int height) const { return 0.5F * static_cast<float>(height) * terms[1]; }
 
+  bool parallel = false;         // orthographic; a map unit then spans the same at all distances
   std::array<float, 4> terms{};  // P00, P11, P02, P12 of the projection
   std::array<float, 2> depth_range{};
   std::array<float, 4> ground{};  // the ground plane seen from the camera

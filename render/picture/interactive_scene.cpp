@@ -18,7 +18,7 @@ bool SameView(const ViewCamera& a, const ViewCamera& b) {
              : std::array<double, 6>{};
   };
   return a.position == b.position && a.focal_point == b.focal_point && a.view_up == b.view_up &&
-         a.view_angle == b.view_angle && lens(a.pinhole) == lens(b.pinhole);
+         a.view_angle == b.view_angle && a.projection == b.projection && lens(a.pinhole) == lens(b.pinhole);
 }
 
 namespace {

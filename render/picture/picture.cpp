@@ -48,9 +48,8 @@ void ToStraightAlpha(cv::Mat& bgra) {
   });
 }
 
-}  // namespace
-
-void IncludeLayers(const SceneLayers& layers, SceneFocus& focus) {
+// Samples the dense cloud or mesh of the layers evenly.
+std::vector<Eigen::Vector3d> SampleOf(const SceneLayers& layers) {
   constexpr std::size_t kMaxFramingPoints = 4000;  // enough to frame a room
   std::vector<Eigen::Vector3d> sample;
   if (layers.dense_cloud) {
@@ -61,14 +60,19 @@ void IncludeLayers(const SceneLayers& layers, SceneFocus& focus) {
       sample.push_back(vertices[i].cast<double>());
     }
   }
-  IncludeCloud(sample, focus);
+  return sample;
 }
+
+}  // namespace
+
+void IncludeLayers(const SceneLayers& layers, SceneFocus& focus) { IncludeCloud(SampleOf(layers), focus); }
 
 ViewCamera CameraOverrides::ApplyTo(ViewCamera camera) const {
   camera.position = position.value_or(camera.position);
   camera.focal_point = focal_point.value_or(camera.focal_point);
   camera.view_up = view_up.value_or(camera.view_up);
   camera.view_angle = view_angle.value_or(camera.view_angle);
+  camera.projection = projection;
   return Zoom(Elevation(Azimuth(camera, azimuth), elevation), zoom);
 }
 
@@ -145,8 +149,8 @@ struct PictureRenderer::Impl {
 
   cv::Mat Render(const ViewCamera& view) {
     window.Context().MakeCurrent();
-    // Views through an input camera stay sharp.
-    const bool blurred = options.style.lens.aperture > 0.0 && !view.pinhole;
+    // Views through an input camera and from infinity stay sharp.
+    const bool blurred = options.style.lens.aperture > 0.0 && !view.pinhole && !view.IsOrthographic();
     cv::Mat image = blurred ? RenderThroughLens(view) : RenderSharp(view);
     if (options.transparent) {
       ToStraightAlpha(image);
@@ -193,6 +197,9 @@ void PictureRenderer::SetMap(const MapSnapshot& map) {
   if (style.dense_cloud.show) {
     IncludeLayers(s.options.layers, s.focus);
   }
+  if (s.options.camera.projection == Projection::kOrthographic) {
+    s.focus.main_direction = MainDirectionOf(map, SampleOf(s.options.layers), s.focus);
+  }
   SetMapKeepingFrame(map);
   s.camera = ViewOf(s.options.camera);
 }
@@ -201,8 +208,9 @@ ViewCamera PictureRenderer::ViewOf(const CameraOverrides& overrides, bool beside
   const SceneFocus& focus = impl_->focus;
   const double aspect = static_cast<double>(impl_->options.width) / impl_->options.height;
   const double angle = overrides.view_angle.value_or(30.0);
-  const ViewCamera framed = overrides.view.empty() ? FrameScene(focus, aspect, angle)
-                                                   : PresetView(overrides.view, focus, aspect, angle);
+  const ViewCamera framed = overrides.view.empty()
+                                ? FrameScene(focus, aspect, angle, overrides.projection)
+                                : PresetView(overrides.view, focus, aspect, angle, overrides.projection);
   if (overrides.position || overrides.focal_point || focus.outline.empty()) {
     return overrides.ApplyTo(framed);
   }

@@ -25,6 +25,7 @@ struct CameraOverrides {
   double azimuth = 0.0;                // turns the camera around the focal point, degrees
   double elevation = 0.0;              // raises it, degrees
   double zoom = 1.0;                   // > 1 moves it nearer
+  Projection projection = Projection::kPerspective;
 
   // Overrides `camera`: first the vectors and the view angle, then the rotations and the zoom.
   ViewCamera ApplyTo(ViewCamera camera) const;

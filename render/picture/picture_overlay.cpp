@@ -24,7 +24,8 @@ int Pixels(double value) { return static_cast<int>(std::lround(value)); }
 
 }  // namespace
 
-SeenPoint Project(const ViewCamera& camera, cv::Size image, const Eigen::Vector3d& p_map) {
+SeenPoint Project(const ViewCamera& view, cv::Size image, const Eigen::Vector3d& p_map) {
+  const ViewCamera camera = FromAfar(view);
   const ViewAxes axes = AxesOf(camera);
   const Eigen::Vector3d d = p_map - camera.position;
   const double depth = -d.dot(axes.back);
@@ -136,9 +137,15 @@ void DrawSceneLegend(cv::Mat& image, const std::vector<SceneLegendEntry>& entrie
   }
 }
 
-// Layout of the map's axes and of the text with the grid's cell size, in the bottom-left corner.
+std::string LengthText(double length, bool metric) {
+  return metric ? fmt::format("{:.4g} m", length)
+                : fmt::format("{:.4g} map unit{}", length, length == 1.0 ? "" : "s");
+}
+
+// Layout of the map's axes, of the text with the grid's cell size and of an orthographic picture's scale bar,
+// in the bottom-left corner.
 struct AxesLayout {
-  AxesLayout(cv::Size picture, double grid_cell, bool metric, const SceneStyle& style,
+  AxesLayout(cv::Size picture, const PictureCaptions& captions, bool metric, const SceneStyle& style,
              const TextPainter& text, double scale)
       : size(TextSize(style, scale)),
         small(std::max(0.85 * size, kMinTextSize)),
@@ -147,9 +154,16 @@ struct AxesLayout {
         cell_at(Pixels(2.0 * length + 3.0 * size), Pixels(picture.height - 1.6 * size)) {
     int right = Pixels(origin.x + length + size);
     if (style.grid.show) {
-      cell = metric ? fmt::format("grid {:.4g} m", grid_cell)
-                    : fmt::format("grid {:.4g} map unit{}", grid_cell, grid_cell == 1.0 ? "" : "s");
+      cell = "grid " + LengthText(captions.grid_cell, metric);
       right = std::max(right, cell_at.x + text.Width(cell, small));
+    }
+    if (captions.picture_height > 0.0) {
+      const double unit = picture.height / captions.picture_height;  // pixels
+      const double bar = RoundLength(0.25 * picture.width / unit);
+      bar_text = LengthText(bar, metric);
+      bar_from = {double(cell_at.x), cell_at.y - (cell.empty() ? 0.0 : 1.5 * small)};
+      bar_to = bar_from + cv::Point2d(bar * unit, 0.0);
+      right = std::max(right, Pixels(bar_to.x + small) + text.Width(bar_text, small));
     }
     const int top = Pixels(origin.y - length - size);
     area = {0, top, right, picture.height - top};
@@ -159,8 +173,22 @@ struct AxesLayout {
   cv::Point2d origin;
   cv::Point cell_at;
   std::string cell;  // or nothing
-  cv::Rect area;     // of axes and text
+  cv::Point2d bar_from, bar_to;
+  std::string bar_text;  // or nothing
+  cv::Rect area;         // of all of them
 };
+
+void DrawScaleBar(cv::Mat& image, const AxesLayout& layout, const Eigen::Vector3d& ink,
+                  const TextPainter& text) {
+  const double width = 0.13 * layout.size;
+  const cv::Point2d tick(0.0, 0.35 * layout.size);
+  DrawLine(image, layout.bar_from, layout.bar_to, width, ink);
+  for (const cv::Point2d& end : {layout.bar_from, layout.bar_to}) {
+    DrawLine(image, end - tick, end + tick, width, ink);
+  }
+  text.Draw(image, layout.bar_text, {Pixels(layout.bar_to.x + 0.6 * layout.small), Pixels(layout.bar_to.y)},
+            layout.small, ink);
+}
 
 void DrawAxes(cv::Mat& image, const ViewCamera& camera, const AxesLayout& layout, const SceneStyle& style,
               const TextPainter& text) {
@@ -177,9 +205,12 @@ void DrawAxes(cv::Mat& image, const ViewCamera& camera, const AxesLayout& layout
     text.Draw(image, names[at], layout.origin + (layout.length + 0.7 * layout.size) * direction, layout.small,
               colors[at], TextPainter::Align::kCenter);
   }
+  const Eigen::Vector3d ink = 0.75 * ParseColor(style.text.color) + 0.25 * ParseColor(style.background);
   if (!layout.cell.empty()) {
-    const Eigen::Vector3d ink = 0.75 * ParseColor(style.text.color) + 0.25 * ParseColor(style.background);
     text.Draw(image, layout.cell, layout.cell_at, layout.small, ink);
+  }
+  if (!layout.bar_text.empty()) {
+    DrawScaleBar(image, layout, ink, text);
   }
 }
 
@@ -221,13 +252,14 @@ void DrawLabels(cv::Mat& image, const std::vector<SnapshotObject>& objects, cons
                          }),
                 captions.see_through, PinholeOf(camera, image.size()), PoseOf(camera), hidden,
                 [&](const Eigen::Vector3d& p_map) { return !captions.clip || captions.clip->Keeps(p_map); });
+  const Eigen::Vector3d eye = FromAfar(camera).position;
   std::vector<LabelRequest> requests;
   std::vector<std::string> names;
   for (std::size_t i = 0; i < objects.size(); ++i) {
     names.push_back(ReadableLabel(ShownName(objects[i])) + (IsReliable(objects[i]) ? "" : "?"));
     requests.push_back({seen.parts[i],
                         {text.Width(names.back(), size) + Pixels(0.4 * size), Pixels(1.2 * size)},
-                        (objects[i].superquadric.T_map_object.translation - camera.position).norm(),
+                        (objects[i].superquadric.T_map_object.translation - eye).norm(),
                         static_cast<int>(i)});
   }
   const std::vector<LabelPlace> places = PlaceLabels(requests, seen.number, taken);
@@ -252,6 +284,7 @@ PictureCaptions::PictureCaptions(const SceneStyle& style, const MapSnapshot& map
                                  const ViewCamera& camera)
     : colors(label_colors),
       grid_cell(GridCell(focus)),
+      picture_height(camera.IsOrthographic() ? camera.PictureHeight() : 0.0),
       clip(MakeClipPlane(style.clip, focus, camera)),
       covisibility(style.covisibility.show && !map.covisibility.empty()),
       true_path(style.ground_truth.show && !layers.true_path.empty()),
@@ -283,7 +316,7 @@ std::vector<cv::Rect> CaptionAreas(cv::Size picture, const MapSnapshot& map, con
     areas.push_back(LegendLayout(picture, entries, style, text, scale).panel);
   }
   if (style.text.scale) {
-    areas.push_back(AxesLayout(picture, captions.grid_cell, map.metric, style, text, scale).area);
+    areas.push_back(AxesLayout(picture, captions, map.metric, style, text, scale).area);
   }
   std::erase_if(areas, [](const cv::Rect& area) { return area.empty(); });
   return areas;
@@ -299,7 +332,7 @@ void DrawTexts(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera,
                     captions.panel || image.channels() == 3, style, text);
   }
   if (style.text.scale) {
-    DrawAxes(image, camera, {image.size(), captions.grid_cell, map.metric, style, text, scale}, style, text);
+    DrawAxes(image, camera, {image.size(), captions, map.metric, style, text, scale}, style, text);
   }
   if (style.objects.labels && style.objects.show) {
     DrawLabels(image, objects, camera, captions, style, text, scale,

@@ -17,7 +17,7 @@ struct SeenPoint {
   cv::Point2d pixel;
   double depth = 0.0;
 };
-SeenPoint Project(const ViewCamera& camera, cv::Size image, const Eigen::Vector3d& p_map);
+SeenPoint Project(const ViewCamera& view, cv::Size image, const Eigen::Vector3d& p_map);
 
 // Returns the pixels of a picture of this size per pixel of the style.
 double PictureScale(cv::Size picture);
@@ -29,6 +29,7 @@ struct PictureCaptions {
 
   LabelColors colors;
   double grid_cell = 1.0;         // map units
+  double picture_height = 0.0;    // of an orthographic picture, map units; 0: perspective, without a scale
   std::optional<ClipPlane> clip;  // objects cut away are not named
   bool covisibility = false;      // the picture shows covisibility lines
   bool true_path = false;         // and the camera's true path

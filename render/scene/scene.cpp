@@ -100,11 +100,28 @@ void PlaceCamera(const ViewCamera& view, double near_plane, double far_plane, vt
   camera->SetFocalPoint(view.focal_point.data());
   camera->SetViewUp(view.view_up.data());
   camera->SetViewAngle(view.view_angle);
+  camera->SetParallelProjection(view.IsOrthographic());
+  camera->SetParallelScale(0.5 * view.PictureHeight());
   camera->SetClippingRange(near_plane, far_plane);
   camera->UseExplicitProjectionTransformMatrixOff();
   if (view.pinhole) {
     SetPinholeCamera(*view.pinhole, PoseOf(view), near_plane, far_plane, camera);
   }
+}
+
+// Moves an orthographic view along its line of sight until the nearest point of the scene is as far away as
+// the scene is large. This does not change the picture.
+ViewCamera MovedBack(const ViewCamera& view, const SceneFocus& focus) {
+  const Eigen::Vector3d back = AxesOf(view).back;
+  double nearest = focus.center.dot(back);
+  for (const Eigen::Vector3d& p : focus.outline) {
+    nearest = std::max(nearest, p.dot(back));
+  }
+  const Eigen::Vector3d shift = (nearest + focus.radius - view.position.dot(back)) * back;
+  ViewCamera moved = view;
+  moved.position += shift;
+  moved.focal_point += shift;
+  return moved;
 }
 
 }  // namespace
@@ -290,7 +307,7 @@ void Scene::ArrangePoints(const ViewCamera& view, cv::Size size, const std::opti
   }
   if (HasCloud()) {
     const double samples = quality_.samples;
-    cloud_.LookFrom(view, samples * size.height, static_cast<double>(size.width) / size.height,
+    cloud_.LookFrom(FromAfar(view), samples * size.height, static_cast<double>(size.width) / size.height,
                     samples * style_.dense_cloud.detail, frame_);
     look.in_map_units = true;
     look.scale = static_cast<float>(style_.dense_cloud.size);
@@ -311,7 +328,8 @@ void Scene::ArrangeLines(PictureLayers& layers) {
   }
 }
 
-void Scene::LookFrom(const ViewCamera& view, cv::Size size) {
+void Scene::LookFrom(const ViewCamera& wanted, cv::Size size) {
+  const ViewCamera view = wanted.IsOrthographic() ? MovedBack(wanted, focus_) : wanted;
   const std::optional<ClipPlane> clip = MakeClipPlane(style_.clip, focus_, view);
   SetClipPlane(clip);
   if (style_.light.shadow > 0.0 && style_.objects.show && EffectiveLook() == ObjectLook::kSolid) {
@@ -341,8 +359,10 @@ void Scene::LookFrom(const ViewCamera& view, cv::Size size) {
   const double first = 5.0 * nearest;  // solids are rarely nearer than this, or farther than 80 times this
   const double steps = std::log2(80.0);
   around.range = Eigen::Vector3d(first, 1.0 / steps, 1.0 - nearer - 0.5 * steps / 255.0).cast<float>();
-  around.nearer = static_cast<float>(2.0 * farthest * nearest / (farthest - nearest) * nearer);
-  layers.solids = solids_.Arrange(view, size.height * quality_.samples, around);
+  around.parallel = view.IsOrthographic();
+  around.nearer = static_cast<float>(2.0 * (around.parallel ? distance : farthest * nearest) /
+                                     (farthest - nearest) * nearer);
+  layers.solids = solids_.Arrange(FromAfar(view), size.height * quality_.samples, around);
   PictureEffects effects = Effects();
   effects.surface_range = around.range;
   pass_->SetEffects(effects);

@@ -57,7 +57,7 @@ class Scene {
 
   // Places the camera, sorts translucent surfaces for it, and selects the detail for a window of this size
   // (pixels). Call before each frame.
-  void LookFrom(const ViewCamera& camera, cv::Size size);
+  void LookFrom(const ViewCamera& wanted, cv::Size size);
 
  private:
   bool HasMesh() const { return style_.dense_cloud.show && mesh_ != nullptr; }

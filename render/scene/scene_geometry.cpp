@@ -195,7 +195,9 @@ vtkSmartPointer<vtkPolyData> PathLines(const std::vector<std::vector<Eigen::Vect
 
 vtkSmartPointer<vtkPolyData> GroundGrid(const SceneFocus& focus, const SceneStyle& style) {
   const Eigen::Vector3d up = focus.up;
-  const Eigen::Vector3d x = (std::abs(up.z()) > 0.999 ? Eigen::Vector3d::UnitX() : up.unitOrthogonal());
+  const Eigen::Vector3d x = focus.main_direction       ? *focus.main_direction
+                            : std::abs(up.z()) > 0.999 ? Eigen::Vector3d::UnitX()
+                                                       : up.unitOrthogonal();
   const Eigen::Vector3d y = up.cross(x);
   const Eigen::Vector3d color = ParseColor(style.grid.color);
   const double cell = GridCell(focus);

@@ -169,6 +169,9 @@ std::vector<vtkActor*> SolidActors::Arrange(const ViewCamera& camera, double pix
       actor->GetShaderProperty()->GetFragmentCustomUniforms()->SetUniform3f(name, seen.data());
     }
   }
+  for (vtkActor* actor : actors) {
+    actor->GetShaderProperty()->GetFragmentCustomUniforms()->SetUniformi("parallelRays", around.parallel);
+  }
   if (SeeThrough()) {
     for (vtkActor* actor : actors) {
       actor->GetShaderProperty()->GetFragmentCustomUniforms()->SetUniform3f("surfaceRange",

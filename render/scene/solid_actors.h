@@ -30,7 +30,8 @@ class SolidActors {
     // For translucent solids. The picture's effects get distances as log2(distance / range.x) * range.y, 0 to
     // 1 in eight bits. Surfaces farther than range.z times the distance count as behind.
     Eigen::Vector3f range = Eigen::Vector3f::Ones();
-    float nearer = 0.0F;  // subtracted from clip-space depth, so that points on a solid lie inside it
+    float nearer = 0.0F;    // subtracted from clip-space depth, so that points on a solid lie inside it
+    bool parallel = false;  // orthographic: all rays to the eye are parallel
   };
 
   // Returns the actors for this view, farthest first. `pixels`: height of the picture in samples, from which

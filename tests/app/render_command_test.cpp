@@ -180,8 +180,10 @@ TEST_F(RenderCommandTest, RejectsContradictoryOptions) {
        {"--output a.mp4 --camera-path spiral", "--output a.mp4 --camera-path none.yaml",
         "--output a.mp4 --shard 3/2", "--output a.mp4 --camera-frame 30", "--output a.png --overlay",
         "--output a.png --photo", "--output a.png --camera-frame 30 --photo --overlay",
-        "--output a.png --shard 1/2", "--output a.png --camera-frame 30 --view top",
-        "--output a.png --view under", "--join b.part-1-of-1.mp4 --output c.mp4"}) {
+        "--output a.mp4 --projection orthographic --camera-path follow",
+        "--output a.png --camera-frame 30 --projection orthographic", "--output a.png --shard 1/2",
+        "--output a.png --camera-frame 30 --view top", "--output a.png --view under",
+        "--join b.part-1-of-1.mp4 --output c.mp4"}) {
     const ProgramRun run = Render(arguments);
     EXPECT_EQ(run.exit_code, 2) << arguments << ": " << run.err;
     EXPECT_EQ(run.ErrorLines().size(), 1u) << run.err;

@@ -60,6 +60,100 @@ TEST(PictureTest, FramesWholeFrustumOfCurrentCamera) {
   }
 }
 
+// Two equal red boxes, one 1.5 map units behind and above the other, from the front without any text but the
+// axes; their widths in pixels, the upper first.
+struct TwoBoxes {
+  explicit TwoBoxes(Projection projection) {
+    MapSnapshot map = HandMadeMap();
+    map.objects.resize(2);
+    for (int i = 0; i < 2; ++i) {
+      SnapshotObject& object = map.objects[static_cast<std::size_t>(i)];
+      object.label = "box";
+      object.superquadric.shape = {{0.3, 0.2, 0.1}, 0.1, 0.1};
+      object.superquadric.T_map_object.translation = {0.0, -0.75 + 1.5 * i, 0.6 * i};
+    }
+    map.points.clear();
+    map.keyframes.clear();
+    map.T_map_camera.reset();
+    PictureOptions options = SmallPicture();
+    options.camera = {.view = "front", .projection = projection};
+    options.style.grid.show = options.style.text.legend = false;
+    options.style.light.shadow = 0.0;
+    options.style.objects.colors["box"] = "#ff0000";
+    picture = RenderPicture(map, options);
+    const int half = BottomOf(0, picture.rows);
+    widths = {WidthIn({0, half}), WidthIn({half, picture.rows})};
+  }
+
+  cv::Mat1b Red() const {
+    cv::Mat hsv;
+    cv::cvtColor(picture, hsv, cv::COLOR_BGR2HSV);
+    cv::Mat1b red;
+    cv::extractChannel(hsv, red, 1);
+    red(cv::Rect(0, picture.rows * 3 / 4, picture.cols / 3, picture.rows / 4)).setTo(0);  // axes
+    return red > 90;
+  }
+  // Returns the first row without red below the first one with it.
+  int BottomOf(int row, int end) const {
+    const cv::Mat1b red = Red();
+    while (row < end && cv::countNonZero(red.row(row)) == 0) {
+      ++row;
+    }
+    while (row < end && cv::countNonZero(red.row(row)) > 0) {
+      ++row;
+    }
+    return row;
+  }
+  int WidthIn(cv::Range rows) const {
+    cv::Mat columns;
+    cv::reduce(Red().rowRange(rows), columns, 0, cv::REDUCE_MAX);
+    return cv::countNonZero(columns);
+  }
+
+  cv::Mat picture;
+  std::array<int, 2> widths{};
+};
+
+TEST(OrthographicPictureTest, DrawsEqualObjectsEquallyLargeAtAnyDepth) {
+  const TwoBoxes flat(Projection::kOrthographic);
+  EXPECT_GT(flat.widths[0], 30);
+  EXPECT_NEAR(flat.widths[0], flat.widths[1], 1);
+  const TwoBoxes deep(Projection::kPerspective);
+  EXPECT_LT(deep.widths[0], deep.widths[1] - 5);
+}
+
+TEST(OrthographicPictureTest, ScaleBarAgreesWithSizeOfObject) {
+  const TwoBoxes boxes(Projection::kOrthographic);
+  cv::Mat1b grey;
+  cv::cvtColor(boxes.picture, grey, cv::COLOR_BGR2GRAY);
+  int bar = 0;
+  for (int y = boxes.picture.rows * 3 / 4; y < boxes.picture.rows; ++y) {
+    int run = 0;
+    for (int x = 0; x < boxes.picture.cols; ++x) {
+      run = grey(y, x) < 140 ? run + 1 : 0;
+      bar = std::max(bar, run);
+    }
+  }
+  const double pixels_per_unit = boxes.widths[0] / 0.6;
+  const double length = RoundLength(0.25 * boxes.picture.cols / pixels_per_unit);
+  EXPECT_NEAR(bar / pixels_per_unit, length, 0.04 * length);
+}
+
+TEST(OrthographicPictureTest, KeepsParallelLinesParallel) {
+  PictureOptions options = SmallPicture();
+  options.camera.projection = Projection::kOrthographic;
+  PictureRenderer renderer(options);
+  renderer.SetMap(HandMadeMap());
+  const ViewCamera view = renderer.DefaultCamera();
+  const Eigen::Vector3d line(0.4, 0.3, 0.2);
+  const auto seen = [&](const Eigen::Vector3d& from) {
+    return Project(view, {320, 240}, from + line).pixel - Project(view, {320, 240}, from).pixel;
+  };
+  const cv::Point2d near = seen({0.0, -0.5, 0.0}), far = seen({-0.5, 1.5, 0.3});
+  EXPECT_LT(cv::norm(near - far), 0.02);
+  EXPECT_GT(cv::norm(near), 10.0);
+}
+
 TEST(PictureTest, OutlinesOrOmitsUncertainObjects) {
   MapSnapshot map = HandMadeMap();
   for (SnapshotObject& object : map.objects) {

@@ -11,6 +11,7 @@
 #include "render/scene/style.h"
 #include "render/solids/scene_order.h"
 #include "render/video/video_alignment.h"
+#include "slam/geometry/angles.h"
 
 namespace sqslam {
 namespace {
@@ -166,6 +167,35 @@ TEST(FramingTest, LooksDownFromCameraSide) {
   const ViewCamera camera = FrameScene(FindFocus(map), 1.5);
   EXPECT_GT(camera.position.z(), camera.focal_point.z());
   EXPECT_LT(camera.position.y(), camera.focal_point.y());  // the keyframes stand at negative y
+}
+
+TEST(FramingTest, TurnsPlanAlongLongestWall) {
+  constexpr double kTurn = 33.0 * kRadiansPerDegree;
+  const Eigen::Vector3d wall(std::cos(kTurn), std::sin(kTurn), 0.0);
+  const Eigen::Vector3d other(-wall.y(), wall.x(), 0.0);
+  SceneFocus focus;
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < 200; ++i) {  // two walls 2.5 m high, 4 m and 2.5 m long, and a floor
+    const Eigen::Vector3d height(0.0, 0.0, 0.0125 * i), noise = 0.02 * std::sin(7.0 * i) * (wall + other);
+    points.push_back(noise + 0.02 * ((37 * i) % 200) * wall + height);
+    if (i < 125) {
+      points.push_back(noise + 0.02 * ((37 * i) % 125) * other + height);
+    }
+    points.push_back(0.02 * ((41 * i) % 200) * wall + 0.0125 * i * other);
+  }
+  focus.outline = points;
+  focus.main_direction = MainDirection(points, focus.up);
+  EXPECT_GT(std::abs(focus.main_direction->dot(wall)), std::cos(1.5 * kRadiansPerDegree));
+  for (const double aspect : {0.6, 1.6}) {
+    const ViewCamera plan = PresetView("top", focus, aspect, 30.0, Projection::kOrthographic);
+    const Eigen::Vector3d along = aspect > 1.0 ? AxesOf(plan).right : plan.view_up;
+    EXPECT_NEAR(std::abs(along.dot(*focus.main_direction)), 1.0, 1e-9);
+    EXPECT_LE(plan.view_up.dot(focus.front), 0.0);  // the front is below
+    for (const Eigen::Vector3d& p : points) {
+      const SeenPoint seen = Project(plan, cv::Size(static_cast<int>(1000 * aspect), 1000), p);
+      EXPECT_TRUE(cv::Rect2d(0, 0, 1000 * aspect, 1000).contains(seen.pixel));
+    }
+  }
 }
 
 using Order = std::vector<std::size_t>;
