@@ -22,6 +22,7 @@ Examples:
   sqslam figure shapes -o shapes.pdf
   sqslam figure compare out/kitchen --object 4 --object 7 -o compare.pdf
   sqslam figure maps out/kitchen out/desk --name Kitchen --name Desk --boxes -o maps.png --dpi 600
+  sqslam figure plan out/kitchen -o plan.pdf
   sqslam figure trajectory out/desk --ground-truth data/desk -o path.svg
   sqslam figure timing out/desk out/kitchen -o timing.pdf --width-mm 88
   sqslam figure iou out/sq out/quadric -o iou.pdf --width-mm 180 --title "3D IoU"

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "render/figures/figures.h"
+#include "render/page/chart.h"
 #include "slam/io/input_images.h"
 #include "slam/snapshot/recording.h"
 #include "slam/snapshot/snapshot.h"
@@ -77,6 +78,10 @@ int UprightTurns(const ObjectView& view, const MapSnapshot& map);
 // `reach` half diagonals of the first solid.
 ViewCamera EyeOn(const MapSnapshot& map, const std::vector<PosedSuperquadric>& solids,
                  const std::vector<Eigen::Vector3d>& points, double reach, double aspect);
+
+// Draws objects from above, and over all of them their names.
+void DrawFootprints(FigureSheet& sheet, const PlotArea& plot,
+                    const std::vector<TrajectoryFigure::Footprint>& objects);
 
 // Draws a placeholder for a missing image.
 void DrawNoImage(FigureSheet& sheet, const FigureRect& area);

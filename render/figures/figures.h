@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "render/figures/wall_lines.h"
 #include "render/page/figure_options.h"
 #include "slam/calibration/calibration.h"
 #include "slam/geometry/box2.h"
@@ -153,6 +154,24 @@ struct TrajectoryFigure {
 };
 FigurePage DrawTrajectories(const TrajectoryFigure& figure, const FigureOptions& options);
 
+// A floor plan in map units, x to the right and y up on the page.
+struct PlanFigure {
+  std::vector<TrajectoryFigure::Footprint> objects;  // z is not used; drawn in this order
+  std::vector<Eigen::Vector2d> path;                 // of the camera
+  std::vector<WallLine> walls;                       // empty: the plan gives no size of the room
+  bool metric = false;                               // map units are metres
+};
+FigurePage DrawPlan(const PlanFigure& figure, const FigureOptions& options);
+
+// Makes a plan whose longest wall, or path, runs across the page, with the front below. `cloud`: dense, may
+// be null; the plan then has no walls.
+PlanFigure MakePlan(const MapSnapshot& map, const CloudLayerPtr& cloud, const SceneStyle& style);
+
+// Returns the outline of a solid seen along right x top (unit length, map frame), counter-clockwise; it
+// deviates from the true one by at most a five-thousandth of the solid's longest half axis. z is 0.
+std::vector<Eigen::Vector3d> OutlineFromAbove(const PosedSuperquadric& solid, const Eigen::Vector3d& right,
+                                              const Eigen::Vector3d& top);
+
 // Returns a camera path in the figure's frame.
 TrajectoryFigure::Pieces PiecesOf(const Trajectory& trajectory, const Sim3d& S_figure_map);
 
@@ -246,13 +265,14 @@ FigurePage DrawBoardSheet(const CalibrationBoard& board, double dpi);
 FigureEntry ShapesEntry();
 FigureEntry CompareEntry();
 FigureEntry MapsEntry();
+FigureEntry PlanEntry();
 FigureEntry TrajectoryEntry();
 FigureEntry TimingEntry();
 FigureEntry IouEntry();
 FigureEntry OutliersEntry();
 FigureEntry YawEntry();
 inline std::vector<FigureEntry> AllFigures() {
-  return {ShapesEntry(), CompareEntry(), MapsEntry(),     TrajectoryEntry(),
+  return {ShapesEntry(), CompareEntry(), MapsEntry(),     PlanEntry(), TrajectoryEntry(),
           TimingEntry(), IouEntry(),     OutliersEntry(), YawEntry()};
 }
 

@@ -137,11 +137,13 @@ void MoveNamesApart(std::vector<FigureText>& names, double size) {
   }
 }
 
-// Draws objects from above, and over all of them their names.
-void DrawFootprints(FigureSheet& sheet, const PlotArea& plot, const TrajectoryFigure& figure) {
+}  // namespace
+
+void DrawFootprints(FigureSheet& sheet, const PlotArea& plot,
+                    const std::vector<TrajectoryFigure::Footprint>& objects) {
   auto& [page, area, theme] = sheet;
   std::vector<FigureText> names;
-  for (const TrajectoryFigure::Footprint& object : figure.objects) {
+  for (const TrajectoryFigure::Footprint& object : objects) {
     FigurePath path{{}, true, object.color, 0.22, FigureStroke{object.color, 0.8, {}}};
     if (object.uncertain) {
       path.fill.reset();
@@ -158,10 +160,14 @@ void DrawFootprints(FigureSheet& sheet, const PlotArea& plot, const TrajectoryFi
   }
   std::ranges::stable_sort(names, std::less(), [](const FigureText& name) { return name.anchor.y(); });
   MoveNamesApart(names, theme.small);
-  for (const FigureText& name : names) {
+  for (FigureText& name : names) {
+    const double half = 0.5 * TextWidth(name.text, name.size) + 1.0;
+    name.anchor.x() = std::max(half, std::min(name.anchor.x(), page.width - half));
     page.Text(name);
   }
 }
+
+namespace {
 
 double HeightsBlock(const FigureTheme& theme) { return 60.0 + XAxisHeight(theme) + kTrajectoryGap; }
 
@@ -220,7 +226,7 @@ FigurePage DrawTrajectories(const TrajectoryFigure& figure, const FigureOptions&
   DrawPaths(sheet, figure, [&plot](const TrajectoryFigure::Pose& pose) {
     return plot.At(pose.position.x(), pose.position.y());
   });
-  DrawFootprints(sheet, plot, figure);
+  DrawFootprints(sheet, plot, figure.objects);
   if (figure.heights) {
     const double axis = XAxisHeight(sheet.theme);
     const double top = area.Bottom() + axis + 1.6 * kTrajectoryGap;

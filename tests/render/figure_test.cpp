@@ -1,11 +1,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 
 #include "baseline.h"
 #include "figure_reading.h"
 #include "figure_samples.h"
+#include "render/camera/scene_framing.h"
 #include "render/figures/figure_input.h"
 #include "render/page/chart.h"
 #include "render/page/page.h"
@@ -217,6 +219,88 @@ TEST(FigureTest, UsesOneScaleForBothAxesOfPaths) {
     }
   }
   FAIL() << "the path is not on the page";
+}
+
+TEST(PlanFigureTest, OutlinesMatchExactGeometry) {
+  const auto outline = [](const Superquadric& shape, double yaw) {
+    PosedSuperquadric solid{shape, {}};
+    solid.T_map_object.rotation = Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ());
+    solid.T_map_object.translation = {3.0, -2.0, 0.7};
+    std::vector<Eigen::Vector3d> points =
+        OutlineFromAbove(solid, Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY());
+    for (Eigen::Vector3d& p : points) {
+      p = solid.T_map_object.rotation.conjugate() * (p - Eigen::Vector3d(3.0, -2.0, 0.0));
+    }
+    return points;
+  };
+  for (const double e2 : {0.1, 0.3, 1.0, 1.7}) {
+    const Superquadric shape{{0.8, 0.3, 0.5}, 0.4, e2};
+    double longest = 0.0, area = 0.0, exact = 0.0;
+    const std::vector<Eigen::Vector3d> points = outline(shape, 0.6);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const Eigen::Vector3d& p = points[i];
+      const Eigen::Vector3d& next = points[(i + 1) % points.size()];
+      EXPECT_NEAR(std::pow(std::abs(p.x() / 0.8), 2.0 / e2) + std::pow(std::abs(p.y() / 0.3), 2.0 / e2), 1.0,
+                  1e-6);
+      longest = std::max(longest, std::abs(p.x()));
+      area += 0.5 * (p.x() * next.y() - p.y() * next.x());
+    }
+    EXPECT_NEAR(longest, 0.8, 1e-3);
+    exact = 4.0 * 0.8 * 0.3 * std::pow(std::tgamma(1.0 + 0.5 * e2), 2) / std::tgamma(1.0 + e2);
+    EXPECT_NEAR(area, exact, 1e-3 * exact) << "exponent " << e2;  // of a superellipse
+  }
+}
+
+TEST(PlanFigureTest, ScaleBarAgreesWithFootprint) {
+  const PlanFigure plan = MakePlan(HandMadeMap(), nullptr, {});
+  ASSERT_EQ(plan.objects.size(), 3u);
+  EXPECT_TRUE(plan.walls.empty());
+  for (const double width_mm : {60.0, 89.0, 183.0}) {
+    FigureOptions options;
+    options.width_mm = width_mm;
+    const FigurePage page = DrawPlan(plan, options);
+    double ball = 0.0, bar = 0.0;
+    for (const FigureElement& element : page.elements) {
+      if (const auto* path = std::get_if<FigurePath>(&element)) {
+        Eigen::AlignedBox2d box;
+        for (const Eigen::Vector2d& p : path->points) {
+          box.extend(p);
+        }
+        const double ratio = box.sizes().x() / std::max(box.sizes().y(), 1e-9);
+        ball = path->closed && std::abs(ratio - 1.0) < 0.01 ? std::max(ball, box.sizes().x()) : ball;
+        bar = !path->closed && path->points.size() == 2 && box.sizes().y() < 1e-9 ? box.sizes().x() : bar;
+      } else if (const auto* text = std::get_if<FigureText>(&element)) {
+        EXPECT_GE(text->size, 6.0) << text->text;
+        EXPECT_GE(text->anchor.x() - 0.5 * TextWidth(text->text, text->size), -1.0) << text->text;
+      }
+    }
+    EXPECT_NEAR(page.width, width_mm / 25.4 * 72.0, 1e-6);
+    EXPECT_NEAR(bar / ball * 0.3, RoundLength(bar / ball * 0.3 * 1.001), 2e-3);  // the ball is 0.3 wide
+  }
+}
+
+TEST(PlanFigureTest, FindsWallsOfRoomAndItsSize) {
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < 200; ++i) {  // 4 by 3 map units, 2.5 high, one side open, with a floor and a table
+    for (int k = 0; k < 50; ++k) {
+      const double noise = 0.01 * std::sin(7.0 * i + 3.0 * k), z = 0.05 * k;
+      points.emplace_back(0.02 * i, 3.0 + noise, z);
+      points.emplace_back(noise, 0.015 * i, z);
+      points.emplace_back(4.0 + noise, 0.015 * i, z);
+      points.emplace_back(0.02 * i, 0.06 * k, 0.0);
+      points.emplace_back(1.0 + 0.005 * i, 1.0 + 0.02 * k, 0.8);
+    }
+  }
+  const std::vector<WallLine> walls = FindWallLines(points);
+  ASSERT_EQ(walls.size(), 3u);
+  EXPECT_NEAR(walls[0].Length(), 4.0, 0.15);
+  EXPECT_NEAR(walls[0].from.y(), 3.0, 0.04);
+  EXPECT_NEAR(walls[1].Length(), 3.0, 0.15);
+  EXPECT_NEAR(walls[2].Length(), 3.0, 0.15);
+  FigureOptions options;
+  PlanFigure plan{{}, {{1.0, 1.0}, {2.0, 1.0}}, {{{0, 3}, {4, 3}}, {{0, 0}, {0, 3}}, {{4, 0}, {4, 3}}}, true};
+  const std::vector<std::string> texts = SvgTexts(EncodeFigure(DrawPlan(plan, options), "plan.svg"));
+  EXPECT_THAT(texts, testing::IsSupersetOf({"4.00 m", "3.00 m", "1 m"}));
 }
 
 TEST(FigureTest, DashesUncertainObjectsFromAbove) {
