@@ -1,7 +1,6 @@
 #include "slam/objects/detection_filter.h"
 
 #include <algorithm>
-#include <numeric>
 
 #include "slam/util/statistics.h"
 #include "slam/util/to_vector.h"
@@ -93,62 +92,6 @@ void GatherPoints(const PointsByColumn& points, double depth_iqr, BoxCandidate& 
   candidate.median_depth = UpperMedian(std::move(kept_depths));
 }
 
-constexpr double kTouching = 2.0;  // px; another box this close to an edge probably hides it
-
-// Returns the share of an edge of `box` (0 left, 1 top, 2 right, 3 bottom) that lies inside `other`.
-double CoveredShare(const Box2d& box, int edge, const Box2d& other) {
-  const bool vertical = edge % 2 == 0;
-  const double at = edge == 0   ? box.x
-                    : edge == 1 ? box.y
-                    : edge == 2 ? box.x + box.width
-                                : box.y + box.height;
-  const double other_begin = vertical ? other.x : other.y;
-  const double other_end = other_begin + (vertical ? other.width : other.height);
-  if (at < other_begin - kTouching || at > other_end + kTouching) {
-    return 0.0;
-  }
-  const double begin = vertical ? box.y : box.x;
-  const double length = vertical ? box.height : box.width;
-  const double cross_begin = vertical ? other.y : other.x;
-  const double cross_end = cross_begin + (vertical ? other.height : other.width);
-  const double overlap = std::min(begin + length, cross_end) - std::max(begin, cross_begin);
-  return length > 0.0 ? std::max(0.0, overlap) / length : 0.0;
-}
-
-void MarkHiddenEdges(std::vector<BoxCandidate>& candidates) {
-  constexpr double kHidden = 0.25;
-  std::vector<int> from_left(candidates.size());
-  std::iota(from_left.begin(), from_left.end(), 0);
-  const auto left = [&](int i) { return candidates[i].detection.box.x; };
-  std::ranges::sort(from_left, {}, left);
-  for (BoxCandidate& candidate : candidates) {
-    const Box2d& box = candidate.detection.box;
-    for (const int i : from_left) {
-      const BoxCandidate& other = candidates[i];
-      const Box2d& other_box = other.detection.box;
-      if (other_box.x > box.x + box.width + kTouching) {
-        break;
-      }
-      if (&other == &candidate || other_box.x + other_box.width < box.x - kTouching ||
-          other_box.y > box.y + box.height + kTouching ||
-          other_box.y + other_box.height < box.y - kTouching) {
-        continue;
-      }
-      // Objects side by side reach over the same depths: then each may hide the far end of the other. Without
-      // depths: of two objects on one support, the nearer one ends lower in the image.
-      const bool depths_known = candidate.median_depth > 0.0 && other.median_depth > 0.0;
-      const bool reaches_nearer = depths_known ? other.near_depth < candidate.median_depth
-                                               : other_box.y + other_box.height > box.y + box.height;
-      for (int edge = 0; reaches_nearer && edge < 4; ++edge) {
-        // If it also covers the opposite edge, it is rather what this object stands on: a table under a cup.
-        const bool covered = CoveredShare(box, edge, other_box) > kHidden;
-        const bool through = CoveredShare(box, (edge + 2) % 4, other_box) > kHidden;
-        candidate.edge_hidden[edge] = candidate.edge_hidden[edge] || (covered && !through);
-      }
-    }
-  }
-}
-
 }  // namespace
 
 bool IsUsable(const Detection& detection, const Camera& camera, const DetectionFilterOptions& options) {
@@ -162,13 +105,6 @@ bool IsUsable(const Detection& detection, const Camera& camera, const DetectionF
 
 double ShareOfImage(const Box2d& box, const Camera& camera) {
   return box.Area() / (static_cast<double>(camera.width) * camera.height);
-}
-
-std::array<bool, 4> CutEdges(const Box2d& box, const Camera& camera, const DetectionFilterOptions& options) {
-  const double x_margin = options.border_margin + options.border_share * box.width;
-  const double y_margin = options.border_margin + options.border_share * box.height;
-  return {box.x <= x_margin, box.y <= y_margin, box.x + box.width >= camera.width - 1.0 - x_margin,
-          box.y + box.height >= camera.height - 1.0 - y_margin};
 }
 
 std::vector<bool> GateDepths(const std::vector<double>& depths, double iqr_factor) {
@@ -193,11 +129,16 @@ std::vector<BoxCandidate> SelectBoxes(const ObjectFrame& frame, const DetectionF
     BoxCandidate candidate;
     candidate.detection = frame.detections[index];
     candidate.detection_index = index;
-    candidate.edge_cut = CutEdges(candidate.detection.box, frame.camera, options);
+    candidate.edges.Cut(CutEdges(candidate.detection.box, frame.camera, options));
     GatherPoints(points, depth_iqr, candidate);
     candidates.push_back(std::move(candidate));
   }
-  MarkHiddenEdges(candidates);
+  const std::vector<EdgeFlags> hidden = EdgesHiddenByBoxes(ToVector(candidates, [](const BoxCandidate& c) {
+    return BoxAtDepth{c.detection.box, c.median_depth, c.near_depth};
+  }));
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    candidates[i].edges.Hide(hidden[i]);
+  }
   return candidates;
 }
 

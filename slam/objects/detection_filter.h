@@ -1,14 +1,13 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <algorithm>
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
 
 #include "slam/objects/object_options.h"
 #include "slam/objects/object_types.h"
+#include "slam/objects/visibility.h"
 
 namespace sqslam {
 
@@ -19,18 +18,11 @@ struct BoxCandidate {
   std::optional<Eigen::Vector3d> centroid;  // of the points, map frame; empty for fewer than three
   std::vector<Eigen::Vector3d> positions;   // of point_ids, map frame
   int detection_index = 0;                  // into ObjectFrame::detections
-  std::array<bool, 4> edge_cut{};           // left, top, right, bottom: at the image border
-  std::array<bool, 4> edge_hidden{};        // behind another box
-  double median_depth = 0.0;                // of the points, map units; 0 if there are none
-  double near_depth = 0.0;                  // their lower quartile
+  BoxEdges edges;
+  double median_depth = 0.0;  // of the points, map units; 0 if there are none
+  double near_depth = 0.0;    // their lower quartile
 
-  std::array<bool, 4> FreeEdges() const {  // neither cut nor hidden
-    std::array<bool, 4> free{};
-    std::ranges::transform(edge_cut, edge_hidden, free.begin(),
-                           [](bool cut, bool hidden) { return !cut && !hidden; });
-    return free;
-  }
-  bool AnyEdgeCut() const { return edge_cut[0] || edge_cut[1] || edge_cut[2] || edge_cut[3]; }
+  EdgeFlags FreeEdges() const { return edges.Free(); }
 };
 
 // Returns true if the filter lets the detection pass: by its class, score and size. Duplicates in a frame
@@ -39,10 +31,6 @@ bool IsUsable(const Detection& detection, const Camera& camera, const DetectionF
 
 // Returns the box's share of the image area.
 double ShareOfImage(const Box2d& box, const Camera& camera);
-
-// Returns the edges of a box (distorted px: left, top, right, bottom) that the image border cuts off.
-// Detectors end such a box short of the border, by a share of its size.
-std::array<bool, 4> CutEdges(const Box2d& box, const Camera& camera, const DetectionFilterOptions& options);
 
 // Drops ignored labels, low-score, tiny, huge and duplicate boxes, collects the points of each box that pass
 // the depth gate, and marks edges that are cut off by the image or hidden by a nearer box.

@@ -10,22 +10,15 @@
 
 #include "slam/geometry/eigen_system.h"
 #include "slam/geometry/ray.h"
-#include "slam/objects/detection_filter.h"
 #include "slam/objects/dual_conic.h"
 #include "slam/objects/landmark_geometry.h"
+#include "slam/objects/visibility.h"
 #include "slam/util/statistics.h"
 
 namespace sqslam {
 namespace {
 
 using conic::Bounds;
-
-// Meaning of an edge of a detected box.
-enum class EdgeKind {
-  kFree,    // the object ends there
-  kCut,     // the image ends there
-  kHidden,  // another object hides the end
-};
 
 // A view in the frame of the estimation, which is centred at the object and scaled to its size.
 struct ConditionedView {
@@ -103,18 +96,6 @@ bool IsBeforeCamera(const PosedSuperquadric& ellipsoid, const ConditionedView& v
   return centre.z() > ellipsoid.shape.half_size.cwiseProduct(forward).norm();
 }
 
-std::array<EdgeKind, 4> KindsOf(const BoxView& view, const Camera& camera,
-                                const DetectionFilterOptions& options) {
-  const std::array<bool, 4> at_border = CutEdges(view.box, camera, options);
-  std::array<EdgeKind, 4> kinds;
-  for (std::size_t edge = 0; edge < 4; ++edge) {
-    kinds[edge] = view.edge_free[edge] ? EdgeKind::kFree
-                  : at_border[edge]    ? EdgeKind::kCut
-                                       : EdgeKind::kHidden;
-  }
-  return kinds;
-}
-
 // Returns the point nearest to the rays through the box centres; empty if these are nearly parallel.
 std::optional<Eigen::Vector3d> PlaceOf(std::span<const BoxView> views, const Camera& camera) {
   constexpr double kLeastSpread = 1e-6;  // sin^2 of the angle between the rays
@@ -140,7 +121,7 @@ std::vector<ConditionedView> ConditionedViews(std::span<const BoxView> views, co
     out.R_camera_map = T_camera_map.RotationMatrix();
     out.t_camera_map = (T_camera_map * S_map_frame.translation) / S_map_frame.scale;
     out.box = NormalisedBounds(box, camera);
-    out.kinds = KindsOf(view, camera, options.detections);
+    out.kinds = EdgesOf(view, camera, options.detections).kinds;
     for (std::size_t edge = 0; edge < 4; ++edge) {
       const bool vertical = edge % 2 == 1;
       const double sigma = options.refinement.edge_sigma_px +

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <numbers>
 #include <numeric>
@@ -12,6 +11,7 @@
 #include "slam/geometry/ray.h"
 #include "slam/objects/landmark_geometry.h"
 #include "slam/objects/object_energy.h"
+#include "slam/objects/visibility.h"
 #include "slam/util/statistics.h"
 #include "slam/util/thinned.h"
 #include "slam/util/to_vector.h"
@@ -24,7 +24,7 @@ void AddEdges(const SilhouetteView& view, const Camera& camera, const Refinement
   const Eigen::Matrix3d R = view.T_map_camera.RotationMatrix();
   const Box2d& box = view.box;
   const std::array<double, 4> at = NormalisedBounds(box, camera);
-  const bool whole = std::ranges::all_of(view.edge_exact, std::identity());
+  const bool whole = IsWhole(view.edge_exact);
   for (std::size_t edge = 0; edge < 4; ++edge) {
     const int axis = static_cast<int>(edge % 2);
     const double outward = edge < 2 ? -1.0 : 1.0;

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "slam/geometry/angles.h"
+#include "slam/objects/visibility.h"
 #include "slam/util/thinned.h"
 
 namespace sqslam {
@@ -75,7 +76,7 @@ double Landmark::PointVotes::CameraSpread(const Eigen::Vector3d& p_map) const {
 void Landmark::Add(const ObjectObservation& observation) {
   constexpr std::size_t kMaxLineViews = 60;
   ++observations;
-  if (!observation.gray.empty() && std::ranges::all_of(observation.edge_free, std::identity())) {
+  if (!observation.gray.empty() && IsWhole(observation.edge_free)) {
     Offer({{observation.frame_index, observation.T_map_camera, observation.detection.box,
             observation.edge_free},
            observation.gray});

@@ -13,6 +13,7 @@
 #include "slam/objects/reliability.h"
 #include "slam/objects/size_shape.h"
 #include "slam/objects/surroundings.h"
+#include "slam/objects/visibility.h"
 #include "slam/util/statistics.h"
 #include "slam/util/thinned.h"
 #include "slam/util/to_vector.h"
@@ -89,14 +90,15 @@ void CompleteHiddenDepth(Landmark& landmark, const std::vector<BoxView>& views,
       ClassSurprise(completed, known, context.scale) > kUnusual) {
     return;
   }
-  const PosedSuperquadric* hider = HiderOfBottom(landmark, views, context);
-  if (hider == nullptr) {
+  const PosedSuperquadric* occluder =
+      OccluderOfBottom(landmark, known.on_floor, context.surroundings.others, views, context.camera);
+  if (occluder == nullptr) {
     return;
   }
   landmark.superquadric.shape = completed;
   const Eigen::Vector3d axis = landmark.superquadric.T_map_object.rotation * Eigen::Vector3d::Unit(thin);
   const bool along =
-      axis.dot(DirectionToTableAxis(*hider, landmark.superquadric.T_map_object.translation)) > 0.0;
+      axis.dot(DirectionToTableAxis(*occluder, landmark.superquadric.T_map_object.translation)) > 0.0;
   const double middle = along ? seen.low + usual : seen.high - usual;
   landmark.superquadric.T_map_object.translation += middle * axis;
   Eigen::Matrix<double, 9, 1> effect = Eigen::Matrix<double, 9, 1>::Zero();
@@ -118,7 +120,7 @@ void JudgeReliability(Landmark& landmark, const std::vector<BoxView>& used,
                       const EstimationContext& context) {
   constexpr double kUnknownSigma = 0.25;  // of sizes without a covariance
   std::vector<BoxView> held_out = HeldOutViews(landmark.views, used, used.size());
-  MarkHiddenEdges(landmark, context, held_out);
+  MarkHiddenEdges(landmark.visible, context.surroundings.occluders, context.camera, held_out);
   const Superquadric& shape = landmark.superquadric.shape;
   ReliabilityEvidence evidence;
   evidence.observations = landmark.Evidence();
@@ -201,18 +203,6 @@ std::vector<int> IdsInOrder(std::vector<std::pair<double, int>> keyed) {
 }
 
 }  // namespace
-
-void MarkHiddenEdges(const Landmark& landmark, const EstimationContext& context,
-                     std::vector<BoxView>& views) {
-  for (BoxView& view : views) {
-    for (const PosedSuperquadric& other : context.surroundings.hiders) {
-      const std::array<bool, 4> hidden = HiddenEdges(view, landmark.visible, other, context.camera);
-      for (std::size_t edge = 0; edge < 4; ++edge) {
-        view.edge_free[edge] = view.edge_free[edge] && !hidden[edge];
-      }
-    }
-  }
-}
 
 std::vector<BoxView> HeldOutViews(const std::vector<BoxView>& all, const std::vector<BoxView>& used,
                                   std::size_t count) {
@@ -314,7 +304,7 @@ void EstimateLandmark(Landmark& landmark, const EstimationContext& context) {
   const ObjectOptions& options = *context.options;
   std::vector<BoxView> views = SpreadViews(landmark.views, options.refinement.max_views);
   if (landmark.estimated) {
-    MarkHiddenEdges(landmark, context, views);
+    MarkHiddenEdges(landmark.visible, context.surroundings.occluders, context.camera, views);
   }
   landmark.points = RemoveOutliers(landmark, views, context);
   landmark.estimated_at = landmark.observations;
@@ -373,26 +363,6 @@ std::vector<int> MostOutdated(const std::map<int, Landmark>& landmarks, int most
     ids.resize(static_cast<std::size_t>(most));
   }
   return ids;
-}
-
-const PosedSuperquadric* HiderOfBottom(const Landmark& landmark, const std::vector<BoxView>& views,
-                                       const EstimationContext& context) {
-  const bool on_floor = context.classes->Of(landmark.labels.Best()).on_floor;
-  const PosedSuperquadric* hider = nullptr;
-  auto most = static_cast<std::ptrdiff_t>(views.size() / 2);
-  for (const PosedSuperquadric& other : context.surroundings.others) {
-    if (!MayHide(other, landmark.visible, landmark.points, on_floor)) {  // the visible part is new
-      continue;
-    }
-    const auto hidden = std::ranges::count_if(views, [&](const BoxView& view) {
-      return HiddenEdges(view, landmark.visible, other, context.camera)[kBottomEdge];
-    });
-    if (hidden > most) {
-      most = hidden;
-      hider = &other;
-    }
-  }
-  return hider;
 }
 
 std::vector<int> LargestFirst(const std::map<int, Landmark>& landmarks, const std::vector<int>& ids,

@@ -39,15 +39,6 @@ void EstimateLandmark(Landmark& landmark, const EstimationContext& context);
 void ApplyFit(Landmark& landmark, const StandingFit& fit, const std::vector<BoxView>& views,
               const EstimationContext& context);
 
-// Returns the surrounding object that hides the lower edge in the most boxes; null if none hides it in half
-// of them.
-const PosedSuperquadric* HiderOfBottom(const Landmark& landmark, const std::vector<BoxView>& views,
-                                       const EstimationContext& context);
-
-// Marks view edges as not free if an object that is now known to stand in front hides them: it may not have
-// been mapped yet when the box was seen.
-void MarkHiddenEdges(const Landmark& landmark, const EstimationContext& context, std::vector<BoxView>& views);
-
 // Returns at most `count` evenly spaced views that are not among `used`; `used` itself if there are hardly
 // any.
 std::vector<BoxView> HeldOutViews(const std::vector<BoxView>& all, const std::vector<BoxView>& used,

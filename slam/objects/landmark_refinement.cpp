@@ -1,7 +1,6 @@
 #include "slam/objects/landmark_refinement.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -13,6 +12,7 @@
 #include "slam/objects/landmark_geometry.h"
 #include "slam/objects/landmark_outliers.h"
 #include "slam/objects/size_shape.h"
+#include "slam/objects/visibility.h"
 #include "slam/util/thinned.h"
 #include "slam/util/to_vector.h"
 
@@ -123,15 +123,15 @@ RefinementInput InputOf(const Landmark& landmark, const std::vector<BoxView>& vi
   input.top_height = context.surroundings.top_height;
   const bool bottom_seen = IsBottomSeen(views);
   input.may_show_back = input.prior.back && landmark.estimated && !bottom_seen &&
-                        HiderOfBottom(landmark, views, context) != nullptr;
+                        OccluderOfBottom(landmark, input.prior.on_floor, context.surroundings.others, views,
+                                         context.camera) != nullptr;
   const auto first = static_cast<double>(views.front().frame_index);
   const auto last = static_cast<double>(views.back().frame_index);
   for (const BoxView& view : views) {
-    std::array<bool, 4> exact = view.edge_free;
-    exact[kBottomEdge] = exact[kBottomEdge] && bottom_seen;
     const double time =
         (static_cast<double>(view.frame_index) - 0.5 * (first + last)) / std::max(1.0, last - first);
-    input.views.push_back({view.T_map_camera, UndistortBox(view.box, context.camera), exact, time});
+    input.views.push_back(
+        {view.T_map_camera, UndistortBox(view.box, context.camera), ExactEdges(view, bottom_seen), time});
   }
   return input;
 }
@@ -266,13 +266,6 @@ void FollowAll(const std::vector<Candidate>& candidates, const RefinementOptions
 }
 
 }  // namespace
-
-bool IsBottomSeen(const std::vector<BoxView>& views) {
-  constexpr double kMostlyHidden = 0.33;
-  const auto free =
-      std::ranges::count_if(views, [](const BoxView& view) { return view.edge_free[kBottomEdge]; });
-  return static_cast<double>(free) >= kMostlyHidden * static_cast<double>(views.size());
-}
 
 std::optional<StandingFit> RefineLandmark(const Landmark& landmark, const std::vector<BoxView>& views,
                                           bool thorough, const EstimationContext& context) {

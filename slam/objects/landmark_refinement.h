@@ -37,10 +37,6 @@ StandingFit RefineStanding(std::span<const PosedSuperquadric> starts, Refinement
                            const SupportHeights& supports, const RefinementOptions& options,
                            SearchEffort effort);
 
-// True if the lower box edges show where the object ends. If they are hidden in most views, the other views
-// probably missed the occluder.
-bool IsBottomSeen(const std::vector<BoxView>& views);
-
 // Least number of inliers to start from; with fewer, the boxes are used.
 inline constexpr std::size_t kMinPoints = 4;
 

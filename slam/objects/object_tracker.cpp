@@ -1,7 +1,6 @@
 #include "slam/objects/object_tracker.h"
 
 #include <algorithm>
-#include <array>
 #include <map>
 #include <optional>
 
@@ -10,7 +9,7 @@
 #include "slam/objects/detection_filter.h"
 #include "slam/objects/landmark_geometry.h"
 #include "slam/objects/paper_method.h"
-#include "slam/objects/surroundings.h"
+#include "slam/objects/visibility.h"
 #include "slam/objects/yaw.h"
 
 namespace sqslam {
@@ -130,8 +129,8 @@ struct ObjectTracker::Impl {
       return false;  // the frame's pose is uncertain
     }
     const bool bare = static_cast<int>(box.point_ids.size()) < options.association.min_points;
-    if ((bare && (options.method == ObjectMethod::kPaper || box.AnyEdgeCut() || IsExpected(b))) ||
-        (box.AnyEdgeCut() && ShareOfImage(b, frame.camera) < options.detections.max_cut_share)) {
+    if ((bare && (options.method == ObjectMethod::kPaper || box.edges.AnyCut() || IsExpected(b))) ||
+        (box.edges.AnyCut() && ShareOfImage(b, frame.camera) < options.detections.max_cut_share)) {
       return false;
     }
     constexpr double kSameThing = 0.5;
@@ -170,30 +169,17 @@ struct ObjectTracker::Impl {
   // Marks edges hidden by landmarks that stand in front of the object, whether or not these are detected now.
   void MarkHiddenEdges(const ObjectFrame& frame, const std::vector<int>& ids,
                        std::vector<BoxCandidate>& boxes) const {
-    const Rigid3d T_camera_map = frame.T_map_camera.Inverse();
-    std::vector<std::pair<int, const PosedSuperquadric*>> shown;
-    for (const auto& [id, track] : tracks) {
-      if (track.view && track.view->shown) {
-        shown.emplace_back(id, &track.view->superquadric);
-      }
-    }
     for (std::size_t i = 0; i < boxes.size(); ++i) {
       const auto own = tracks.find(ids[i]);
       if (own == tracks.end() || !own->second.IsEstimated()) {
         continue;
       }
-      const ObjectLandmarkView& object = *own->second.view;
-      const double depth = (T_camera_map * object.visible.T_map_object.translation).z();
-      const Box2d box = UndistortBox(boxes[i].detection.box, frame.camera);
-      for (const auto& [id, other] : shown) {
-        if (id == ids[i] || depth <= 0.0 ||
-            !MayHide(*other, object.visible, object.points, object.on_floor)) {
-          continue;
-        }
-        const std::array<bool, 4> hidden =
-            EdgesHiddenBy(box, depth, frame.T_map_camera, frame.camera, *other);
-        for (std::size_t edge = 0; edge < 4; ++edge) {
-          boxes[i].edge_hidden[edge] = boxes[i].edge_hidden[edge] || hidden[edge];
+      const ObjectLandmarkView& seen = *own->second.view;
+      for (const auto& [id, track] : tracks) {
+        if (id != ids[i] && track.view && track.view->shown &&
+            MayOcclude(track.view->superquadric, seen.visible, seen.points, seen.on_floor)) {
+          boxes[i].edges.Hide(EdgesHiddenBy(track.view->superquadric, seen.visible, boxes[i].detection.box,
+                                            frame.T_map_camera, frame.camera));
         }
       }
     }
@@ -217,11 +203,11 @@ struct ObjectTracker::Impl {
 
   // The centroid of a part of the object is no measurement of the whole; the paper uses it all the same.
   std::optional<Eigen::Vector3d> Centroid(const BoxCandidate& box) const {
-    return box.AnyEdgeCut() && options.method != ObjectMethod::kPaper ? std::nullopt : box.centroid;
+    return box.edges.AnyCut() && options.method != ObjectMethod::kPaper ? std::nullopt : box.centroid;
   }
 
   std::vector<std::int64_t> PointsOutside(const KnownLandmark& track, const ObjectFrame& frame,
-                                          const Box2d& box, const std::array<bool, 4>& edge_free) const {
+                                          const Box2d& box, const EdgeFlags& edge_free) const {
     std::vector<std::int64_t> outside;
     if (!track.view || options.outliers.reprojection == ReprojectionVotes::kNone) {
       return outside;
@@ -259,7 +245,7 @@ struct ObjectTracker::Impl {
     }
     observation.T_map_camera = frame.T_map_camera;
     observation.point_ids = box.point_ids;
-    observation.edge_free = box.FreeEdges();
+    observation.edge_free = box.edges.Free();
     observation.centroid = Centroid(box);
     if (options.representation == Representation::kQuadric &&
         options.quadric_init == QuadricInit::kSingleView) {

@@ -7,6 +7,7 @@
 #include "slam/objects/landmark_geometry.h"
 #include "slam/objects/landmark_outliers.h"
 #include "slam/objects/support_hypotheses.h"
+#include "slam/objects/visibility.h"
 
 namespace sqslam {
 namespace {
@@ -94,7 +95,7 @@ std::optional<PosedSuperquadric> QuadricFromOneView(const BoxView& view, const c
                                                     QuadricPriors priors) {
   constexpr int kAngles = 36;
   constexpr double kDisagreement = 255.0;  // grey levels; cost of a box without overlap
-  if (std::ranges::find(view.edge_free, false) != view.edge_free.end()) {
+  if (!IsWhole(view.edge_free)) {
     return std::nullopt;
   }
   priors.keeps_yaw = true;

@@ -12,17 +12,6 @@ namespace {
 
 using testing::BoxScene;
 
-TEST(IsBottomSeen, NeedsAThirdOfTheViews) {
-  std::vector<BoxView> views(9);
-  for (BoxView& view : views) {
-    view.edge_free = {true, true, true, false};
-  }
-  views[0].edge_free[3] = views[1].edge_free[3] = true;
-  EXPECT_FALSE(IsBottomSeen(views));
-  views[2].edge_free[3] = true;
-  EXPECT_TRUE(IsBottomSeen(views));
-}
-
 // Boxes of a box of the scene, and no points to speak of.
 class RefineLandmarkTest : public ::testing::Test {
  protected:

@@ -24,7 +24,7 @@ TEST(Surroundings, ListsContentsAndOccluders) {
 
   const Surroundings of_table = SurroundingsOf(table, shown, ClassPriors());
   EXPECT_EQ(of_table.smaller.size(), 2u);
-  EXPECT_TRUE(of_table.hiders.empty());
+  EXPECT_TRUE(of_table.occluders.empty());
   EXPECT_EQ(of_table.hidden_support, std::nullopt);
 
   const Surroundings of_cup = SurroundingsOf(cup, shown, ClassPriors());
@@ -32,8 +32,8 @@ TEST(Surroundings, ListsContentsAndOccluders) {
   EXPECT_EQ(of_cup.hidden_support, std::nullopt);  // on the table, not behind it
 
   const Surroundings of_chair = SurroundingsOf(chair, shown, ClassPriors());
-  ASSERT_EQ(of_chair.hiders.size(), 1u);
-  EXPECT_EQ(of_chair.hiders[0].shape.half_size, table.superquadric.shape.half_size);
+  ASSERT_EQ(of_chair.occluders.size(), 1u);
+  EXPECT_EQ(of_chair.occluders[0].shape.half_size, table.superquadric.shape.half_size);
   EXPECT_EQ(of_chair.smaller.size(), 1u);
   EXPECT_EQ(of_chair.hidden_support, 0.0);
 }
@@ -99,8 +99,8 @@ TEST(Surroundings, LetsTableHideChairWithBackAboveIt) {
   Landmark back = MappedBox(2, {0.1, 2.4, 0.85}, {0.2, 0.05, 0.12});
   back.labels.Add("chair", 0.9);
   const std::vector<const Landmark*> shown = {&table, &back};
-  EXPECT_TRUE(SurroundingsOf(back, shown, ClassPriors()).hiders.empty());
-  EXPECT_EQ(SurroundingsOf(back, shown, ClassPriors::Named("default")).hiders.size(), 1u);
+  EXPECT_TRUE(SurroundingsOf(back, shown, ClassPriors()).occluders.empty());
+  EXPECT_EQ(SurroundingsOf(back, shown, ClassPriors::Named("default")).occluders.size(), 1u);
 }
 
 TEST(Surroundings, IgnoresDistantOccludersAndKnowsNothingWithoutEstimate) {
@@ -108,10 +108,10 @@ TEST(Surroundings, IgnoresDistantOccludersAndKnowsNothingWithoutEstimate) {
   table.support = 0.0;
   const std::vector<const Landmark*> shown = {&table};
   Landmark chair = MappedBox(3, {0.1, 6.0, 0.75}, {0.2, 0.05, 0.15});
-  EXPECT_EQ(SurroundingsOf(chair, shown, ClassPriors()).hiders.size(), 1u);
+  EXPECT_EQ(SurroundingsOf(chair, shown, ClassPriors()).occluders.size(), 1u);
   EXPECT_EQ(SurroundingsOf(chair, shown, ClassPriors()).hidden_support, std::nullopt);
   chair.estimated = false;
-  EXPECT_TRUE(SurroundingsOf(chair, shown, ClassPriors()).hiders.empty());
+  EXPECT_TRUE(SurroundingsOf(chair, shown, ClassPriors()).occluders.empty());
 }
 
 }  // namespace

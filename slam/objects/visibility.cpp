@@ -1,0 +1,299 @@
+#include "slam/objects/visibility.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numeric>
+#include <ranges>
+
+#include "slam/objects/landmark_geometry.h"
+#include "slam/util/statistics.h"
+#include "slam/util/to_vector.h"
+
+namespace sqslam {
+namespace {
+
+constexpr double kTouching = 2.0;  // px; another box this close to an edge probably hides it
+
+// Returns the share of an edge of `box` (0 left, 1 top, 2 right, 3 bottom) that lies inside `other`.
+double CoveredShare(const Box2d& box, int edge, const Box2d& other) {
+  const bool vertical = edge % 2 == 0;
+  const double at = edge == 0   ? box.x
+                    : edge == 1 ? box.y
+                    : edge == 2 ? box.x + box.width
+                                : box.y + box.height;
+  const double other_begin = vertical ? other.x : other.y;
+  const double other_end = other_begin + (vertical ? other.width : other.height);
+  if (at < other_begin - kTouching || at > other_end + kTouching) {
+    return 0.0;
+  }
+  const double begin = vertical ? box.y : box.x;
+  const double length = vertical ? box.height : box.width;
+  const double cross_begin = vertical ? other.y : other.x;
+  const double cross_end = cross_begin + (vertical ? other.height : other.width);
+  const double overlap = std::min(begin + length, cross_end) - std::max(begin, cross_begin);
+  return length > 0.0 ? std::max(0.0, overlap) / length : 0.0;
+}
+
+// True if the box comes within kTouching of the other one.
+bool Touches(const Box2d& a, const Box2d& b) {
+  return b.x <= a.x + a.width + kTouching && b.x + b.width >= a.x - kTouching &&
+         b.y <= a.y + a.height + kTouching && b.y + b.height >= a.y - kTouching;
+}
+
+// True if what is in the other box may hide the far end of what is in this one. Objects side by side reach
+// over the same depths: then each may hide the far end of the other. Without depths: of two objects on one
+// support, the nearer one ends lower in the image.
+bool ReachesNearer(const BoxAtDepth& other, const BoxAtDepth& one) {
+  const bool depths_known = one.median_depth > 0.0 && other.median_depth > 0.0;
+  return depths_known ? other.near_depth < one.median_depth
+                      : other.box.y + other.box.height > one.box.y + one.box.height;
+}
+
+// Parameters at which the line p + t v enters and leaves a box about the origin, and the axis of the face
+// where it enters.
+struct Passage {
+  double enter = -std::numeric_limits<double>::infinity();
+  double leave = std::numeric_limits<double>::infinity();
+  int axis = 0;
+};
+
+Passage PassageThrough(const Eigen::Vector3d& half_size, const Eigen::Vector3d& p, const Eigen::Vector3d& v) {
+  Passage passage;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double middle = -p[axis] / v[axis];
+    const double reach = std::abs(half_size[axis] / v[axis]);
+    if (middle - reach > passage.enter) {
+      passage.enter = middle - reach;
+      passage.axis = axis;
+    }
+    passage.leave = std::min(passage.leave, middle + reach);
+  }
+  return passage;
+}
+
+// True if the solid hides what lies at `depth` on the line of sight through `pixel`. It must leave the solid
+// before, unless it enters through the top of a low one: the hull of a chair is empty at its corners, but
+// tables have tops.
+bool IsBlocked(const Eigen::Vector2d& pixel, double depth, const Rigid3d& T_other_camera,
+               const Camera& camera, const Superquadric& other) {
+  constexpr int kSteps = 16;
+  constexpr double kNearest = 0.1;  // shares of the depth
+  constexpr double kFarthest = 0.92;
+  const Eigen::Vector3d ray = depth * camera.Unproject(pixel);
+  for (int i = 0; i <= kSteps; ++i) {
+    const double share = kNearest + (kFarthest - kNearest) * i / kSteps;
+    const Eigen::Vector3d p = T_other_camera * (share * ray);
+    // Most are outside the bounding box, which saves the powers.
+    if ((p.cwiseAbs() - other.half_size).maxCoeff() < 0.0 && other.RadialScale(p) < 1.0) {
+      const Passage passage =
+          PassageThrough(other.half_size, T_other_camera.translation, T_other_camera.rotation * ray);
+      const bool low = other.half_size.z() < std::sqrt(other.half_size.head<2>().prod());
+      return passage.leave < 1.0 || (low && passage.axis == 2);
+    }
+  }
+  return false;
+}
+
+// Height down to which an object was seen for certain; minus infinity with few points.
+double LowestSeen(std::span<const std::pair<std::int64_t, Eigen::Vector3d>> points) {
+  constexpr std::size_t kFew = 10;
+  constexpr std::size_t kStray = 10;  // every tenth point may lie too low
+  if (points.size() < kFew) {
+    return -std::numeric_limits<double>::infinity();
+  }
+  std::vector<double> heights =
+      ToVector(points | std::views::values, [](const Eigen::Vector3d& p) { return p.z(); });
+  return NthSmallest(heights, heights.size() / kStray);
+}
+
+// True if the solid comes close enough to the line of sight through the centre of the box to matter at all.
+// `far_end`: the point at `depth` on this line, camera frame.
+bool IsNearSight(const Superquadric& other, const Rigid3d& T_other_camera, const Eigen::Vector3d& far_end,
+                 const Box2d& box, const Camera& camera) {
+  const double reach =
+      other.half_size.norm() + 0.5 * std::hypot(box.width, box.height) * far_end.z() / camera.fx;
+  const Eigen::Vector3d camera_centre = T_other_camera.translation;
+  const Eigen::Vector3d way = T_other_camera * far_end - camera_centre;
+  const double nearest = std::clamp(-camera_centre.dot(way) / way.squaredNorm(), 0.0, 1.0);
+  return (camera_centre + nearest * way).norm() <= reach;
+}
+
+// Returns the edges just outside of which the solid blocks the view of what lies at `depth`.
+EdgeFlags BlockedEdges(const Box2d& box, double depth, const Rigid3d& T_other_camera, const Camera& camera,
+                       const Superquadric& other) {
+  const double outward = 3.0 + 0.05 * std::max(box.width, box.height);
+  EdgeFlags blocked{};
+  for (int edge = 0; edge < 4; ++edge) {
+    int count = 0;
+    for (const double along : {0.25, 0.5, 0.75}) {
+      const double x = edge == 0   ? box.x - outward
+                       : edge == 2 ? box.x + box.width + outward
+                                   : box.x + along * box.width;
+      const double y = edge == 1   ? box.y - outward
+                       : edge == 3 ? box.y + box.height + outward
+                                   : box.y + along * box.height;
+      count += IsBlocked({x, y}, depth, T_other_camera, camera, other) ? 1 : 0;
+    }
+    blocked[static_cast<std::size_t>(edge)] = count >= 2;
+  }
+  return blocked;
+}
+
+}  // namespace
+
+void BoxEdges::Cut(const EdgeFlags& at_border) {
+  for (std::size_t edge = 0; edge < 4; ++edge) {
+    kinds[edge] = at_border[edge] ? EdgeKind::kCut : kinds[edge];
+  }
+}
+
+void BoxEdges::Hide(const EdgeFlags& hidden) {
+  for (std::size_t edge = 0; edge < 4; ++edge) {
+    kinds[edge] = hidden[edge] && kinds[edge] == EdgeKind::kFree ? EdgeKind::kHidden : kinds[edge];
+  }
+}
+
+EdgeFlags BoxEdges::Free() const {
+  EdgeFlags free{};
+  std::ranges::transform(kinds, free.begin(), [](EdgeKind kind) { return kind == EdgeKind::kFree; });
+  return free;
+}
+
+bool BoxEdges::AnyCut() const { return std::ranges::find(kinds, EdgeKind::kCut) != kinds.end(); }
+
+bool IsWhole(const EdgeFlags& edge_free) { return std::ranges::all_of(edge_free, std::identity()); }
+
+EdgeFlags CutEdges(const Box2d& box, const Camera& camera, const DetectionFilterOptions& options) {
+  const double x_margin = options.border_margin + options.border_share * box.width;
+  const double y_margin = options.border_margin + options.border_share * box.height;
+  return {box.x <= x_margin, box.y <= y_margin, box.x + box.width >= camera.width - 1.0 - x_margin,
+          box.y + box.height >= camera.height - 1.0 - y_margin};
+}
+
+BoxEdges EdgesOf(const BoxView& view, const Camera& camera, const DetectionFilterOptions& options) {
+  const EdgeFlags at_border = CutEdges(view.box, camera, options);
+  BoxEdges edges;
+  for (std::size_t edge = 0; edge < 4; ++edge) {
+    edges.kinds[edge] = view.edge_free[edge] ? EdgeKind::kFree
+                        : at_border[edge]    ? EdgeKind::kCut
+                                             : EdgeKind::kHidden;
+  }
+  return edges;
+}
+
+std::vector<EdgeFlags> EdgesHiddenByBoxes(std::span<const BoxAtDepth> boxes) {
+  constexpr double kHidden = 0.25;
+  std::vector<std::size_t> from_left(boxes.size());
+  std::iota(from_left.begin(), from_left.end(), std::size_t{0});
+  std::ranges::sort(from_left, {}, [&](std::size_t i) { return boxes[i].box.x; });
+  std::vector<EdgeFlags> hidden(boxes.size());
+  for (std::size_t one = 0; one < boxes.size(); ++one) {
+    const Box2d& box = boxes[one].box;
+    for (const std::size_t i : from_left) {
+      const Box2d& other = boxes[i].box;
+      if (other.x > box.x + box.width + kTouching) {
+        break;
+      }
+      if (i == one || !Touches(box, other) || !ReachesNearer(boxes[i], boxes[one])) {
+        continue;
+      }
+      for (int edge = 0; edge < 4; ++edge) {
+        // If it also covers the opposite edge, it is rather what this object stands on: a table under a cup.
+        const bool covered = CoveredShare(box, edge, other) > kHidden;
+        const bool through = CoveredShare(box, (edge + 2) % 4, other) > kHidden;
+        hidden[one][edge] = hidden[one][edge] || (covered && !through);
+      }
+    }
+  }
+  return hidden;
+}
+
+bool MayOcclude(const PosedSuperquadric& other, const PosedSuperquadric& object,
+                std::span<const std::pair<std::int64_t, Eigen::Vector3d>> points, bool on_floor) {
+  constexpr double kMuchLarger = 4.0;  // volumes
+  // Every superquadric fills between 1/6 (the octahedron) and all of its bounding box, which usually decides.
+  const double other_box = other.shape.half_size.prod();
+  const double object_box = object.shape.half_size.prod();
+  if (other_box < kMuchLarger / 6.0 * object_box ||
+      other.shape.Volume() < kMuchLarger * object.shape.Volume()) {
+    return false;
+  }
+  if (on_floor) {
+    return true;
+  }
+  const double bottom =
+      std::max(object.T_map_object.translation.z() - object.shape.half_size.z(), LowestSeen(points));
+  Eigen::Vector3d p_other = other.T_map_object.Inverse() * object.T_map_object.translation;
+  p_other.z() = 0.0;
+  return other.shape.RadialScale(p_other) > 1.0 || bottom < other.T_map_object.translation.z();
+}
+
+EdgeFlags EdgesHiddenBy(const PosedSuperquadric& other, const PosedSuperquadric& object, const Box2d& box,
+                        const Rigid3d& T_map_camera, const Camera& camera) {
+  const double depth = (T_map_camera.Inverse() * object.T_map_object.translation).z();
+  const Box2d undistorted = UndistortBox(box, camera);
+  const Eigen::Vector3d far_end = depth * camera.Unproject(undistorted.Center());
+  const Rigid3d T_other_camera = other.T_map_object.Inverse() * T_map_camera;
+  if (depth <= 0.0 || !IsNearSight(other.shape, T_other_camera, far_end, undistorted, camera)) {
+    return {};
+  }
+  const EdgeFlags blocked = BlockedEdges(undistorted, depth, T_other_camera, camera, other.shape);
+  EdgeFlags hidden{};
+  for (std::size_t edge = 0; edge < 4; ++edge) {
+    hidden[edge] = blocked[edge] && !blocked[(edge + 2) % 4];
+  }
+  const double bottom = other.T_map_object.translation.z() - other.shape.half_size.z();
+  if (bottom < (T_map_camera * far_end).z()) {
+    hidden[kTopEdge] = false;
+  }
+  return hidden;
+}
+
+void MarkHiddenEdges(const PosedSuperquadric& object, std::span<const PosedSuperquadric> occluders,
+                     const Camera& camera, std::vector<BoxView>& views) {
+  for (BoxView& view : views) {
+    for (const PosedSuperquadric& other : occluders) {
+      const EdgeFlags hidden = EdgesHiddenBy(other, object, view.box, view.T_map_camera, camera);
+      for (std::size_t edge = 0; edge < 4; ++edge) {
+        view.edge_free[edge] = view.edge_free[edge] && !hidden[edge];
+      }
+    }
+  }
+}
+
+const PosedSuperquadric* OccluderOfBottom(const Landmark& landmark, bool on_floor,
+                                          std::span<const PosedSuperquadric> others,
+                                          const std::vector<BoxView>& views, const Camera& camera) {
+  const PosedSuperquadric* occluder = nullptr;
+  auto most = static_cast<std::ptrdiff_t>(views.size() / 2);
+  for (const PosedSuperquadric& other : others) {
+    if (!MayOcclude(other, landmark.visible, landmark.points, on_floor)) {  // the visible part is new
+      continue;
+    }
+    const auto hidden = std::ranges::count_if(views, [&](const BoxView& view) {
+      return EdgesHiddenBy(other, landmark.visible, view.box, view.T_map_camera, camera)[kBottomEdge];
+    });
+    if (hidden > most) {
+      most = hidden;
+      occluder = &other;
+    }
+  }
+  return occluder;
+}
+
+bool IsBottomSeen(const std::vector<BoxView>& views) {
+  constexpr double kMostlyHidden = 0.33;
+  const auto free =
+      std::ranges::count_if(views, [](const BoxView& view) { return view.edge_free[kBottomEdge]; });
+  return static_cast<double>(free) >= kMostlyHidden * static_cast<double>(views.size());
+}
+
+EdgeFlags ExactEdges(const BoxView& view, bool bottom_seen) {
+  EdgeFlags exact = view.edge_free;
+  exact[kBottomEdge] = exact[kBottomEdge] && bottom_seen;
+  return exact;
+}
+
+}  // namespace sqslam

@@ -1,0 +1,98 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "slam/geometry/box2.h"
+#include "slam/geometry/camera.h"
+#include "slam/geometry/rigid3.h"
+#include "slam/geometry/superquadric.h"
+#include "slam/objects/landmark.h"
+#include "slam/objects/object_options.h"
+
+// Which edges of an object's box are its silhouette, and what ends the box at the others.
+//
+// An edge is cut if it lies at the image border, and else hidden if an occluder is beside it: the box of
+// another detection, or a mapped object in front. Detections are judged when they are seen. The views of a
+// landmark are judged again at each estimation, as an occluder may not have been mapped at first.
+namespace sqslam {
+
+// One flag for each edge of a box, see BoxEdge.
+using EdgeFlags = std::array<bool, 4>;
+
+// What ends a box at an edge.
+enum class EdgeKind {
+  kFree,    // the object ends there
+  kCut,     // the image ends there
+  kHidden,  // another object hides the end
+};
+
+// The kinds of a box's edges, at first all free.
+struct BoxEdges {
+  std::array<EdgeKind, 4> kinds{};
+
+  void Cut(const EdgeFlags& at_border);
+  void Hide(const EdgeFlags& hidden);  // edges that are cut stay so
+  EdgeFlags Free() const;
+  bool AnyCut() const;
+};
+
+// Returns true if the box shows the whole object.
+bool IsWhole(const EdgeFlags& edge_free);
+
+// Returns the edges of a box (distorted px) that the image border cuts off. Detectors end such a box short of
+// the border, by a share of its size.
+EdgeFlags CutEdges(const Box2d& box, const Camera& camera, const DetectionFilterOptions& options);
+
+// Returns the kinds of the edges of a landmark's view, which keeps only whether they are free.
+BoxEdges EdgesOf(const BoxView& view, const Camera& camera, const DetectionFilterOptions& options);
+
+// A box of a frame (distorted px) with the depths of the points in it, map units.
+struct BoxAtDepth {
+  Box2d box;
+  double median_depth = 0.0;  // 0: unknown
+  double near_depth = 0.0;    // the lower quartile
+};
+
+// Returns the edges of each box that nearer boxes of the same frame hide.
+std::vector<EdgeFlags> EdgesHiddenByBoxes(std::span<const BoxAtDepth> boxes);
+
+// True if `other` may hide a part of `object`: it is much larger, so the error of its position matters less,
+// and the object does not stand on it: it stands on the floor by its class (`on_floor`), is beside it, or
+// reaches below its middle. `points`: the object's inliers. They tell how far down it was seen, which its own
+// estimate does not: a cushion on a couch that was once fitted down to the floor would seem hidden by the
+// couch and stay there.
+bool MayOcclude(const PosedSuperquadric& other, const PosedSuperquadric& object,
+                std::span<const std::pair<std::int64_t, Eigen::Vector3d>> points, bool on_floor = false);
+
+// Returns the edges of the object's box (distorted px) that arise because `other` hides the object: just
+// outside the edge the line of sight meets `other` first, but not outside the opposite edge. Only an object
+// that hangs above the middle of the box can hide just its top edge: if a standing object seems to, the two
+// estimates overlap.
+EdgeFlags EdgesHiddenBy(const PosedSuperquadric& other, const PosedSuperquadric& object, const Box2d& box,
+                        const Rigid3d& T_map_camera, const Camera& camera);
+
+// Marks the edges of an object's views as not free that any of the occluders hides.
+void MarkHiddenEdges(const PosedSuperquadric& object, std::span<const PosedSuperquadric> occluders,
+                     const Camera& camera, std::vector<BoxView>& views);
+
+// Returns the one of the other objects that hides the lower edge in the most views of the landmark's visible
+// part; null if none hides it in half of them.
+const PosedSuperquadric* OccluderOfBottom(const Landmark& landmark, bool on_floor,
+                                          std::span<const PosedSuperquadric> others,
+                                          const std::vector<BoxView>& views, const Camera& camera);
+
+// True if the lower box edges show where the object ends. If they are hidden in most views, the other views
+// probably missed the occluder.
+bool IsBottomSeen(const std::vector<BoxView>& views);
+
+// Returns the edges at which the object ends: the free ones, without the lower one if the views of the object
+// do not show its bottom.
+EdgeFlags ExactEdges(const BoxView& view, bool bottom_seen);
+
+}  // namespace sqslam

@@ -1,0 +1,111 @@
+#include "slam/objects/visibility.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "slam/objects/landmark_geometry.h"
+#include "table_scene.h"
+#include "test_camera.h"
+
+namespace sqslam {
+namespace {
+
+using testing::Box;
+using ::testing::ElementsAre;
+using testing::kTableTop;
+using testing::Pose;
+using testing::Table;
+using testing::TestCamera;
+
+EdgeFlags HiddenBy(const PosedSuperquadric& other, const PosedSuperquadric& seen) {
+  const Box2d box = *ProjectToBox(seen, Pose(), TestCamera());
+  return EdgesHiddenBy(other, seen, box, Pose(), TestCamera());
+}
+
+EdgeFlags HiddenByTheTable(const PosedSuperquadric& seen) { return HiddenBy(Table(), seen); }
+
+TEST(EdgesHiddenBy, HidesLegsOfAChairBehindATable) {
+  EXPECT_THAT(HiddenByTheTable(Box({0.1, 2.8, 0.75}, {0.2, 0.05, 0.15})),
+              ElementsAre(false, false, false, true));
+}
+
+TEST(EdgesHiddenBy, HidesNothingBesideOrInFront) {
+  EXPECT_THAT(HiddenByTheTable(Box({1.6, 2.8, 0.75}, {0.2, 0.05, 0.15})),
+              ElementsAre(false, false, false, false));
+  EXPECT_THAT(HiddenByTheTable(Box({0.0, 1.2, 0.5}, {0.1, 0.05, 0.15})),
+              ElementsAre(false, false, false, false));
+}
+
+TEST(EdgesHiddenBy, HidesBehindTheHullOfAChairNotBesideIt) {
+  const PosedSuperquadric cup = Box({0.06, 1.95, 0.75}, {0.04, 0.04, 0.05});
+  const Eigen::Vector3d half_size(0.23, 0.26, 0.45);
+  EXPECT_THAT(HiddenBy(Box({-0.22, 1.96, 0.45}, half_size), cup), ElementsAre(false, false, false, false));
+  EXPECT_THAT(HiddenBy(Box({-0.22, 1.3, 0.45}, half_size), cup), ElementsAre(true, false, false, false));
+}
+
+TEST(EdgesHiddenBy, HidesNothingAtTheRimOfATableEstimatedTooHigh) {
+  // A cup that stands 2 cm deep in the table, a hand's breadth before the far rim.
+  const PosedSuperquadric cup = Box({0.1, 2.42, kTableTop + 0.03}, {0.04, 0.04, 0.05});
+  EXPECT_THAT(HiddenByTheTable(cup), ElementsAre(false, false, false, false));
+}
+
+TEST(EdgesHiddenBy, HidesNoTopAloneByObjectsOnTheFloor) {
+  const PosedSuperquadric chair = Box({0.1, 2.8, 0.7}, {0.22, 0.2, 0.18});
+  const Eigen::Vector3d half_size(0.6, 0.6, 0.5);  // far too large, and where the chair is
+  EXPECT_FALSE(HiddenBy(Box({-0.1, 2.6, 0.5}, half_size), chair)[kTopEdge]);
+  EXPECT_TRUE(HiddenBy(Box({0.1, 1.8, 1.1}, {0.5, 0.1, 0.22}), chair)[kTopEdge]) << "a lamp does";
+}
+
+TEST(MayOcclude, ExcludesTableForObjectsSunkIntoItsTop) {
+  EXPECT_FALSE(MayOcclude(Table(), Box({0.1, 2.2, kTableTop - 0.05}, {0.04, 0.04, 0.05}), {}));
+}
+
+// Its points are those above the seat, whatever the last fit.
+TEST(MayOcclude, ExcludesCouchForCushionFittedDownToTheFloor) {
+  const PosedSuperquadric couch = Box({0.0, 2.0, 0.42}, {0.9, 0.45, 0.42});
+  const PosedSuperquadric cushion = Box({0.1, 2.0, 0.4}, {0.2, 0.1, 0.4});
+  std::vector<std::pair<std::int64_t, Eigen::Vector3d>> points;
+  for (int i = 0; i < 20; ++i) {
+    points.emplace_back(i, Eigen::Vector3d(0.02 * i - 0.1, 1.9, i == 0 ? 0.1 : 0.45 + 0.015 * i));
+  }
+  EXPECT_TRUE(MayOcclude(couch, cushion, {}));
+  EXPECT_FALSE(MayOcclude(couch, cushion, points));
+}
+
+TEST(MayOcclude, IncludesTableForChairButNotForCupOnIt) {
+  EXPECT_TRUE(MayOcclude(Table(), Box({0.1, 2.8, 0.75}, {0.2, 0.05, 0.15}), {}));
+  EXPECT_TRUE(MayOcclude(Table(), Box({0.1, 2.4, 0.5}, {0.2, 0.05, 0.3}), {}));  // pushed under it
+  EXPECT_FALSE(MayOcclude(Table(), Box({0.1, 2.2, kTableTop + 0.05}, {0.04, 0.04, 0.05}), {}));
+  EXPECT_FALSE(MayOcclude(Box({0.0, 0.0, 0.0}, {0.1, 0.1, 0.1}), Table(), {}));
+}
+
+// The back of a chair that is seen over a table's rim hovers above the table as a cup does.
+TEST(MayOcclude, IncludesTableForClassesOnTheFloor) {
+  const PosedSuperquadric back = Box({0.1, 2.4, kTableTop + 0.15}, {0.2, 0.05, 0.12});
+  EXPECT_FALSE(MayOcclude(Table(), back, {}));
+  EXPECT_TRUE(MayOcclude(Table(), back, {}, true));
+  EXPECT_FALSE(MayOcclude(Box({0.0, 0.0, 0.0}, {0.1, 0.1, 0.1}), Table(), {}, true));
+}
+
+TEST(BoxEdges, KeepsEdgesCutWhenAlsoHidden) {
+  BoxEdges edges;
+  edges.Cut({true, false, false, false});
+  edges.Hide({true, true, false, false});
+  EXPECT_THAT(edges.kinds, ElementsAre(EdgeKind::kCut, EdgeKind::kHidden, EdgeKind::kFree, EdgeKind::kFree));
+  EXPECT_THAT(edges.Free(), ElementsAre(false, false, true, true));
+  EXPECT_TRUE(edges.AnyCut());
+}
+
+TEST(IsBottomSeen, NeedsAThirdOfTheViews) {
+  std::vector<BoxView> views(9);
+  for (BoxView& view : views) {
+    view.edge_free = {true, true, true, false};
+  }
+  views[0].edge_free[3] = views[1].edge_free[3] = true;
+  EXPECT_FALSE(IsBottomSeen(views));
+  views[2].edge_free[3] = true;
+  EXPECT_TRUE(IsBottomSeen(views));
+}
+
+}  // namespace
+}  // namespace sqslam
