@@ -116,21 +116,14 @@ double GeometricGain(const BoxCandidate& box, const KnownLandmark& landmark, con
 
 }  // namespace
 
-AssociationRules RulesOf(const ObjectOptions& options) {
-  const AssociationMethod method = options.association.method;
-  if (options.method != ObjectMethod::kPaper || method != AssociationMethod::kFull) {
-    return {.parts = PartsOf(method)};
-  }
-  return {.parts = {.predicted_box = true, .points = true, .one_sample = true, .merge_by_test = true},
-          .one_sample = OneSampleTest::kOfMean,
-          .least_spread = 1e-6,
-          .still = true,
-          .points_later = false};
+AssociationRules RulesOf(const AssociationOptions& options) {
+  return options.rules.value_or(AssociationRules{.parts = PartsOf(options.method)});
 }
 
 std::vector<int> Associate(const std::vector<BoxCandidate>& boxes,
                            const std::vector<const KnownLandmark*>& landmarks,
-                           const AssociationOptions& options, const AssociationRules& rules) {
+                           const AssociationOptions& options) {
+  const AssociationRules rules = RulesOf(options);
   const auto rows = static_cast<Eigen::Index>(boxes.size());
   const auto columns = static_cast<Eigen::Index>(landmarks.size());
   Eigen::MatrixXd gain(rows, columns);

@@ -11,7 +11,6 @@
 #include "slam/objects/landmark.h"
 #include "slam/objects/object_options.h"
 #include "slam/objects/object_types.h"
-#include "slam/objects/statistical_tests.h"
 
 namespace sqslam {
 
@@ -40,18 +39,8 @@ struct KnownLandmark {
   void Absorb(KnownLandmark&& other);  // merges a duplicate of this object
 };
 
-// Variants of the association steps, chosen by the association method and the object method.
-struct AssociationRules {
-  AssociationParts parts;
-  OneSampleTest one_sample = OneSampleTest::kOfSingle;
-  double least_spread = 0.1;  // least standard deviation of centroids, in units of the largest half size
-  bool still = false;         // compares boxes with the last box instead of the predicted one
-  bool points_later = true;   // shared points also count after a gap
-};
-
-// Returns the rules of objects.association.method; for `objects.method: paper` with the full association,
-// those of the paper.
-AssociationRules RulesOf(const ObjectOptions& options);
+// Returns options.rules, or else those of the method.
+AssociationRules RulesOf(const AssociationOptions& options);
 
 // Assigns boxes to landmarks (section "Data Association"): returns for each box the index into `landmarks`,
 // or -1; each landmark gets at most one box. The first step associates between consecutive frames (overlap
@@ -59,6 +48,6 @@ AssociationRules RulesOf(const ObjectOptions& options);
 // projected landmark). Each is an optimal assignment, independent of the order of the boxes.
 std::vector<int> Associate(const std::vector<BoxCandidate>& boxes,
                            const std::vector<const KnownLandmark*>& landmarks,
-                           const AssociationOptions& options, const AssociationRules& rules);
+                           const AssociationOptions& options);
 
 }  // namespace sqslam

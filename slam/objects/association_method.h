@@ -3,6 +3,8 @@
 #include <array>
 #include <cstddef>
 
+#include "slam/objects/statistical_tests.h"
+
 namespace sqslam {
 
 // Tests that make up an association method.
@@ -72,5 +74,14 @@ constexpr auto EnumNames(AssociationMethod) {
 constexpr AssociationParts PartsOf(AssociationMethod method) {
   return kAssociations[static_cast<std::size_t>(method)].parts;
 }
+
+// Variants of the association steps.
+struct AssociationRules {
+  AssociationParts parts;
+  OneSampleTest one_sample = OneSampleTest::kOfSingle;
+  double least_spread = 0.1;  // least standard deviation of centroids, in units of the largest half size
+  bool still = false;         // compares boxes with the last box instead of the predicted one
+  bool points_later = true;   // shared points also count after a gap
+};
 
 }  // namespace sqslam

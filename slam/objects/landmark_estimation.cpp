@@ -126,7 +126,7 @@ void JudgeReliability(Landmark& landmark, const std::vector<BoxView>& used,
   evidence.observations = landmark.Evidence();
   evidence.holds_larger = context.surroundings.holds_larger;
   evidence.held_out_agreement = BoxAgreement(landmark.visible, held_out, context.camera);
-  if (context.options->method == ObjectMethod::kRefined) {
+  if (context.options->refinement.enabled) {
     evidence.log_size_sigma = landmark.refined ? LogSizeSigma(shape, landmark.covariance) : kUnknownSigma;
     evidence.class_surprise =
         ClassSurprise(shape, context.classes->Of(landmark.labels.Best()), context.scale);
@@ -181,7 +181,7 @@ bool RejectMoving(const StandingFit& fit, const EstimationContext& context, Land
 void EstimateFromBoxes(Landmark& landmark, const std::vector<BoxView>& views,
                        const EstimationContext& context) {
   constexpr double kKnownSize = 0.2;  // standard deviation of the logarithm
-  if (context.options->method == ObjectMethod::kRefined && context.upright && views.size() >= kMinViews) {
+  if (context.options->refinement.enabled && context.upright && views.size() >= kMinViews) {
     const std::optional<StandingFit> fit =
         RefineLandmark(landmark, views, IsThoroughNow(landmark, context), context);
     if (fit && RejectMoving(*fit, context, landmark)) {
@@ -318,7 +318,7 @@ void EstimateLandmark(Landmark& landmark, const EstimationContext& context) {
   const std::optional<YawEstimate> yaw =
       context.upright ? PaperYaw(landmark, points, context) : std::optional<YawEstimate>();
   const double paper_yaw = yaw ? yaw->yaw : 0.0;
-  if (options.method == ObjectMethod::kRefined && context.upright && views.size() >= kMinViews) {
+  if (options.refinement.enabled && context.upright && views.size() >= kMinViews) {
     const StandingFit refined = *RefineLandmark(landmark, views, IsThoroughNow(landmark, context), context);
     if (RejectMoving(refined, context, landmark)) {
       return;
@@ -333,10 +333,8 @@ void EstimateLandmark(Landmark& landmark, const EstimationContext& context) {
   }
   landmark.support.reset();
   // The shape of a young object is left to its first refinement.
-  const bool with_shape = options.method == ObjectMethod::kPaper || views.size() >= kMinViews;
-  landmark.superquadric = SuperquadricAtYaw(
-      points, paper_yaw, options.size_shape, with_shape,
-      options.method == ObjectMethod::kPaper ? CloudCentre::kCentroid : CloudCentre::kMiddle);
+  const bool with_shape = !options.refinement.enabled || views.size() >= kMinViews;
+  landmark.superquadric = SuperquadricAtYaw(points, paper_yaw, options.size_shape, with_shape);
   landmark.visible = landmark.superquadric;
   landmark.covariance.setZero();
   landmark.box_agreement = BoxAgreement(landmark.superquadric, views, context.camera);

@@ -46,15 +46,14 @@ VotedPositions ResolveVotes(Landmark& landmark, const PointLookup& lookup) {
 }
 
 // Returns the points that the votes take for the landmark's.
-NamedPoints ResolvePoints(Landmark& landmark, const PointLookup& lookup, const ObjectOptions& all) {
-  const OutlierOptions& options = all.outliers;
+NamedPoints ResolvePoints(Landmark& landmark, const PointLookup& lookup, const OutlierOptions& options) {
   const VotedPositions positions = ResolveVotes(landmark, lookup);
   const int min_votes = landmark.views.size() >= 5 ? options.min_votes : 1;
   NamedPoints points;
   for (const auto& [id, p] : positions) {
     const Landmark::PointVotes& vote = landmark.votes.at(id);
     const double share = static_cast<double>(vote.inside) / std::max(1, vote.inside + vote.outside);
-    const bool inside = all.method == ObjectMethod::kPaper && options.reprojection != ReprojectionVotes::kNone
+    const bool inside = options.newest_box_decides && options.reprojection != ReprojectionVotes::kNone
                             ? vote.newest_inside
                             : vote.inside >= min_votes && share >= options.min_inside_share;
     if (inside) {
@@ -160,8 +159,8 @@ void ForgetGonePoints(Landmark& landmark, const PointLookup& lookup) {
 NamedPoints RemoveOutliers(Landmark& landmark, const std::vector<BoxView>& views,
                            const EstimationContext& context) {
   const ObjectOptions& options = *context.options;
-  NamedPoints points = ResolvePoints(landmark, *context.points, options);
-  const bool refined = options.method == ObjectMethod::kRefined;
+  NamedPoints points = ResolvePoints(landmark, *context.points, options.outliers);
+  const bool refined = options.refinement.enabled;
   if (refined && options.outliers.reprojection != ReprojectionVotes::kNone) {
     points = Keep(points, InsideBoxes(points, views, context));
   }

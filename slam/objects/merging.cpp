@@ -203,7 +203,7 @@ bool IsBetterExplainedByAnother(const Landmark& a, const Landmark& b,
 
 bool AreDuplicates(const Landmark& a, const Landmark& b, const ObjectOptions& all, const Camera& camera) {
   constexpr double kPart = 0.75;  // of the smaller volume
-  const AssociationRules rules = RulesOf(all);
+  const AssociationRules rules = RulesOf(all.association);
   const AssociationParts& parts = rules.parts;
   const MergingOptions& options = all.merging;
   const bool same_label = a.labels.Best() == b.labels.Best();
@@ -216,7 +216,7 @@ bool AreDuplicates(const Landmark& a, const Landmark& b, const ObjectOptions& al
            AreSamePopulation(a.centroids, b.centroids, options.alpha,
                              rules.least_spread * std::min(size_a, size_b));
   };
-  if (all.method == ObjectMethod::kPaper) {
+  if (options.by_test_alone) {
     return passes_t_test();
   }
   // A detector boxes one thing apart under one label now and then, but hardly ever under two at once.

@@ -13,7 +13,7 @@ namespace sqslam {
 // frames, and either the two-sample t-test on their centroid histories accepts (same label), or their
 // superquadrics overlap enough (less if they never appear in one image), or the boxes of the rarer one show
 // parts of the other (same label). The association method selects the tests (see AssociationParts);
-// `objects.method: paper` has the t-test alone.
+// MergingOptions::by_test_alone leaves the t-test alone.
 bool AreDuplicates(const Landmark& a, const Landmark& b, const ObjectOptions& all, const Camera& camera);
 
 // True if two landmarks fill the same space, once both are refined from all their boxes. Two things cannot,

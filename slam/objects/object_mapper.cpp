@@ -171,7 +171,7 @@ struct ObjectMapper::Impl {
   std::optional<std::pair<int, int>> MergeOnePair(bool all_refined) {
     for (auto a = landmarks.begin(); a != landmarks.end(); ++a) {
       for (auto b = std::next(a); b != landmarks.end(); ++b) {
-        const bool refined = options.method == ObjectMethod::kRefined;
+        const bool refined = options.refinement.enabled;
         if ((AreDuplicates(a->second, b->second, options, *last_camera) &&
              !(refined && IsBetterExplainedByAnother(a->second, b->second, landmarks, *last_camera))) ||
             (all_refined && refined && OccupySamePlace(a->second, b->second, *last_camera))) {
@@ -248,10 +248,10 @@ struct ObjectMapper::Impl {
     if (options.representation != Representation::kSuperquadric) {
       const bool round = options.representation == Representation::kEllipsoid;
       const SolidKind kind = round ? SolidKind::kEllipsoid : SolidKind::kCuboid;
-      if (options.method != ObjectMethod::kPaper) {
+      if (!options.keep_size) {
         return NearestOfKind(kind, solid);
       }
-      SetExponents(kind, solid.shape.e1, solid.shape.e2);  // "both of which have the same pose and size"
+      SetExponents(kind, solid.shape.e1, solid.shape.e2);
     }
     return solid;
   }
@@ -352,7 +352,7 @@ bool ObjectMapper::Correct(int id, const PosedSuperquadric& superquadric, const 
   const std::vector<BoxView> views = SpreadViews(landmark.views, impl_->options.refinement.max_views);
   const double before = BoxAgreement(landmark.superquadric, views, camera);
   const double agreement = BoxAgreement(superquadric, views, camera);
-  if (impl_->options.method == ObjectMethod::kRefined && agreement < before - kMayLose) {
+  if (impl_->options.refinement.enabled && agreement < before - kMayLose) {
     return false;
   }
   landmark.superquadric = superquadric;

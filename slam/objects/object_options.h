@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -44,6 +45,9 @@ struct AssociationOptions {
   double projected_iou_alone = 0.5;     // IoU of box and projected landmark that suffices alone
   double max_centroid_distance = 0.75;  // centroid to landmark, in units of the landmark's largest half size
   int min_points = 5;                   // points a box needs to start a landmark
+  bool start_without_points = true;     // or it is whole and away from all known landmarks
+  bool discount_parts = true;           // boxes of parts start no landmark, cut ones give no centroid
+  std::optional<AssociationRules> rules;  // instead of those of the method
 
   void VisitFields(auto&& visit) {
     visit("method", method);
@@ -81,6 +85,9 @@ struct OutlierOptions {
   ReprojectionVotes reprojection = ReprojectionVotes::kObserved;
   double box_margin = 0.05;  // boxes are grown by this share of their size for the vote
   int min_votes = 2;         // frames in which a point must have been seen in the object's box
+  // A point outside one of the object's boxes, also beyond an edge that is not free, is removed until the
+  // next box that holds it. False: the shares and votes decide.
+  bool newest_box_decides = false;
   IsolationForestOptions isolation_forest;
 
   void VisitFields(auto&& visit) {
@@ -90,8 +97,15 @@ struct OutlierOptions {
   }
 };
 
+// Fit of the yaw to the lines of a frame. kRobust: lines weigh by their length, with a robust loss, and the
+// axes are projected at each line's midpoint, which avoids a perspective error for lines away from the
+// object's centre. kLeastSquares: equal weights, least squares of the angles (Eq. 7), the start with the most
+// matches, and axes projected at the centroid of the points.
+enum class LineFit { kRobust, kLeastSquares };
+
 // Yaw from line segments and from the point cloud (section "Pose Estimation").
 struct YawOptions {
+  LineFit fit = LineFit::kRobust;
   int line_interval = 5;            // an object's lines are extracted in every n-th frame at most; 0: never
   int line_pixels = 15000;          // area of boxes searched for lines, per frame on average; 0: no limit
   int line_views = 20;              // frames with lines that an object gets without waiting its turn
@@ -113,8 +127,12 @@ struct YawOptions {
   }
 };
 
+// Centre of a cloud: the middle of its extent, or the mean of its points.
+enum class CloudCentre { kMiddle, kCentroid };
+
 // Half sizes from the point cloud, and the shape exponents (section "Size And Shape").
 struct SizeShapeOptions {
+  CloudCentre centre = CloudCentre::kMiddle;
   double thinnest_share = 0.02;  // lower bound on half sizes, share of the largest one
   double grid_step = 0.2;        // start values of the exponents: 0.1, 0.1 + step, ... 1.9 on both axes
   double huber = 0.1;            // width of the robust loss, share of the mean half size
@@ -127,6 +145,7 @@ struct SizeShapeOptions {
 
 // Joint refinement of centre, half sizes, yaw and shape against points and box edges (method "refined").
 struct RefinementOptions {
+  bool enabled = true;             // false: the cloud alone, without supports, classes and other objects
   int max_views = 30;              // views whose box edges are used, spread over the viewing directions
   double edge_sigma_px = 1.5;      // standard deviation of a box edge, px, to which edge_sigma_share is added
   double edge_sigma_share = 0.03;  // share of the box size
@@ -161,6 +180,7 @@ struct RefinementOptions {
 
 // Merging of duplicate landmarks (section "Data Association", end).
 struct MergingOptions {
+  bool by_test_alone = false;        // by the two-sample t-test and nothing else
   double alpha = 0.001;              // significance level of the two-sample t-test
   int min_samples = 4;               // centroids that both need for the test
   double overlap = 0.4;              // shared volume over the smaller volume: same label
@@ -215,6 +235,7 @@ struct ObjectOptions {
   double min_reliability = 0.3;          // needed to show an object; those below 0.4 are shown as uncertain
   int forget_after = 300;  // frames without a box after which an object that was never good is deleted
   int max_estimates = 2;   // most outdated objects re-estimated at a keyframe; 0: no limit
+  bool keep_size = false;  // of the superquadric, in ellipsoids and cuboids; else they overlap it most
   DetectionFilterOptions detections;
   AssociationOptions association;
   OutlierOptions outliers;

@@ -33,8 +33,7 @@ bool ArePartAndWhole(const Box2d& a, const Box2d& b) {
 
 struct ObjectTracker::Impl {
   ObjectOptions options;
-  AssociationRules rules;
-  AssociationParts parts;  // of the rules
+  AssociationParts parts;
   int next_id = 0;
   std::map<int, KnownLandmark> tracks;  // by landmark id
   std::int64_t view_version = -1;
@@ -129,7 +128,7 @@ struct ObjectTracker::Impl {
       return false;  // the frame's pose is uncertain
     }
     const bool bare = static_cast<int>(box.point_ids.size()) < options.association.min_points;
-    if ((bare && (options.method == ObjectMethod::kPaper || box.edges.AnyCut() || IsExpected(b))) ||
+    if ((bare && (!options.association.start_without_points || box.edges.AnyCut() || IsExpected(b))) ||
         (box.edges.AnyCut() && ShareOfImage(b, frame.camera) < options.detections.max_cut_share)) {
       return false;
     }
@@ -137,8 +136,7 @@ struct ObjectTracker::Impl {
     for (std::size_t i = 0; i < boxes.size(); ++i) {
       const Detection& other = boxes[i].detection;
       const bool same_label = other.label == box.detection.label;
-      const bool is_part =
-          options.method != ObjectMethod::kPaper && same_label && ArePartAndWhole(other.box, b);
+      const bool is_part = options.association.discount_parts && same_label && ArePartAndWhole(other.box, b);
       if (ids[i] >= 0 && (is_part || IoU(other.box, b) > kSameThing)) {
         return false;
       }
@@ -154,7 +152,7 @@ struct ObjectTracker::Impl {
       known.push_back(&track);
       ids_of_known.push_back(id);
     }
-    std::vector<int> ids = Associate(boxes, known, options.association, rules);
+    std::vector<int> ids = Associate(boxes, known, options.association);
     for (int& id : ids) {
       id = id >= 0 ? ids_of_known[id] : -1;
     }
@@ -201,9 +199,9 @@ struct ObjectTracker::Impl {
     }
   }
 
-  // The centroid of a part of the object is no measurement of the whole; the paper uses it all the same.
+  // The centroid of a part of the object is no measurement of the whole.
   std::optional<Eigen::Vector3d> Centroid(const BoxCandidate& box) const {
-    return box.edges.AnyCut() && options.method != ObjectMethod::kPaper ? std::nullopt : box.centroid;
+    return box.edges.AnyCut() && options.association.discount_parts ? std::nullopt : box.centroid;
   }
 
   std::vector<std::int64_t> PointsOutside(const KnownLandmark& track, const ObjectFrame& frame,
@@ -214,8 +212,10 @@ struct ObjectTracker::Impl {
     }
     const Rigid3d T_camera_map = frame.T_map_camera.Inverse();
     const double margin = options.outliers.box_margin * std::max(box.width, box.height);
-    const bool paper = options.method == ObjectMethod::kPaper;
-    const bool only_observed = !paper && options.outliers.reprojection == ReprojectionVotes::kObserved;
+    const bool only_observed = options.outliers.reprojection == ReprojectionVotes::kObserved;
+    // Beyond an edge that is not free the object may continue.
+    const EdgeFlags counts =
+        options.outliers.newest_box_decides ? EdgeFlags{true, true, true, true} : edge_free;
     for (const auto& [point, p_map] : track.view->points) {
       if (only_observed && !std::ranges::binary_search(observed, point)) {
         continue;
@@ -225,9 +225,7 @@ struct ObjectTracker::Impl {
         continue;
       }
       const Eigen::Vector2d pixel = frame.camera.ProjectDistorted(p);
-      // Beyond an edge that is not free the object may continue.
-      const bool beyond = paper ? !box.Contains(pixel) : IsBeyondEdge(box, edge_free, pixel, margin);
-      if (frame.camera.InImage(pixel) && beyond) {
+      if (frame.camera.InImage(pixel) && IsBeyondEdge(box, counts, pixel, margin)) {
         outside.push_back(point);
       }
     }
@@ -302,8 +300,7 @@ struct ObjectTracker::Impl {
 
 ObjectTracker::ObjectTracker(const ObjectOptions& options) : impl_(new Impl) {
   impl_->options = OptionsOfMethod(options);
-  impl_->rules = RulesOf(options);
-  impl_->parts = impl_->rules.parts;
+  impl_->parts = RulesOf(impl_->options.association).parts;
 }
 ObjectTracker::~ObjectTracker() = default;
 ObjectTracker::ObjectTracker(ObjectTracker&&) noexcept = default;
@@ -340,12 +337,10 @@ std::vector<ObjectObservation> ObjectTracker::Track(const ObjectFrame& frame, co
     observation.lines = std::move(lines[i]);
     if (view.upright && !observation.lines.empty()) {
       LineView line_view{frame.T_map_camera, observation.lines, {}};
-      const bool paper = impl.options.method == ObjectMethod::kPaper;
-      if (paper) {
+      if (yaw.fit == LineFit::kLeastSquares) {
         line_view.p_axes = boxes[i].centroid;
       }
-      observation.yaw =
-          YawFromLines({&line_view, 1}, frame.camera, yaw, paper ? LineFit::kPaper : LineFit::kRobust);
+      observation.yaw = YawFromLines({&line_view, 1}, frame.camera, yaw);
     }
     observations.push_back(std::move(observation));
   }

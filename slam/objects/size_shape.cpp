@@ -128,12 +128,12 @@ ShapeFit FitShape(std::span<const Eigen::Vector3d> p_object, const Eigen::Vector
 }
 
 PosedSuperquadric SuperquadricAtYaw(std::span<const Eigen::Vector3d> p_map, double yaw,
-                                    const SizeShapeOptions& options, bool with_shape, CloudCentre centre) {
+                                    const SizeShapeOptions& options, bool with_shape) {
   const Eigen::Quaterniond R_map_object(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()));
   std::vector<Eigen::Vector3d> turned = ToVector(
       p_map, [&](const Eigen::Vector3d& p) -> Eigen::Vector3d { return R_map_object.conjugate() * p; });
   Extents extents = EstimateExtents(turned, options);
-  if (centre == CloudCentre::kCentroid && !turned.empty()) {
+  if (options.centre == CloudCentre::kCentroid && !turned.empty()) {
     extents.centre =
         Eigen::Map<const Eigen::Matrix3Xd>(turned.front().data(), 3, static_cast<Eigen::Index>(turned.size()))
             .rowwise()

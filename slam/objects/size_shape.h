@@ -33,13 +33,9 @@ struct ShapeFit {
 ShapeFit FitShape(std::span<const Eigen::Vector3d> p_object, const Eigen::Vector3d& half_size,
                   const SizeShapeOptions& options);
 
-// Centre of a cloud: the middle of its extent, or the mean of its points (the paper).
-enum class CloudCentre { kMiddle, kCentroid };
-
 // Returns the superquadric of points in the map frame at a given yaw: half sizes from their extent, and the
 // exponents fitted if `with_shape` (otherwise an ellipsoid).
 PosedSuperquadric SuperquadricAtYaw(std::span<const Eigen::Vector3d> p_map, double yaw,
-                                    const SizeShapeOptions& options, bool with_shape = true,
-                                    CloudCentre centre = CloudCentre::kMiddle);
+                                    const SizeShapeOptions& options, bool with_shape = true);
 
 }  // namespace sqslam

@@ -51,7 +51,7 @@ std::vector<NormalisedLine> Normalise(std::span<const LineView> views, const Cam
       const Eigen::Vector2d direction = (b - a).normalized();
       const Eigen::Vector2d normal(direction.y(), -direction.x());
       const double to_vertical = image.col(2).dot(normal) / std::max(image.col(2).norm(), 1e-12);
-      const double weight = fit == LineFit::kPaper ? 1.0 : segment.Length();
+      const double weight = fit == LineFit::kLeastSquares ? 1.0 : segment.Length();
       lines.push_back({image.leftCols<2>(), normal, to_vertical, weight});
     }
   }
@@ -77,13 +77,13 @@ void MatchLines(const std::vector<NormalisedLine>& lines, double yaw, double max
     const double best = std::min(x, y);
     if (best < max_sine && best <= std::abs(lines[i].sine_to_vertical)) {
       matches.push_back({i, x <= y ? 0.0 : kPi / 2.0});
-      score += lines[i].weight * (fit == LineFit::kPaper ? 1.0 : 1.0 - 0.5 * best / max_sine);
+      score += lines[i].weight * (fit == LineFit::kLeastSquares ? 1.0 : 1.0 - 0.5 * best / max_sine);
     }
   }
 }
 
 // Residuals of the matched lines for ceres::TinySolver: half the sum of squares is the sum of Cauchy losses
-// of their sines, weighted by the lines' lengths; for the paper's fit the residuals are the angles.
+// of their sines, weighted by the lines' lengths; of kLeastSquares the residuals are the angles.
 struct YawProblem {
   using Scalar = double;
   enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = 1 };
@@ -103,7 +103,7 @@ struct YawProblem {
       const Eigen::Vector2d slope = line.image * Eigen::Vector2d(-axis.y(), axis.x());
       const double norm = std::sqrt(d.squaredNorm() + 1e-12);
       const double sine = d.dot(line.normal) / norm;
-      if (fit == LineFit::kPaper) {
+      if (fit == LineFit::kLeastSquares) {
         *residuals++ = std::asin(sine);
         if (jacobian != nullptr) {
           *jacobian++ = (slope.dot(line.normal) / norm - sine * d.dot(slope) / (norm * norm)) /
@@ -217,7 +217,8 @@ AxisOfLine NearestAxis(const LineSegment& line, const Rigid3d& T_map_camera, con
 }
 
 std::optional<YawEstimate> YawFromLines(std::span<const LineView> views, const Camera& camera,
-                                        const YawOptions& options, LineFit fit) {
+                                        const YawOptions& options) {
+  const LineFit fit = options.fit;
   const std::vector<NormalisedLine> lines = Normalise(views, camera, fit);
   if (static_cast<int>(lines.size()) < options.min_lines) {
     return std::nullopt;
@@ -246,7 +247,8 @@ std::optional<YawEstimate> YawFromLines(std::span<const LineView> views, const C
   }
   const double refined = RefineYaw(lines, best_matches, best_yaw, fit);
   const bool accepted = std::abs(refined - best_yaw) <= options.max_refinement_deg * kRadiansPerDegree;
-  const double quality = fit == LineFit::kPaper ? 1.0 : best_score / total;  // all frames alike (Eq. 9)
+  const double quality =
+      fit == LineFit::kLeastSquares ? 1.0 : best_score / total;  // all frames alike (Eq. 9)
   return YawEstimate{WrapQuarter(accepted ? refined : best_yaw), quality};
 }
 

@@ -25,10 +25,6 @@ struct LineView {
   static void VisitState(auto& self, auto&& visit) { visit(self.T_map_camera, self.lines, self.p_axes); }
 };
 
-// Weights of lines: by their length with a robust loss, or as in the paper: equal, least squares of the
-// angles (Eq. 7), and the start with the most matches.
-enum class LineFit { kRobust, kPaper };
-
 // Returns the angle between a line and the image of a map direction at the line's midpoint (which points to
 // the vanishing point of the direction), radians in [0, pi/2]; pi/2 for a line without length.
 double AngleToDirection(const LineSegment& line, const Rigid3d& T_map_camera, const Camera& camera,
@@ -49,7 +45,7 @@ AxisOfLine NearestAxis(const LineSegment& line, const Rigid3d& T_map_camera, con
 // perspective error for lines away from the object's centre. One view is the paper's estimate, many views
 // give the joint one. Empty if the lines match no horizontal axis.
 std::optional<YawEstimate> YawFromLines(std::span<const LineView> views, const Camera& camera,
-                                        const YawOptions& options, LineFit fit = LineFit::kRobust);
+                                        const YawOptions& options);
 
 // An angle about the map's z axis, modulo 90 degrees, supported by lines.
 struct YawMode {

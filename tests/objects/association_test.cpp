@@ -113,9 +113,7 @@ std::vector<int> AssociateAll(const std::vector<BoxCandidate>& boxes,
   for (const KnownLandmark& landmark : landmarks) {
     pointers.push_back(&landmark);
   }
-  ObjectOptions all;
-  all.association = options;
-  return Associate(boxes, pointers, options, RulesOf(all));
+  return Associate(boxes, pointers, options);
 }
 
 BoxCandidate Candidate(const std::string& label, double score, const Box2d& box,

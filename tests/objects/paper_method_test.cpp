@@ -85,7 +85,7 @@ TEST(PaperMethod, UsesRootOfNInTheOneSampleTest) {
   landmark.labels.Add("cup", 1.0);
   const auto joins = [&](const ObjectOptions& options, int history) {
     landmark.centroids = Centroids(0.0, history);
-    return Associate({box}, {&landmark}, options.association, RulesOf(options))[0] == 0;
+    return Associate({box}, {&landmark}, OptionsOfMethod(options).association)[0] == 0;
   };
   EXPECT_TRUE(joins(Paper(), 6));
   EXPECT_FALSE(joins(Paper(), 105));
@@ -107,12 +107,12 @@ TEST(PaperMethod, MergesByTheTwoSampleTestAlone) {
     a.views.push_back({frame, {}, {100.0, 100.0, 40.0, 40.0}, {}});
     b.views.push_back({frame, {}, {200.0, 100.0, 40.0, 40.0}, {}});
   }
-  EXPECT_TRUE(AreDuplicates(a, b, Paper(), Camera()));
+  EXPECT_TRUE(AreDuplicates(a, b, OptionsOfMethod(Paper()), Camera()));
   EXPECT_FALSE(AreDuplicates(a, b, ObjectOptions(), Camera()));
   b.centroids = Centroids(0.02, 40);
   a.views.resize(1);
   a.estimated = b.estimated = true;  // of one and the same volume
-  EXPECT_FALSE(AreDuplicates(a, b, Paper(), Camera()));
+  EXPECT_FALSE(AreDuplicates(a, b, OptionsOfMethod(Paper()), Camera()));
 }
 
 // Section "Reprojection": one box that a point falls outside removes it, the next that holds it takes it
@@ -145,8 +145,7 @@ TEST(PaperMethod, RejectsPointOutsideOneBox) {
 // extent.
 TEST(PaperMethod, UsesCentroidAsCentre) {
   const std::vector<Eigen::Vector3d> points = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {1, 1, 1}, {0.9, 0.9, 0.9}};
-  const PosedSuperquadric solid =
-      SuperquadricAtYaw(points, 0.0, SizeShapeOptions(), true, CloudCentre::kCentroid);
+  const PosedSuperquadric solid = SuperquadricAtYaw(points, 0.0, OptionsOfMethod(Paper()).size_shape);
   EXPECT_TRUE(solid.T_map_object.translation.isApprox(Eigen::Vector3d(0.78, 0.58, 0.38)));
   EXPECT_TRUE(solid.shape.half_size.isApprox(Eigen::Vector3d(0.5, 0.5, 0.5)));
 }
