@@ -102,9 +102,7 @@ void DrawPlanScale(FigureSheet& sheet, const PlotArea& plot, const PlanFigure& f
   for (const Eigen::Vector2d& end : {from, to}) {
     page.Line(end - Eigen::Vector2d(0.0, kTick), end + Eigen::Vector2d(0.0, kTick), stroke);
   }
-  page.Text(figure.metric ? fmt::format("{:g} m", bar)
-            : bar == 1.0  ? "1 map unit"
-                          : fmt::format("{:g} map units", bar),
+  page.Text(figure.metric ? fmt::format("{:g} m", bar) : PlanLength(bar, false),
             to + Eigen::Vector2d(5.0, 0.0), theme.small, theme.ink);
 }
 
@@ -276,9 +274,9 @@ FigureEntry PlanEntry() {
       .help = "Floor plan: objects and walls from above, with a scale",
       .details = R"(
 Objects are drawn as their exact outlines from above, uncertain ones dashed; the dashed grey line is the camera path.
-After sqslam densify, walls are drawn where the dense cloud is vertical over at least half of the scene's height, also
-tall cupboards; what an object hides stays open. Width and depth are those that the walls span. The plan is turned until the longest wall, or the path, runs across
-the page. Lengths are metres after sqslam scale, otherwise map units. --set dense_cloud.show=false omits the walls.
+After sqslam densify, walls are drawn where the dense cloud is vertical over at least half of the scene's height, which
+includes tall cupboards. Width and depth are those that the walls span. The plan is turned until the longest wall, or
+the path, runs across the page. Lengths are metres after sqslam scale, otherwise map units. --set dense_cloud.show=false omits the walls.
 
 Examples:
   sqslam figure plan out/kitchen -o plan.pdf

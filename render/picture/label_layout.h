@@ -10,7 +10,7 @@
 // Names beside the objects that they belong to.
 namespace sqslam {
 
-// What a picture shows of a solid.
+// The part of a solid that a picture shows.
 struct VisiblePart {
   cv::Rect bounds;   // of its visible pixels; empty: nothing of it is visible
   cv::Point anchor;  // the visible pixel farthest from its edge

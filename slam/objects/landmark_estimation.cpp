@@ -53,12 +53,12 @@ struct Span {
 
 // Returns the extent along a horizontal axis in which most of the object's points lie, within its own.
 Span SeenAlong(const Landmark& landmark, Eigen::Index axis) {
-  constexpr std::size_t kFew = 10;
+  constexpr std::size_t kMinPoints = 10;
   constexpr double kStray = 0.05;      // share of the points at either end
   constexpr double kThinnest = 0.005;  // of the size
   const auto& [shape, T_map_object] = landmark.superquadric;
   const double half = shape.half_size[axis];
-  if (landmark.points.size() < kFew) {
+  if (landmark.points.size() < kMinPoints) {
     return {-half, half};
   }
   const Rigid3d T_object_map = T_map_object.Inverse();
@@ -206,14 +206,14 @@ std::vector<int> IdsInOrder(std::vector<std::pair<double, int>> keyed) {
 
 std::vector<BoxView> HeldOutViews(const std::vector<BoxView>& all, const std::vector<BoxView>& used,
                                   std::size_t count) {
-  constexpr std::size_t kFewest = 5;
+  constexpr std::size_t kMinPointsest = 5;
   std::vector<BoxView> others;
   for (const BoxView& view : all) {
     if (std::ranges::find(used, view.frame_index, &BoxView::frame_index) == used.end()) {
       others.push_back(view);
     }
   }
-  if (others.size() < kFewest) {
+  if (others.size() < kMinPointsest) {
     return used;
   }
   return Thinned(others, count);

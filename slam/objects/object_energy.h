@@ -62,14 +62,14 @@ template <int kRows>
 double Minimise(const ObjectEnergy& energy, int max_iterations, double cost_tolerance,
                 Eigen::Matrix<double, kRows, 1>& x);
 
-// What the terms tell of an object at rest, by Laplace's approximation at the minimum.
+// Evidence of the terms for an object at rest, by Laplace's approximation at the minimum.
 struct ObjectEvidence {
   // Negative logarithm of the integral of the likelihood times the density of the priors: comparable between
   // hypotheses on the same measurements.
   double cost;
 
-  // Of centre, half sizes, yaw, e1 and e2: the inverse of J^T J without the bounds of the sizes, which are no
-  // measurements. Unobserved directions get a large finite variance.
+  // Covariance of centre, half sizes, yaw, e1 and e2: the inverse of J^T J without the bounds of the sizes,
+  // which are no measurements. Unobserved directions get a large finite variance.
   Eigen::Matrix<double, 9, 9> covariance;
 };
 ObjectEvidence EvidenceAt(const SolidParameters& minimum, const ObjectEnergy& energy);

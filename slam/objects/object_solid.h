@@ -162,7 +162,7 @@ struct ObjectSolid {
     return {p.x() / width, p.y() / width, p.z()};
   }
 
-  // Of ToBody(p) from the surface of the body.
+  // Signed radial distance of ToBody(p) from the surface of the body.
   T RadialDistance(const Vector3<T>& p_body) const { return sqslam::RadialDistance<T>(p_body, body, p1, p2); }
 };
 

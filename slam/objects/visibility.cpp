@@ -98,9 +98,9 @@ bool IsBlocked(const Eigen::Vector2d& pixel, double depth, const Rigid3d& T_othe
 
 // Height down to which an object was seen for certain; minus infinity with few points.
 double LowestSeen(std::span<const std::pair<std::int64_t, Eigen::Vector3d>> points) {
-  constexpr std::size_t kFew = 10;
+  constexpr std::size_t kMinPoints = 10;
   constexpr std::size_t kStray = 10;  // every tenth point may lie too low
-  if (points.size() < kFew) {
+  if (points.size() < kMinPoints) {
     return -std::numeric_limits<double>::infinity();
   }
   std::vector<double> heights =

@@ -25,7 +25,7 @@ namespace sqslam {
 // One flag for each edge of a box, see BoxEdge.
 using EdgeFlags = std::array<bool, 4>;
 
-// What ends a box at an edge.
+// The reason why a box ends at an edge.
 enum class EdgeKind {
   kFree,    // the object ends there
   kCut,     // the image ends there

@@ -43,7 +43,8 @@ TEST(PoseJacobian, AgreesWithNumericOne) {
   }
 }
 
-// Where poses that were fitted to noisy pixels predict the corner in which they scatter most.
+// Returns the scatter (px) of a corner of the image as predicted by poses that were fitted to noisy pixels,
+// for one pixel of noise, in the corner where it is largest.
 double ScatterOfCorners(const SyntheticMap& world, const Rigid3d& truth,
                         const std::vector<Eigen::Vector3d>& points, double depth) {
   constexpr int kTrials = 400;

@@ -91,7 +91,7 @@ TEST(LabelLayoutTest, OmitsNameWithoutRoom) {
   EXPECT_TRUE(PlaceLabels(one.requests, one.number, {})[0].area.empty());
 }
 
-// What a ray meets first, found without any picture; -1: nothing.
+// Returns the solid that a ray meets first, found without any picture; -1: nothing.
 int FirstHit(const Ray& ray, const std::vector<SnapshotObject>& objects) {
   int first = -1;
   double nearest = std::numeric_limits<double>::infinity();
