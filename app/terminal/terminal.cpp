@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <glog/logging.h>
 #include <spawn.h>
 #include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/dist_sink.h>
@@ -119,6 +120,7 @@ int RunProgram(const std::string& name, const std::function<int()>& work) {
   spdlog::set_default_logger(logger);
   cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
   ::setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
+  FLAGS_minloglevel = google::GLOG_FATAL;  // Ceres warns of steps that it then takes shorter
   return ExitCodeOf([&] { return RunAndFlush(work); },
                     [&](const std::string& message) { PrintNotice(name + ": " + Shortened(message)); });
 }

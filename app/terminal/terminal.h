@@ -15,7 +15,7 @@ namespace sqslam::app {
 int ExitCodeOf(const std::function<int()>& work, const std::function<void(const std::string&)>& fail);
 
 // Runs `work` as the body of main(): warnings and errors go to stderr, one line each. Libraries that print on
-// their own (OpenCV, FFmpeg) are silenced; our readers report their errors with file and frame.
+// their own (OpenCV, FFmpeg, Ceres) are silenced; our readers report their errors with file and frame.
 int RunProgram(const std::string& name, const std::function<int()>& work);
 
 // Returns argv of this process, the program first.

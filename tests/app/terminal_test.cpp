@@ -1,5 +1,6 @@
 #include "app/terminal/terminal.h"
 
+#include <glog/logging.h>
 #include <gtest/gtest.h>
 #include <pty.h>
 #include <unistd.h>
@@ -21,6 +22,15 @@ TEST(RunChild, ReportsLostExitCode) {
   EXPECT_THROW(RunChild({}, folder.Path() / "log", never, "/bin/true"), InputError);
   std::signal(SIGCHLD, SIG_DFL);
   EXPECT_EQ(RunChild({}, folder.Path() / "log", never, "/bin/false").exit_code, 1);
+}
+
+TEST(RunProgram, SilencesSolverWarnings) {
+  ::testing::internal::CaptureStderr();
+  RunProgram("test", [] {
+    LOG(WARNING) << "Linear solver failure. Failed to compute a step.";  // as Ceres does
+    return 0;
+  });
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
 }
 
 // Makes stderr a terminal that can be closed.
