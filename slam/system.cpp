@@ -28,8 +28,10 @@ struct System::Impl {
         mapper(camera, OptionsOfMapper(options), vocabulary,
                {[this](AtlasViewPtr new_view) { view.Set(std::move(new_view)); }, std::move(on_snapshot),
                 [this] { return !Repeatable() && queue.WaitingKeyframes() > 0; }, KeepBy(on_kept),
-                [size = cv::Size(camera.width, camera.height)](const std::string& path) {
-                  return path.empty() ? cv::Mat() : ReadImageInSize(path, size, cv::IMREAD_GRAYSCALE);
+                [size = cv::Size(camera.width, camera.height)](const std::string& path, bool in_color) {
+                  return path.empty() ? cv::Mat()
+                                      : ReadImageInSize(path, size,
+                                                        in_color ? cv::IMREAD_COLOR : cv::IMREAD_GRAYSCALE);
                 }},
                times, ids) {}
 

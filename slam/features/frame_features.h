@@ -81,7 +81,11 @@ class KeypointGrid {
 };
 
 // Everything that later stages need of an image. Immutable once extracted; shared between threads.
+// Descriptors of different kinds cannot be compared.
+enum class FeatureKind : std::uint8_t { kOrb, kSift };
+
 struct FrameFeatures {
+  FeatureKind kind = FeatureKind::kOrb;
   std::vector<Keypoint> keypoints;
   std::vector<Descriptor> descriptors;              // one per keypoint
   std::vector<std::array<std::uint8_t, 3>> colors;  // RGB, one per keypoint

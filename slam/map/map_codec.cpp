@@ -41,13 +41,19 @@ KeypointColumns ToColumns(const std::vector<Keypoint>& keypoints) {
 }
 
 void WriteFeatures(const FrameFeatures& features, ByteWriter& writer) {
-  writer(ToColumns(features.keypoints), features.colors, features.descriptors);
+  writer(static_cast<std::uint8_t>(features.kind), ToColumns(features.keypoints), features.colors,
+         features.descriptors);
 }
 
 FrameFeaturesPtr ReadFeatures(ByteReader& reader, const Camera& camera, int levels) {
   KeypointColumns columns;
   auto features = std::make_shared<FrameFeatures>();
-  reader(columns, features->colors, features->descriptors);
+  std::uint8_t kind = 0;
+  reader(kind, columns, features->colors, features->descriptors);
+  if (kind > static_cast<std::uint8_t>(FeatureKind::kSift)) {
+    reader.Refuse("has a keyframe with features of an unknown kind");
+  }
+  features->kind = static_cast<FeatureKind>(kind);
   const std::size_t count = features->descriptors.size();
   for (const std::size_t size :
        {columns.x.size(), columns.y.size(), columns.raw_x.size(), columns.raw_y.size(), columns.angle.size(),

@@ -29,6 +29,7 @@ struct LeftoverFrame {
   FrameFeaturesPtr features;
   std::string image_path = {};             // empty if there is no file
   std::vector<Detection> detections = {};  // its boxes
+  cv::Mat ignored = {};  // 8UC1 of any size, nonzero where no features are taken; may be empty
 };
 
 using LeftoverFrames = ThinnedFrames<LeftoverFrame>;

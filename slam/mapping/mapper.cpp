@@ -1,6 +1,7 @@
 #include "slam/mapping/mapper.h"
 
 #include <algorithm>
+#include <opencv2/imgproc.hpp>
 #include <ranges>
 #include <set>
 
@@ -48,9 +49,13 @@ void Mapper::KeepImage(const TrackingReport& report) {
   if (!report.features) {
     return;
   }
-  LeftoverFrame image{report.frame_index, report.timestamp, report.features, report.image_path, {}};
+  LeftoverFrame image{report.frame_index, report.timestamp, report.features, report.image_path, {}, {}};
   if (report.objects) {
     image.detections = ToVector(report.objects->detections, &SnapshotDetection::detection);
+  }
+  if (!report.ignored.empty()) {
+    constexpr double kScale = 0.25;  // saves memory
+    cv::resize(report.ignored, image.ignored, {}, kScale, kScale, cv::INTER_NEAREST);
   }
   if (keeps_images_) {
     images_[report.frame_index] = image;

@@ -36,9 +36,9 @@ class Mapper {
     std::function<bool()> keyframe_waiting;  // a waiting keyframe interrupts the bundle adjustment
     // Receives Save() of the growing map, so that it survives a killed run. Empty: never called.
     std::function<void(std::string)> keep = {};
-    // Reads an image in the camera's size, 8UC1, for the lines in boxes of frames placed at the end. Empty:
-    // no lines.
-    std::function<cv::Mat(const std::string& path)> read_gray = {};
+    // Reads an image in the camera's size, 8UC3 or 8UC1, for the end of the run: to map views that are far
+    // apart, and for the lines in boxes of frames placed then. Empty: neither.
+    std::function<cv::Mat(const std::string& path, bool in_color)> read_image = {};
   };
 
   // A null `vocabulary` turns off loop closure and merging of submaps. `ids`: shared with the tracking
@@ -118,7 +118,9 @@ class Mapper {
   bool StartSubmap(Completion& completion);
   bool CloseLoopByViews(const Completion& completion, KeyframeId keyframe);
   std::size_t FramesInMain() const;
-  bool MapAfresh(const std::function<bool()>& stop);
+  bool HasMappedImages() const;
+  std::vector<LeftoverFrame> ImagesWithSift(const std::function<bool()>& stop) const;
+  bool MapAfresh(std::vector<LeftoverFrame> images, const std::function<bool()>& stop);
   void KeepImage(const TrackingReport& report);
   void TrackPlacedBoxes();
   void TrackBoxesOf(const LeftoverFrame& frame, Submap& submap, ObjectTracker& tracker);

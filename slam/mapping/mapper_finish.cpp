@@ -2,9 +2,11 @@
 #include <algorithm>
 #include <ranges>
 
+#include "slam/features/sift_extractor.h"
 #include "slam/mapping/local_mapping.h"
 #include "slam/mapping/mapper.h"
 #include "slam/tracking/initializer.h"
+#include "slam/util/parallel.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
@@ -258,8 +260,36 @@ std::size_t Mapper::FramesInMain() const {
   return most;
 }
 
-// Maps all images as photographs, in any order. Keeps that map and returns true if it holds more of them.
-bool Mapper::MapAfresh(const std::function<bool()>& stop) {
+// Returns true if the main map holds nearly all images, or if there were too many to map them in another way.
+bool Mapper::HasMappedImages() const {
+  constexpr double kMinMapped = 0.95;
+  return !keeps_images_ ||
+         static_cast<double>(FramesInMain()) >= kMinMapped * static_cast<double>(images_.size());
+}
+
+// Returns the images that can be read again, with features for views that are far apart.
+std::vector<LeftoverFrame> Mapper::ImagesWithSift(const std::function<bool()>& stop) const {
+  constexpr std::size_t kPart = 8;  // images between two calls of `stop`, which belongs to this thread
+  std::vector<LeftoverFrame> images;
+  if (outputs_.read_image) {
+    images = ToVector(images_ | std::views::values);
+  }
+  std::erase_if(images, [](const LeftoverFrame& image) { return image.image_path.empty(); });
+  const SiftExtractor extractor({});
+  for (std::size_t begin = 0; begin < images.size() && !(stop && stop()); begin += kPart) {
+    ParallelFor(std::min(kPart, images.size() - begin), 0, [&](std::size_t k) {
+      LeftoverFrame& image = images[begin + k];
+      const cv::Mat bgr = outputs_.read_image(image.image_path, true);
+      image.features = std::make_shared<const FrameFeatures>(
+          bgr.empty() ? FrameFeatures()
+                      : extractor.Extract(bgr, camera_, pose_tracker_.Levels(), image.ignored));
+    });
+  }
+  return images;
+}
+
+// Maps images as photographs, in any order. Keeps that map and returns true if it holds more of them.
+bool Mapper::MapAfresh(std::vector<LeftoverFrame> images, const std::function<bool()>& stop) {
   Mapper afresh(camera_, options_, nullptr, {{}, {}, [] { return false; }}, times_, ids_);
   afresh.places_ = places_;
   for (const auto& [number, submap] : submaps_) {
@@ -267,8 +297,8 @@ bool Mapper::MapAfresh(const std::function<bool()>& stop) {
       afresh.places_.Remove(id);
     }
   }
-  for (const auto& [index, image] : images_) {
-    afresh.leftovers_.Add(image);
+  for (LeftoverFrame& image : images) {
+    afresh.leftovers_.Add(std::move(image));
   }
   afresh.Complete(stop);
   if (afresh.FramesInMain() <= FramesInMain()) {
@@ -312,8 +342,8 @@ void Mapper::TrackBoxesOf(const LeftoverFrame& image, Submap& submap, ObjectTrac
   frame.T_map_camera = *submap.FramePose(image.index);
   frame.camera = camera_;
   frame.detections = image.detections;
-  if (outputs_.read_gray) {
-    frame.gray = outputs_.read_gray(image.image_path);
+  if (outputs_.read_image) {
+    frame.gray = outputs_.read_image(image.image_path, false);
   }
   frame.points = submap.PointsIn(image.index, camera_);
   const std::vector<ObjectObservation> observations = tracker.Track(frame, *submap.Objects().View(), &times_);
@@ -376,10 +406,12 @@ std::vector<FinishedMap> Mapper::Finish(const std::function<bool()>& stop) {
   if (active_ != nullptr) {
     TrackBacklog();
   }
-  constexpr double kMinMapped = 0.95;  // of the images, else another way to map them is tried
-  const bool mapped = !keeps_images_ ||
-                      static_cast<double>(FramesInMain()) >= kMinMapped * static_cast<double>(images_.size());
-  if (mapped || !MapAfresh(stop)) {
+  // SIFT takes thirty times as long as the features of tracking, so those get a chance first.
+  bool afresh = !HasMappedImages() && MapAfresh(ToVector(images_ | std::views::values), stop);
+  if (!HasMappedImages() && !(stop && stop())) {
+    afresh = MapAfresh(ImagesWithSift(stop), stop) || afresh;
+  }
+  if (!afresh) {
     Complete(stop);
   }
   if (submaps_.empty()) {

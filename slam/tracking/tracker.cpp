@@ -41,6 +41,8 @@ void Tracker::BeginIn(const AtlasViewPtr& atlas, std::int64_t submap) {
   atlas_ = atlas;
   submaps_begun_ = atlas->origins.rbegin()->first + 1;
   lost_frames_ = 1;
+  const TrackingView& view = *atlas->submaps.at(submap);
+  kind_ = view.keyframes.begin()->second.features->kind;
   SwitchSubmap(submap, atlas->submaps.at(submap), atlas->origins.at(submap).S_map_origin);
   Objects().StartIdsAt(next_object);
 }
@@ -48,7 +50,7 @@ void Tracker::BeginIn(const AtlasViewPtr& atlas, std::int64_t submap) {
 TrackingReport Tracker::Track(const Frame& frame, const AtlasViewPtr& atlas, int pending_keyframes) {
   const StageTimes::Scope timer(times_, "tracking");
   TrackingReport report;
-  ExtractFeatures(frame);
+  report.ignored = ExtractFeatures(frame);
   AdoptAtlas(atlas);
   const bool tracked = view_ && (Lost() ? Relocalize(frame, report) : EstimatePose(report));
   if (tracked) {
@@ -62,7 +64,8 @@ TrackingReport Tracker::Track(const Frame& frame, const AtlasViewPtr& atlas, int
   return report;
 }
 
-void Tracker::ExtractFeatures(const Frame& frame) {
+// Returns the mask of the pixels where no features were taken.
+cv::Mat Tracker::ExtractFeatures(const Frame& frame) {
   const StageTimes::Scope timer(times_, "tracking.features");
   if (!frame.detections_follow) {
     ignored_.AddDetections(frame.timestamp, frame.detections);
@@ -70,17 +73,22 @@ void Tracker::ExtractFeatures(const Frame& frame) {
   current_ = {};
   current_.index = frame.index;
   current_.timestamp = frame.timestamp;
+  const cv::Mat ignored = ignored_.MaskOf(frame);
   current_.features = std::make_shared<const FrameFeatures>(
-      extractor_.Extract(frame.gray, frame.bgr, camera_, ignored_.MaskOf(frame)));
+      kind_ == FeatureKind::kSift
+          ? SiftExtractor({}).Extract(frame.bgr, camera_, pose_tracker_.Levels(), ignored)
+          : extractor_.Extract(frame.gray, frame.bgr, camera_, ignored));
   current_.ClearPoints();
   motion_.reset();
+  return ignored;
 }
 
 // Returns what the mapping thread keeps of a frame for the end of the run: more features if it shares little
 // with the frames before.
 FrameFeaturesPtr Tracker::FeaturesToKeep(const Frame& frame, bool tracked) {
   constexpr int kMaxRichFrames = 60;
-  if ((tracked && TrackedShare() >= kMinSharedView) || rich_frames_ == kMaxRichFrames) {
+  if (kind_ != FeatureKind::kOrb || (tracked && TrackedShare() >= kMinSharedView) ||
+      rich_frames_ == kMaxRichFrames) {
     return current_.features;
   }
   ++rich_frames_;

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "slam/features/sift_extractor.h"
 #include "slam/io/frame.h"
 #include "slam/map/map.h"
 #include "slam/objects/object_tracker.h"
@@ -74,7 +75,7 @@ class Tracker {
   };
 
   FrameStamp StampOf(const Frame& frame) const;
-  void ExtractFeatures(const Frame& frame);
+  cv::Mat ExtractFeatures(const Frame& frame);
   FrameFeaturesPtr FeaturesToKeep(const Frame& frame, bool tracked);
   void AdoptAtlas(const AtlasViewPtr& atlas);
   void MoveLastFrame();
@@ -99,6 +100,7 @@ class Tracker {
   OrbExtractor extractor_;
   OrbExtractor rich_extractor_;  // for frames that share little with those before
   int rich_frames_ = 0;
+  FeatureKind kind_ = FeatureKind::kOrb;  // that of the map which an earlier run made
   IgnoredRegions ignored_;
   PoseTracker pose_tracker_;
   RollingShutter shutter_;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <opencv2/core.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -42,6 +43,7 @@ struct TrackingReport : FrameStamp {
   SeenPoints seen;
   std::optional<KeyframeCandidate> keyframe;
   FrameFeaturesPtr features;
+  cv::Mat ignored;                     // 8UC1, nonzero where no features were taken; may be empty
   std::optional<Backlog> backlog;      // set when tracking begins or resumes
   std::optional<SeenObjects> objects;  // empty until the detector has processed the frame
 };

@@ -5,10 +5,15 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
+#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <set>
+#include <string>
 #include <thread>
 
+#include "slam/localizer.h"
+#include "tests/io/temporary_folder.h"
 #include "tests/support/textured_world.h"
 
 namespace sqslam {
@@ -347,6 +352,52 @@ TEST(System, MapsPhotographsInAnyOrder) {
     ASSERT_EQ(run.result.map.snapshot->objects.size(), 1U) << "its boxes are found again";
     EXPECT_EQ(run.result.map.snapshot->objects[0].label, "book");
   }
+}
+
+// Views of an arc around the panels, a step of the angle (rad) from one to the next.
+std::vector<Rigid3d> ArcAroundPanels(int count, double step) {
+  const Eigen::Vector3d center(0.0, 0.0, 2.4);
+  std::vector<Rigid3d> path;
+  for (int i = 0; i < count; ++i) {
+    const Eigen::Quaterniond turn(
+        Eigen::AngleAxisd(step * (i - 0.5 * (count - 1)), Eigen::Vector3d::UnitY()));
+    path.push_back({turn, center - turn * center});
+  }
+  return path;
+}
+
+// Maps images that lie in files, as an image folder's do.
+RunResult MapFiles(const std::vector<Rigid3d>& path, const std::filesystem::path& folder) {
+  const TexturedWorld world;
+  System system(world.GetCamera(), TestOptions(true), [](const MapSnapshotPtr&) {});
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    Frame frame = world.Render(static_cast<std::int64_t>(i), path[i]);
+    if (!folder.empty()) {
+      frame.image_path = (folder / (std::to_string(i) + ".png")).string();
+      cv::imwrite(frame.image_path, frame.bgr);
+    }
+    system.Process(frame);
+  }
+  return system.Finish();
+}
+
+// Tracking's features find too little in common; those of the images, read again, find enough. Later images
+// are found in such a map too.
+TEST(System, MapsViewsThatAreFarApart) {
+  constexpr int kViews = 7;
+  const std::vector<Rigid3d> path = ArcAroundPanels(kViews, 0.45);
+  EXPECT_LT(MapFiles(path, {}).tracked, kViews) << "no task for other features";
+  const TemporaryFolder folder;
+  SystemRun run{MapFiles(path, folder.Path()), {}};
+  ASSERT_NE(run.result.map.snapshot, nullptr) << run.result.no_map_reason;
+  EXPECT_EQ(run.result.tracked, kViews);
+  EXPECT_LT(TrajectoryError(run, path), 0.01);
+
+  Localizer localizer(run.result.kept, "map", TestOptions(true));
+  for (int i = 0; i < kViews; ++i) {
+    localizer.Process(TexturedWorld().Render(i, path[static_cast<std::size_t>(i)]));
+  }
+  EXPECT_EQ(localizer.Finish().poses.size(), static_cast<std::size_t>(kViews));
 }
 
 TEST(System, AssignsLateBoxesToTheirFrames) {
