@@ -53,6 +53,15 @@ double DistanceFromPoses(const Camera& camera, const TwoViewMatch& match, const 
   return distance;
 }
 
+// Returns true if the matches alone determine another rotation. With a baseline as long as the scene is deep,
+// most matches agree with some depth whatever the rotation.
+bool RotatesOtherwise(const Camera& camera, const std::vector<TwoViewMatch>& matches,
+                      const Rigid3d& T_after_before) {
+  constexpr double kMaxDifference = 0.17;  // rad, 10 degrees
+  const std::optional<TwoViewGeometry> views = EstimateTwoView(camera, matches, {}).geometry;
+  return views && views->T_camera2_camera1.rotation.angularDistance(T_after_before.rotation) > kMaxDifference;
+}
+
 // Returns the depths between which most map points lie that a camera shows; none if it shows few.
 std::optional<SceneDepths> DepthsSeen(const Camera& camera, const MapSnapshot& map,
                                       const Rigid3d& T_map_camera) {
@@ -197,7 +206,7 @@ StepEvidence JudgeStep(const Camera& camera, const std::vector<TwoViewMatch>& ma
   });
   const double share = static_cast<double>(agreeing) / static_cast<double>(matches.size());
   if (share >= kMinAgreeing) {
-    return StepEvidence::kConfirmed;
+    return RotatesOtherwise(camera, matches, T_after_before) ? StepEvidence::kNone : StepEvidence::kConfirmed;
   }
   return share <= kMaxAgreeing && matches.size() >= kMinAlike ? StepEvidence::kContradicted
                                                               : StepEvidence::kNone;

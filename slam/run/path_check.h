@@ -34,7 +34,8 @@ struct PathJump {
 std::vector<PathJump> FindJumps(const Trajectory& trajectory);
 
 // Judges a step from the image before to the one after by their matches, given the depths (map units) between
-// which most of the scene lies: a match agrees with the poses if any depth between these explains it.
+// which most of the scene lies: a match agrees with the poses if any depth between these explains it. A step
+// is not confirmed if the matches determine another rotation.
 StepEvidence JudgeStep(const Camera& camera, const std::vector<TwoViewMatch>& matches,
                        const Rigid3d& T_after_before, double nearest, double farthest);
 

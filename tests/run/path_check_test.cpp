@@ -56,11 +56,13 @@ TEST(FindJumps, FindsSingleWrongPose) {
   EXPECT_EQ(FindJumps(walk).size(), 2U) << "there and back";
 }
 
-// Matches of points 2 to 4 units away, seen before and after a step.
-std::vector<TwoViewMatch> MatchesAcross(const Camera& camera, const Rigid3d& T_after_before) {
+// Matches of points 2 to 4 units away and at most `height` above or below the camera, seen before and after a
+// step.
+std::vector<TwoViewMatch> MatchesAcross(const Camera& camera, const Rigid3d& T_after_before,
+                                        double height = 0.8) {
   std::vector<TwoViewMatch> matches;
   for (int i = 0; i < 200; ++i) {
-    const Eigen::Vector3d p(std::sin(1.7 * i), 0.8 * std::cos(2.9 * i), 3.0 + std::sin(5.3 * i));
+    const Eigen::Vector3d p(std::sin(1.7 * i), height * std::cos(2.9 * i), 3.0 + std::sin(5.3 * i));
     matches.push_back({camera.Project(p), camera.Project(T_after_before * p)});
   }
   return matches;
@@ -84,6 +86,16 @@ TEST_F(JudgeStepTest, ConfirmsStepThatTheImagesShow) {
 TEST_F(JudgeStepTest, ConfirmsTremorWhenTheCameraStandsStill) {
   EXPECT_EQ(Judge(MatchesAcross(camera_, none_), {{1, 0, 0, 0}, {0.01, -0.01, 0.01}}),
             StepEvidence::kConfirmed);
+}
+
+// Any horizontal motion of a pixel is that of some depth if the baseline is long.
+TEST_F(JudgeStepTest, DoesNotConfirmWrongRotation) {
+  const Rigid3d aside{{1, 0, 0, 0}, {0.3, 0.0, 0.0}};
+  const Rigid3d turned{Eigen::Quaterniond(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitY())),
+                       {-1.0, 0.0, 0.0}};
+  const std::vector<TwoViewMatch> matches = MatchesAcross(camera_, aside, 0.15);
+  EXPECT_EQ(Judge(matches, aside), StepEvidence::kConfirmed);
+  EXPECT_EQ(Judge(matches, turned), StepEvidence::kNone);
 }
 
 TEST_F(JudgeStepTest, ContradictsJumpBetweenImagesThatAreAlike) {
