@@ -2,7 +2,7 @@
 # Draws README's pictures of maps to assets/pictures. Look at them before committing.
 # usage: scripts/readme-pictures.sh [DEMO [KITCHEN]]
 #   DEMO     output of `sqslam demo --output DEMO`; default: run the demo
-#   KITCHEN  result of 7-Scenes redkitchen, made with --dense; default: keep the old picture
+#   KITCHEN  result of 7-Scenes redkitchen; default: keep the old picture
 set -eu
 demo=${1:+$(realpath -m "$1")}  # before the change of folder
 kitchen=${2:+$(realpath -m "$2")}
@@ -16,7 +16,6 @@ if [ -z "$demo" ]; then
   demo=$work/demo
   "$sqslam" demo --output "$demo" --deterministic --no-video --quiet
 fi
-"$sqslam" densify "$demo/result" --quiet
 
 # The growing map, close to the objects: one picture per state; the last one is held for two seconds.
 objects=$(python3 -c 'import json, sys
@@ -36,7 +35,7 @@ picture() {  # NAME RESULT OPTIONS...
   pngquant --force --speed 1 --nofs --output "$pictures/$name.png" 256 "$work/$name.png"
 }
 picture overlay "$demo/result" --camera-frame 120 --overlay --set overlay.fill=0.3
-# The sparse map, as shown for a result that was not densified.
+# The sparse map, as shown for a result without a dense cloud.
 picture blueprint "$demo/result" --resolution 800,520 --style blueprint --view isometric --set dense_cloud.show=false
 [ -z "$kitchen" ] || picture kitchen "$kitchen" --resolution 1280,720 --reliable-only --set objects.labels=true \
   --camera-azimuth-angle -12 --camera-elevation-angle -6 --camera-zoom-factor 1.12 --set cameras.keyframes=false \

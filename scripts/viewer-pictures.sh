@@ -16,10 +16,6 @@ if [ -z "$demo" ]; then
 fi
 mkdir -p "$pictures"
 
-# Densified as a copy: replay and annotation show the room.
-cp -r "$demo/result" "$work/dense"
-"$bin/sqslam" densify "$work/dense" --quiet
-
 click() {  # LABEL...: of tabs, buttons, rows of a table
   printf 'click %s\n' "$@"
 }
@@ -58,7 +54,7 @@ point 500 -32 tracked points
 frames 40
 EOF
 
-play replay "$work/dense" <<EOF
+play replay "$demo/result" <<EOF
 $later
 $(click View)
 key I
@@ -77,7 +73,7 @@ $finish
 EOF
 
 # Adds solids in place of six objects and hides the objects.
-play annotation "$work/dense" <<EOF
+play annotation "$demo/result" <<EOF
 $later
 $(for object in tv cereal keyboard book bowl toaster; do
   click Objects "$object*" Annotate "From $object*"

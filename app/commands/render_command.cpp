@@ -235,7 +235,7 @@ covisibility.min_points map points. clip.axis=x, y, z or view cuts points, objec
 along that axis (view: nearer to the camera); clip.offset moves the plane from the centre of the scene (1: by its
 radius), clip.flip=true cuts the other side.
 
-The dense cloud of sqslam densify is drawn with the map, and the objects then look like glass. dense_cloud.show=false
+The dense cloud of sqslam run or densify is drawn with the map, and the objects then look like glass. dense_cloud.show=false
 omits it; dense_cloud.look=mesh draws the surface fused from the depth maps instead, in an unfinished map the part
 seen so far; dense_cloud.points=true adds the map points. objects.look (solid, glass, outline), objects.glass,
 objects.line, objects.line_width, dense_cloud.size and dense_cloud.detail change the look.

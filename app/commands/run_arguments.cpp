@@ -107,9 +107,13 @@ void RunArguments::AddTo(Command& command) {
   command
       .Option(
           "--dense [final|live]", dense,
-          "Compute depth maps, a dense cloud and a mesh, as `sqslam densify` does. final (default): after "
-          "the run; live: in the background, each stored in the recording at once")
+          "Compute depth maps, a dense cloud and a mesh, as `sqslam densify` does. final: after the run; "
+          "live: "
+          "in the background, each stored in the recording at once. Default: final for recordings, unless "
+          "with --no-render")
       .ImplicitValue("final");
+  command.Flag("--no-dense", no_dense,
+               "Leave out depth maps, dense cloud and mesh: half the time, sparse pictures");
   command.Flag("--no-render", no_render, "Do not write pictures and the report");
   command.Group("Mapping");
   command.Option("--config FILE", config, "Pipeline options (YAML, see configs/default.yaml)");
@@ -152,6 +156,13 @@ SystemOptions RunArguments::Options() const {
   return options;
 }
 
+// The cloud is made for the pictures.
+std::optional<DenseTime> RunArguments::Dense(bool live) const {
+  ThrowIf<UsageError>(dense && no_dense, "--dense and --no-dense: expected one of them");
+  const bool pictures = !no_render || !video.empty();
+  return dense || no_dense || live || !pictures ? dense : DenseTime::kFinal;
+}
+
 RunPictures RunArguments::Pictures() const {
   if (!video.empty()) {
     CheckVideoName(video);
@@ -188,7 +199,7 @@ RunRequest RunArguments::Request() const {
                                                           : NameOfInput(input))
           : fs::path(output);
   request.options = Options();
-  request.dense = dense;
+  request.dense = Dense(request.IsLive());
   request.realtime = realtime;
   return request;
 }

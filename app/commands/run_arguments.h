@@ -48,7 +48,8 @@ struct RunArguments : SequenceArguments {
   std::string output;
   bool deterministic = false;
   std::optional<std::int64_t> seed;
-  std::optional<DenseTime> dense;
+  std::optional<DenseTime> dense;  // empty: for pictures of a recording, at the end
+  bool no_dense = false;
   bool realtime = false;
   std::optional<Representation> representation;
   std::optional<QuadricInit> quadric_init;
@@ -64,6 +65,9 @@ struct RunArguments : SequenceArguments {
   SystemOptions Options() const;
   RunPictures Pictures() const;
   RunRequest Request() const;
+
+ private:
+  std::optional<DenseTime> Dense(bool live) const;
 };
 
 }  // namespace sqslam::app

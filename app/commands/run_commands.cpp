@@ -113,7 +113,7 @@ struct MergeArguments {
 void Merge(const MergeArguments& a) {
   const fs::path output = a.output.empty() ? UnusedResultFolder("out", "merged") : fs::path(a.output);
   TerminalRun host({"", !a.no_render}, a.quiet);
-  const FinishedRun run = MergeResults(a.first, a.second, output, host);
+  const FinishedRun run = MergeResults(a.first, a.second, output, host, !a.no_render);
   PrintSummary(a.quiet, "{} frames, {} keyframes, {} points, {} objects in one map\nresult: {}\n",
                run.stats.tracked, run.stats.keyframes, run.stats.points, run.stats.objects, output.string());
 }

@@ -103,6 +103,7 @@ FinishedRun MapSequence(const DemoArguments& arguments, const fs::path& sequence
   request.output = result;
   request.command = CommandLine();
   request.options.deterministic = arguments.deterministic;
+  request.dense = DenseTime::kFinal;
   TerminalRun host({arguments.no_video ? "" : result / "growth.mp4"}, arguments.scene.quiet);
   FinishedRun run = RunPipeline(request, host);
   steps.End(fmt::format("{} of {} frames tracked, {} objects", run.stats.tracked, run.stats.frames,

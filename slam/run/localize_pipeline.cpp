@@ -7,6 +7,7 @@
 #include "slam/io/trajectory.h"
 #include "slam/run/map_to_extend.h"
 #include "slam/run/run_pipeline.h"
+#include "slam/snapshot/depth_recording.h"
 #include "slam/snapshot/recording.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
@@ -109,6 +110,7 @@ LocalizedRun LocalizeSequence(const LocalizeRequest& request, RunHost& host) {
   RecordingInfo info = recording.Info();
   info.sequence_path = sequence.path.string();
   RecordingWriter(request.output / "map.sqmap", info).Add(SnapshotWithPoses(*last, run.result.poses));
+  DepthRecording(request.output / "map.sqmap", DepthRecording::Access::kWrite).TakeFinished(map.recording);
   return run;
 }
 

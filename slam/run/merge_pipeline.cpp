@@ -1,7 +1,9 @@
 #include "slam/io/cameras.h"
+#include "slam/run/dense_step.h"
 #include "slam/run/map_files.h"
 #include "slam/run/map_to_extend.h"
 #include "slam/run/run_pipeline.h"
+#include "slam/snapshot/depth_recording.h"
 #include "slam/snapshot/recording.h"
 #include "slam/system_parts.h"
 #include "slam/util/atomic_file.h"
@@ -10,9 +12,14 @@
 
 namespace sqslam {
 namespace fs = std::filesystem;
+namespace {
 
-FinishedRun MergeResults(const fs::path& first, const fs::path& second, const fs::path& output,
-                         RunHost& host) {
+bool HasDepth(const MapToExtend& map) { return !DepthRecording(map.recording).Keyframes().empty(); }
+
+}  // namespace
+
+FinishedRun MergeResults(const fs::path& first, const fs::path& second, const fs::path& output, RunHost& host,
+                         bool dense) {
   const Stopwatch stopwatch;
   const MapToExtend a = ReadKnownMap(first);
   const MapToExtend b = ReadKnownMap(second);
@@ -36,6 +43,11 @@ FinishedRun MergeResults(const fs::path& first, const fs::path& second, const fs
               [&] {
                 if (const auto scale = ReadMapScale(a.recording)) {
                   ScaleRun(*scale, run);
+                }
+              },
+              [&] {
+                if (dense && (HasDepth(a) || HasDepth(b))) {
+                  MakeDense(run, a.options.dense, 0, host);
                 }
               },
               [&] {

@@ -37,8 +37,8 @@ Sequence LiveSequence(const RunRequest& request, const NetworkStream* images) {
 void CheckExtension(const RunRequest& request) {
   ThrowIf<UsageError>(request.IsLive(), "--extend: expected a recording instead of a live camera");
   ThrowIf<UsageError>(
-      request.dense.has_value(),
-      "--extend and --dense: cannot be combined, as the first images are elsewhere, expected one of them");
+      request.dense == DenseTime::kLive,
+      "--extend and --dense live: the first images are elsewhere, expected --dense final with --extend");
   std::error_code none;
   ThrowIf<InputError>(std::filesystem::equivalent(request.extend, request.output, none),
                       "--extend {}: cannot be extended into itself, expected another --output",

@@ -8,11 +8,11 @@
 #include <memory>
 #include <utility>
 
-#include "slam/dense/densify.h"
 #include "slam/dense/live_depth.h"
 #include "slam/io/cameras.h"
 #include "slam/io/trajectory.h"
 #include "slam/run/auto_camera.h"
+#include "slam/run/dense_step.h"
 #include "slam/run/detection_feed.h"
 #include "slam/run/map_files.h"
 #include "slam/run/map_to_extend.h"
@@ -206,32 +206,6 @@ int FinishLive(std::unique_ptr<LiveDepth> live, RunHost& host) {
   }
 }
 
-// Failing to find depth leaves the map as it is. A stopped run makes no further depth maps; those made until
-// then are merged.
-void MakeDense(const RunRequest& request, FinishedRun& run, int live, RunHost& host) {
-  const bool stopped = run.interrupted;
-  if (!request.dense || (stopped && live == 0)) {
-    return;
-  }
-  try {
-    const DensifySummary dense =
-        Densify({.result = run.output, .options = request.options.dense, .estimate = !stopped},
-                [&](int done, int total, const std::string& state) {
-                  host.ShowProgress(done, total, state);
-                  if (done == total) {
-                    host.EndProgress();
-                  }
-                  return stopped || !host.Stopped();
-                });
-    if (!dense.interrupted) {
-      host.Say(dense.Text());
-      host.Mesh(run);
-    }
-  } catch (const NoMapError& error) {
-    spdlog::warn(error.what());
-  }
-}
-
 // Scales the files to metres: by the request's reference, or as the extended map was. If the reference is not
 // found, the map stays without scale.
 void Scale(const RunRequest& request, const RunInput& input, FinishedRun& run, RunHost& host) {
@@ -354,8 +328,12 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
               [&] { WriteMapFiles(run.output, run.result); }, [&] { recorder.Close(); },
               [&] { SaveMapInRecording(run.output / "map.sqmap", run.result.kept); },
               [&] { JoinSequences(input, run); }, [&] { Scale(request, input, run, host); },
-              [&] { MakeDense(request, run, live_depth, host); }, [&] { Draw(run, host); },
-              [&] { host.Film(run); },
+              [&] {
+                if (request.dense) {
+                  MakeDense(run, request.options.dense, live_depth, host);
+                }
+              },
+              [&] { Draw(run, host); }, [&] { host.Film(run); },
               [&] {
                 run.stats.warnings = warnings.Lines();
                 WriteStats(run.output / "stats.json", run.stats);

@@ -88,8 +88,9 @@ struct LocalizedRun {
 LocalizedRun LocalizeSequence(const LocalizeRequest& request, RunHost& host);
 
 // Merges two results whose maps share a place (MergeMaps) into a new folder, with the options of the first.
-// The two stay unchanged. Throws InputError, NoMapError and UsageError before anything is written.
+// `dense`: makes a dense cloud of the merged map if one of the two has one, from the images of both. The two
+// stay unchanged. Throws InputError, NoMapError and UsageError before anything is written.
 FinishedRun MergeResults(const std::filesystem::path& first, const std::filesystem::path& second,
-                         const std::filesystem::path& output, RunHost& host);
+                         const std::filesystem::path& output, RunHost& host, bool dense);
 
 }  // namespace sqslam

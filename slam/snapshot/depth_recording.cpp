@@ -193,14 +193,29 @@ std::string DepthRecording::Settings(std::int64_t keyframe) const {
   return FirstText(Prepare("SELECT settings FROM depth_maps WHERE keyframe = ?", keyframe));
 }
 
-void DepthRecording::TakeEstimates(const fs::path& recording) {
+// Executes statements that read the tables of another recording as `other`.
+void DepthRecording::RunWithOther(const fs::path& recording, std::initializer_list<const char*> statements) {
   DepthRecording{recording};  // throws if it is not a recording
   Prepare("ATTACH DATABASE ? AS other", recording.string()).Run();
-  Prepare(
-      "INSERT OR REPLACE INTO main.depth_maps (keyframe, frame_index, settings, camera, image, estimate)"
-      " SELECT keyframe, frame_index, settings, camera, image, estimate FROM other.depth_maps")
-      .Run();
+  for (const char* statement : statements) {
+    Prepare(statement).Run();
+  }
   Prepare("DETACH DATABASE other").Run();
+}
+
+void DepthRecording::TakeEstimates(const fs::path& recording) {
+  RunWithOther(
+      recording,
+      {"INSERT OR REPLACE INTO main.depth_maps (keyframe, frame_index, settings, camera, image, estimate)"
+       " SELECT keyframe, frame_index, settings, camera, image, estimate FROM other.depth_maps"});
+}
+
+void DepthRecording::TakeFinished(const fs::path& recording) {
+  RunWithOther(recording,
+               {"INSERT OR REPLACE INTO main.depth_maps"
+                " (keyframe, frame_index, settings, camera, image, estimate, kept, views)"
+                " SELECT keyframe, 0, settings, camera, image, estimate, kept, views FROM other.depth_maps",
+                "INSERT OR REPLACE INTO main.meta SELECT * FROM other.meta WHERE key LIKE 'dense.%'"});
 }
 
 void DepthRecording::PutEstimate(const DepthMap& map, const std::string& settings) {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <initializer_list>
 #include <string>
 #include <vector>
 
@@ -45,6 +46,10 @@ class DepthRecording {
   // Takes over the estimates of another recording of the same map and scale, bit by bit.
   void TakeEstimates(const std::filesystem::path& recording);
 
+  // Takes over all depth maps of another recording of the same map and scale, as shown from the first frame
+  // on.
+  void TakeFinished(const std::filesystem::path& recording);
+
   void PutEstimate(const DepthMap& map, const std::string& settings);  // drops an older saved map
   void PutKept(const DepthMap& map);                                   // of a keyframe with an estimate
   void Remove(std::int64_t keyframe);
@@ -62,6 +67,7 @@ class DepthRecording {
   sqlite::Statement Prepare(const char* sql, const auto&... values) const {
     return {db_.get(), path_, sql, values...};
   }
+  void RunWithOther(const std::filesystem::path& recording, std::initializer_list<const char*> statements);
   std::vector<std::int64_t> List(const char* sql) const;
   DepthMap Read(std::int64_t keyframe, const char* sql) const;
 

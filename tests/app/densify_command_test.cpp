@@ -11,7 +11,9 @@
 #include "slam/snapshot/depth_recording.h"
 #include "slam/util/error.h"
 #include "tests/app/run_program.h"
+#include "tests/app/written_sequence.h"
 #include "tests/dense/true_result.h"
+#include "tests/support/textured_world.h"
 
 namespace sqslam::testing {
 namespace {
@@ -137,6 +139,41 @@ TEST(RunCommand, AcceptsDenseWithAndWithoutValue) {
               ElementsAre(HasSubstr("nothing")));
   EXPECT_THAT(RunProgram("run --dense=later " + images).ErrorLines(),
               ElementsAre(HasSubstr("expected one of final, live")));
+  EXPECT_THAT(RunProgram("run --dense --no-dense " + images).ErrorLines(),
+              ElementsAre(HasSubstr("--dense and --no-dense: expected one of them")));
+}
+
+// A cloud is made for pictures alone, and localize, --extend and merge keep it.
+TEST(RunCommand, MakesCloudForPictures) {
+  const WrittenSequence sequence(HandHeldPath(50));
+  const TemporaryFolder folder;
+  const auto out = [&](const std::string& name) { return folder.Path() / name; };
+  const std::string options = std::string(kFast) + " --set dense.scale=0.25 --detector none --quiet ";
+  const auto run = [&](const std::string& name, const std::string& more) {
+    const ProgramRun made =
+        RunProgram("run " + sequence.Path().string() + options + more + " -o " + out(name).string());
+    EXPECT_EQ(made.exit_code, 0) << made.err;
+  };
+  const auto keyframes = [&](const std::string& name) {
+    return DepthRecording(out(name) / "map.sqmap").Keyframes().size();
+  };
+  run("map", "--deterministic --frames 40");
+  EXPECT_TRUE(fs::exists(out("map") / "dense.glb"));
+  EXPECT_GE(keyframes("map"), 3U);
+  run("none", "--no-render --frames 20:");
+  EXPECT_EQ(keyframes("none"), 0U);
+  run("both", "--frames 20: --extend " + out("map").string());
+  EXPECT_GE(keyframes("both"), keyframes("map"));
+  const std::string map = out("map").string();
+  ASSERT_EQ(
+      RunProgram("merge -q " + map + " " + out("none").string() + " -o " + out("merged").string()).exit_code,
+      0);
+  EXPECT_GE(keyframes("merged"), keyframes("map"));
+  ASSERT_EQ(RunProgram("localize -q " + sequence.Path().string() + " --frames 10:15 --map " + map + " -o " +
+                       out("found").string())
+                .exit_code,
+            0);
+  EXPECT_EQ(keyframes("found"), keyframes("map"));
 }
 
 }  // namespace

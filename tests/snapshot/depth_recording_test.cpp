@@ -89,6 +89,24 @@ TEST_F(DepthRecordingTest, KeepsSettings) {
   EXPECT_EQ(recording.Settings(4), "");
 }
 
+TEST_F(DepthRecordingTest, TakesFinishedMapsAsShownFromFirstFrameOn) {
+  {
+    DepthRecording recording(path_, DepthRecording::Access::kWrite);
+    recording.PutEstimate(MakeMap(1, 2.0), "a");
+    recording.PutKept(MakeMap(1, 3.0));
+    recording.PutText("surface", "fine");
+  }
+  const std::filesystem::path other = folder_.Path() / "other.sqmap";
+  RecordingWriter(other, {"sequence", "test", "config"}).Close();
+  DepthRecording taken(other, DepthRecording::Access::kWrite);
+  taken.TakeFinished(path_);
+  DepthMap expected = MakeMap(1, 3.0);
+  expected.frame_index = 0;
+  ExpectNear(taken.Kept(1), expected);
+  EXPECT_EQ(taken.Settings(1), "a");
+  EXPECT_EQ(taken.Text("surface"), "fine");
+}
+
 TEST_F(DepthRecordingTest, KeepsSnapshots) {
   DepthRecording(path_, DepthRecording::Access::kWrite).PutEstimate(MakeMap(4, 1.0), "some");
   EXPECT_EQ(RecordingReader(path_).Size(), 1);
