@@ -13,6 +13,7 @@
 #include "render/picture/label_layout.h"
 #include "render/picture/picture.h"
 #include "render/picture/picture_overlay.h"
+#include "render/scene/object_look.h"
 #include "slam/io/result_files.h"
 #include "slam/util/thinned.h"
 #include "slam/util/throw_if.h"
@@ -200,7 +201,7 @@ void DrawObjectNames(FigureSheet& sheet, const MapSnapshot& map, const SceneStyl
                           writer.SizeOf(names.back()),
                           (object.superquadric.T_map_object.translation - camera.position).norm(),
                           static_cast<int>(solids.size())});
-      solids.push_back({object.superquadric, certain});
+      solids.push_back({object.superquadric, HidesOthers(object, style.objects, see_through)});
     }
   }
   const SeenSolids seen = SeeSolids(solids, see_through, PinholeOf(camera, pixels), PoseOf(camera));

@@ -56,7 +56,7 @@ std::string ProjectionSwitch(const Lens& lens) {
 struct PicturePass::Impl {
   // True if the finishing pass reads normals and numbers of the solids, not only colours.
   bool NeedsSurfaces() const {
-    return effects.occlusion > 0.0 || effects.outline > 0.0 || effects.eye_dome > 0.0;
+    return effects.occlusion > 0.0 || !layers.lines.empty() || effects.eye_dome > 0.0;
   }
   // The alpha of what is drawn is its share of a pixel.
   std::array<float, 4> Background() const {
@@ -230,16 +230,16 @@ std::string PicturePass::Impl::FinishSwitches(bool near_solids) const {
       "#define SAMPLES {}\n#define NEAR_SOLIDS {:d}\n#define OCCLUSION {:d}\n#define OUTLINE {:d}\n"
       "#define EYE_DOME {:d}\n#define SEE_THROUGH {:d}\n",
       effects.samples, near_solids, near_solids && effects.occlusion > 0.0,
-      near_solids && effects.outline > 0.0, effects.eye_dome > 0.0, effects.see_through);
+      near_solids && !layers.lines.empty(), effects.eye_dome > 0.0, effects.see_through);
 }
 
 // Returns a texture of one row with a colour for each number that solids write.
 vtkTextureObject* PicturePass::Impl::LineColors(vtkOpenGLRenderWindow* window) {
   std::array<unsigned char, 256 * 4> row{};
-  for (std::size_t i = 0; i < layers.line_colors.size(); ++i) {
-    for (int c = 0; c < 3; ++c) {
+  for (std::size_t i = 0; i < layers.lines.size(); ++i) {
+    for (int c = 0; c < 4; ++c) {
       row[4 * (i % 250 + 2) + static_cast<std::size_t>(c)] =
-          static_cast<unsigned char>(std::lround(255.0 * std::clamp(layers.line_colors[i][c], 0.0, 1.0)));
+          static_cast<unsigned char>(std::lround(255.0 * std::clamp(layers.lines[i][c], 0.0, 1.0)));
     }
   }
   line_colors = vtkSmartPointer<vtkTextureObject>::New();
@@ -252,7 +252,7 @@ void PicturePass::Impl::DrawFinish(vtkOpenGLRenderWindow* window, const Lens& le
                                    cv::Size picture) {
   std::vector<vtkTextureObject*> textures = {color.texture, surfaces.texture, depth.texture,
                                              smooth_occlusion.texture};
-  if (effects.see_through) {
+  if (!layers.lines.empty()) {
     textures.push_back(LineColors(window));
   }
   std::erase(textures, nullptr);
@@ -281,8 +281,10 @@ void PicturePass::Impl::FinishAreas(vtkOpenGLRenderWindow* window, const Lens& l
   if (NeedsSurfaces()) {
     program->SetUniformi("surfaces", surfaces.texture->GetTextureUnit());
   }
-  if (effects.see_through) {
+  if (!layers.lines.empty()) {
     program->SetUniformi("lineColors", line_colors->GetTextureUnit());
+  }
+  if (effects.see_through) {
     program->SetUniform3f("surfaceRange", effects.surface_range.data());
   }
   program->SetUniformi("depths", depth.texture->GetTextureUnit());
@@ -290,9 +292,8 @@ void PicturePass::Impl::FinishAreas(vtkOpenGLRenderWindow* window, const Lens& l
   program->SetUniformi("occlusionStep", effects.samples * kOcclusionStep);
   program->SetUniformf("occlusionStrength", static_cast<float>(effects.occlusion));
   program->SetUniformf("radius", static_cast<float>(std::max(effects.occlusion_radius, 1e-9)));
-  program->SetUniformf("outline", static_cast<float>(effects.outline));
-  program->SetUniformf("outlineWidth", static_cast<float>(effects.outline_width));
-  program->SetUniform3f("outlineColor", effects.outline_color.data());
+  const Eigen::Vector2f widths = effects.line_widths.cast<float>();
+  program->SetUniform2f("outlineWidths", widths.data());
   program->SetUniform4f("background", ToFloats(effects.background).data());
   program->SetUniformf("eyeDome", static_cast<float>(effects.eye_dome));
   program->SetUniform2f("depthRange", lens.depth_range.data());
@@ -334,7 +335,7 @@ void PicturePass::Render(const vtkRenderState* state) {
     s.DrawScene(renderer, width * s.effects.samples, height * s.effects.samples);
     gl->vtkglDisable(GL_BLEND);
     gl->vtkglDisable(GL_DEPTH_TEST);
-    if ((s.effects.occlusion > 0.0 || s.effects.outline > 0.0) && !areas.near_solids.empty()) {
+    if ((s.effects.occlusion > 0.0 || !s.layers.lines.empty()) && !areas.near_solids.empty()) {
       s.DrawOcclusion(window, lens, areas.near_solids, picture);
     }
     if (s.effects.fxaa) {

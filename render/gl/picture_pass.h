@@ -15,14 +15,12 @@ class PointSplats;
 
 // The effects that PicturePass adds to a scene. Widths in pixels of the picture.
 struct PictureEffects {
-  int samples = 2;                // along each side of a pixel, 1 or 2
-  bool fxaa = false;              // smooth edges in the finished picture
-  double occlusion = 0.0;         // strength of ambient occlusion on solids, [0, 1]
-  double occlusion_radius = 0.1;  // reach of ambient occlusion, map units
-  double outline = 0.0;           // opacity of the lines around solids, [0, 1]
-  double outline_width = 1.0;
-  Eigen::Vector3d outline_color = Eigen::Vector3d::Zero();
-  bool see_through = false;  // solids hide nothing; their outlines have line_colors
+  int samples = 2;                                          // along each side of a pixel, 1 or 2
+  bool fxaa = false;                                        // smooth edges in the finished picture
+  double occlusion = 0.0;                                   // strength of ambient occlusion on solids, [0, 1]
+  double occlusion_radius = 0.1;                            // reach of ambient occlusion, map units
+  Eigen::Vector2d line_widths = Eigen::Vector2d::Ones();    // around solids, around glass
+  bool see_through = false;                                 // solids hide nothing
   Eigen::Vector3f surface_range = Eigen::Vector3f::Ones();  // see SolidActors::Surroundings
   double eye_dome = 0.0;  // how strongly points stand out against points behind them, [0, 1]
   Eigen::Vector4d background = Eigen::Vector4d::Ones();    // premultiplied RGBA
@@ -33,10 +31,11 @@ struct PictureEffects {
 // Actors of polygonal data in drawing order.
 struct PictureLayers {
   std::vector<PointSplats*> points;
-  std::vector<vtkActor*> opaque;             // lines
-  std::vector<vtkActor*> ground;             // shadow and grid, blended over the above
-  std::vector<vtkActor*> solids;             // if translucent, farthest first; shaded by SolidActors
-  std::vector<Eigen::Vector3d> line_colors;  // of see-through solids, in the order of their numbers
+  std::vector<vtkActor*> opaque;  // lines
+  std::vector<vtkActor*> ground;  // shadow and grid, blended over the above
+  std::vector<vtkActor*> solids;  // if translucent, farthest first; shaded by SolidActors
+  std::vector<Eigen::Vector4d>
+      lines;  // RGBA of those around solids, in the order of their numbers; may be empty
 };
 
 // Draws a scene in layers and finishes it in screen space: ambient occlusion, outlines, eye-dome lighting,

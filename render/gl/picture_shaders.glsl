@@ -37,7 +37,7 @@
 #ifdef SEE_THROUGH
   float far = clamp(log2(-vertexVC.z / surfaceRange.x) * surfaceRange.y, 0.0, 1.0);
 #else
-  float far = 1.0;
+  float far = step(0.5, opacity);  // no ambient occlusion on glass
 #endif
   gl_FragData[1] = vec4(0.5 * normalVCVSOutput.xy + 0.5, (mod(floor(solidNumber - 0.5), 250.0) + 2.0) / 255.0, far);
 
@@ -202,9 +202,7 @@ uniform vec3 surfaceRange;  // see SolidActors::Surroundings
 uniform int occlusionStep;
 uniform float occlusionStrength;
 uniform float radius;
-uniform float outline;
-uniform float outlineWidth;
-uniform vec3 outlineColor;
+uniform vec2 outlineWidths;  // around solids, around glass
 uniform float eyeDome;
 uniform vec4 background;  // red, green, blue times alpha, and alpha
 
@@ -285,9 +283,10 @@ float openness(vec2 at, float depth) {
     sum.rgb = shaded(sum, 1.0 - occlusionStrength * (1.0 - open) * mean.w);
 #endif
 #if OUTLINE
-    int reach = max(1, int(0.5 * outlineWidth * float(SAMPLES) + 0.5));
-    ivec2 beyond = min(corner + reach + SAMPLES - 1, last);
-    ivec2 before = max(corner - reach, ivec2(0));
+    ivec2 reaches = max(ivec2(1), ivec2(0.5 * outlineWidths * float(SAMPLES) + 0.5));
+    int widest = max(reaches.x, reaches.y);
+    ivec2 beyond = min(corner + widest + SAMPLES - 1, last);
+    ivec2 before = max(corner - widest, ivec2(0));
     float change = float(SAMPLES * SAMPLES) * changeBetween(first, mean);
     change = max(change, changeBetween(first, texelFetch(surfaces, ivec2(beyond.x, corner.y), 0)));
     change = max(change, changeBetween(first, texelFetch(surfaces, ivec2(corner.x, beyond.y), 0)));
@@ -301,25 +300,22 @@ float openness(vec2 at, float depth) {
       vec4 surface = texelFetch(surfaces, at, 0);
 #if SEE_THROUGH
       float far = surfaceRange.x * exp2(surface.w / surfaceRange.y);
+      int reach = reaches.y;
 #else
       float far = distanceAt(at);
+      int reach = surface.w > 0.5 ? reaches.x : reaches.y;
 #endif
       float here = edgeTowards(surface, far, ivec2(max(at.x - reach, 0), at.y));
       here = max(here, edgeTowards(surface, far, ivec2(min(at.x + reach, last.x), at.y)));
       here = max(here, edgeTowards(surface, far, ivec2(at.x, max(at.y - reach, 0))));
       here = max(here, edgeTowards(surface, far, ivec2(at.x, min(at.y + reach, last.y))));
       here *= surface.z > 0.0 ? 1.0 : 0.0;
-      edge += here;
-#if SEE_THROUGH
-      ink += here * texelFetch(lineColors, ivec2(int(255.0 * surface.z + 0.5), 0), 0).rgb;
-#endif
+      vec4 line = texelFetch(lineColors, ivec2(int(255.0 * surface.z + 0.5), 0), 0);
+      edge += here * line.a;
+      ink += here * line.a * line.rgb;
     }
-#if SEE_THROUGH
     ink /= max(edge, 1e-6);
-#else
-    ink = outlineColor;
-#endif
-    edge *= outline / float(SAMPLES);
+    edge /= float(SAMPLES);
     sum = vec4(mix(sum.rgb, ink, edge), mix(sum.a, 1.0, edge));
 #endif
   }

@@ -9,6 +9,7 @@
 #include <map>
 
 #include "render/picture/label_layout.h"
+#include "render/scene/object_look.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
@@ -244,14 +245,14 @@ void DrawLabels(cv::Mat& image, const std::vector<SnapshotObject>& objects, cons
   for (const cv::Rect& area : taken) {
     hidden(area & cv::Rect({0, 0}, image.size())).setTo(255);
   }
-  const bool all_solid = style.objects.uncertain == UncertainObjects::kSolid;
-  const SeenSolids seen =
-      SeeSolids(ToVector(objects,
-                         [&](const SnapshotObject& object) {
-                           return NamedSolid{object.superquadric, all_solid || IsReliable(object)};
-                         }),
-                captions.see_through, PinholeOf(camera, image.size()), PoseOf(camera), hidden,
-                [&](const Eigen::Vector3d& p_map) { return !captions.clip || captions.clip->Keeps(p_map); });
+  const SeenSolids seen = SeeSolids(
+      ToVector(
+          objects,
+          [&](const SnapshotObject& object) {
+            return NamedSolid{object.superquadric, HidesOthers(object, style.objects, captions.see_through)};
+          }),
+      captions.see_through, PinholeOf(camera, image.size()), PoseOf(camera), hidden,
+      [&](const Eigen::Vector3d& p_map) { return !captions.clip || captions.clip->Keeps(p_map); });
   const Eigen::Vector3d eye = FromAfar(camera).position;
   std::vector<LabelRequest> requests;
   std::vector<std::string> names;

@@ -15,6 +15,7 @@
 
 #include "picture_shaders.h"
 #include "render/gl/offscreen_window.h"
+#include "render/scene/object_look.h"
 #include "render/scene/scene_geometry.h"
 #include "render/solids/ground_shadow.h"
 #include "render/solids/poly_data.h"
@@ -178,8 +179,9 @@ void Scene::CastShadow(const std::optional<ClipPlane>& plane) {
   for (const SnapshotObject& object : solid_objects_) {
     const PosedSuperquadric& solid = object.superquadric;
     const Eigen::Vector3d offset = solid.T_map_object.translation - focus_.center;
-    // A distant outlier would cost all other shadows their resolution.
-    if (offset.norm() < 3.0 * focus_.radius && (!plane || plane->KeepsSomeOf(solid))) {
+    // Glass casts none. A distant outlier would cost all other shadows their resolution.
+    if (LookOf(object.label, style_.objects, false) == ObjectLook::kSolid &&
+        offset.norm() < 3.0 * focus_.radius && (!plane || plane->KeepsSomeOf(solid))) {
       casters.push_back(solid);
       const SuperquadricParameters parameters = ToParameters(solid);
       shadow_inputs.insert(shadow_inputs.end(), parameters.begin(), parameters.end());
@@ -205,15 +207,12 @@ PictureEffects Scene::Effects() const {
   effects.fxaa = quality_.fxaa;
   effects.occlusion = style_.light.ambient_occlusion;
   effects.occlusion_radius = style_.light.occlusion_radius * focus_.radius;
-  effects.outline = style_.light.outline;
-  effects.outline_width = style_.light.outline_width * quality_.pixel_scale;
-  effects.outline_color = ParseColor(style_.light.outline_color);
+  effects.line_widths =
+      quality_.pixel_scale * Eigen::Vector2d(style_.light.outline_width, style_.objects.line_width);
   effects.eye_dome = style_.light.eye_dome;
-  if (EffectiveLook() != ObjectLook::kSolid) {
+  if (solids_.SeeThrough()) {
     effects.see_through = true;
     effects.occlusion = 0.0;
-    effects.outline = style_.objects.line;
-    effects.outline_width = style_.objects.line_width * quality_.pixel_scale;
   }
   if (quality_.transparent) {
     effects.background.setZero();
@@ -249,12 +248,7 @@ void Scene::Show(const MapSnapshot& map, const SceneFocus& focus, const LabelCol
   ShowSolids();
 }
 
-ObjectLook Scene::EffectiveLook() const {
-  const ObjectLook wanted = style_.objects.look;
-  return wanted != ObjectLook::kAuto ? wanted : IsDense() ? ObjectLook::kGlass : ObjectLook::kSolid;
-}
-
-void Scene::ShowSolids() { solids_.Show(solid_objects_, colors_, EffectiveLook()); }
+void Scene::ShowSolids() { solids_.Show(solid_objects_, colors_, IsDense()); }
 
 void Scene::SetLayers(const SceneLayers& layers) {
   SetGeometry(true_path_, PathLines(layers.true_path, ParseColor(style_.ground_truth.color)),
@@ -328,11 +322,27 @@ void Scene::ArrangeLines(PictureLayers& layers) {
   }
 }
 
+// Returns the lines around solids: in the colour of the class around glass.
+std::vector<Eigen::Vector4d> Scene::Lines() const {
+  const Eigen::Vector3d paper = ParseColor(style_.background);
+  const Eigen::Vector3d ink = ParseColor(style_.light.outline_color);
+  std::vector<Eigen::Vector4d> lines;
+  double strongest = 0.0;
+  for (const auto& [color, look] : solids_.Looks()) {
+    const bool solid = look == ObjectLook::kSolid;
+    lines.emplace_back();
+    lines.back() << (solid ? ink : ReadableOn(paper, color, style_.points.min_contrast)),
+        solid ? style_.light.outline : style_.objects.line;
+    strongest = std::max(strongest, lines.back().w());
+  }
+  return strongest > 0.0 ? lines : std::vector<Eigen::Vector4d>();
+}
+
 void Scene::LookFrom(const ViewCamera& wanted, cv::Size size) {
   const ViewCamera view = wanted.IsOrthographic() ? MovedBack(wanted, focus_) : wanted;
   const std::optional<ClipPlane> clip = MakeClipPlane(style_.clip, focus_, view);
   SetClipPlane(clip);
-  if (style_.light.shadow > 0.0 && style_.objects.show && EffectiveLook() == ObjectLook::kSolid) {
+  if (style_.light.shadow > 0.0 && style_.objects.show && !solids_.SeeThrough()) {
     CastShadow(clip);
   } else {
     shadow_->SetVisibility(false);
@@ -366,10 +376,7 @@ void Scene::LookFrom(const ViewCamera& wanted, cv::Size size) {
   PictureEffects effects = Effects();
   effects.surface_range = around.range;
   pass_->SetEffects(effects);
-  for (const Eigen::Vector3d& color : solids_.Colors()) {
-    layers.line_colors.push_back(
-        ReadableOn(ParseColor(style_.background), color, style_.points.min_contrast));
-  }
+  layers.lines = Lines();
   pass_->SetLayers(std::move(layers));
   PlaceCamera(view, nearest, farthest, renderer_->GetActiveCamera());
 }

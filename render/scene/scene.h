@@ -63,7 +63,6 @@ class Scene {
   bool HasMesh() const { return style_.dense_cloud.show && mesh_ != nullptr; }
   bool HasCloud() const { return style_.dense_cloud.show && shown_cloud_ != nullptr && !HasMesh(); }
   bool IsDense() const { return HasCloud() || HasMesh(); }
-  ObjectLook EffectiveLook() const;
   void ShowSolids();
   void ShowMesh();
   void GrowMesh();
@@ -74,6 +73,7 @@ class Scene {
   void SetClipPlane(const std::optional<ClipPlane>& plane);
   void CastShadow(const std::optional<ClipPlane>& plane);
   PictureEffects Effects() const;
+  std::vector<Eigen::Vector4d> Lines() const;
 
   SceneStyle style_;
   Quality quality_;

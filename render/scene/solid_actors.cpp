@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "picture_shaders.h"
+#include "render/scene/object_look.h"
 #include "render/scene/studio_light.h"
 #include "render/solids/poly_data.h"
 #include "render/solids/tessellation.h"
@@ -22,13 +23,12 @@
 namespace sqslam {
 namespace {
 
-vtkSmartPointer<vtkActor> MakeActor(double opacity, bool see_through, vtkPlaneCollection* clip) {
+vtkSmartPointer<vtkActor> MakeActor(bool see_through, vtkPlaneCollection* clip) {
   const vtkNew<vtkPolyDataMapper> mapper;
   const auto actor = vtkSmartPointer<vtkActor>::New();
   mapper->SetClippingPlanes(clip);
   actor->SetMapper(mapper);
   actor->SetUserMatrix(vtkNew<vtkMatrix4x4>());
-  actor->GetProperty()->SetOpacity(opacity);
   if (see_through) {
     actor->ForceTranslucentOn();
   } else {
@@ -76,14 +76,17 @@ void SetSolidShader(vtkActor* actor, const SolidShading& shading) {
 
 }  // namespace
 
-SolidActors::Solid SolidActors::MakeSolid(int number) const {
+double SolidActors::OpacityOf(ObjectLook look) const {
   constexpr double kInvisibleOpacity = 1e-3;  // invisible, but still drawn: outlines are made from it
-  const double opacity = look_ == ObjectLook::kSolid   ? style_.opacity
-                         : look_ == ObjectLook::kGlass ? std::max(style_.glass, kInvisibleOpacity)
-                                                       : kInvisibleOpacity;
+  return look == ObjectLook::kSolid   ? style_.opacity
+         : look == ObjectLook::kGlass ? std::max(style_.glass, kInvisibleOpacity)
+                                      : kInvisibleOpacity;
+}
+
+SolidActors::Solid SolidActors::MakeSolid(int number) const {
   Solid solid;
-  solid.back = MakeActor(opacity, SeeThrough(), clip_);
-  solid.front = MakeActor(opacity, SeeThrough(), clip_);
+  solid.back = MakeActor(SeeThrough(), clip_);
+  solid.front = MakeActor(SeeThrough(), clip_);
   for (vtkActor* actor : {solid.back.Get(), solid.front.Get()}) {
     MapperOf(actor)->ScalarVisibilityOff();
   }
@@ -95,14 +98,17 @@ SolidActors::Solid SolidActors::MakeSolid(int number) const {
   return solid;
 }
 
-std::vector<Eigen::Vector3d> SolidActors::Colors() const { return ToVector(solids_, &Solid::color); }
+std::vector<std::pair<Eigen::Vector3d, ObjectLook>> SolidActors::Looks() const {
+  return ToVector(solids_, [](const Solid& solid) { return std::pair(solid.color, solid.look); });
+}
 
-void SolidActors::Show(const std::vector<SnapshotObject>& objects, const LabelColors& colors,
-                       ObjectLook look) {
-  if (std::exchange(look_, look) != look) {
+void SolidActors::Show(const std::vector<SnapshotObject>& objects, const LabelColors& colors, bool dense) {
+  const bool see_through = style_.look == ObjectLook::kAuto ? dense : style_.look != ObjectLook::kSolid;
+  if (std::exchange(see_through_, see_through) != see_through) {
     solids_.clear();
   }
   solids_.resize(objects.size());
+  translucent_ = false;
   std::vector<PosedSuperquadric> posed;
   for (std::size_t i = 0; i < objects.size(); ++i) {
     Solid& solid = solids_[i];
@@ -116,14 +122,18 @@ void SolidActors::Show(const std::vector<SnapshotObject>& objects, const LabelCo
     }
     solid.posed = objects[i].superquadric;
     solid.color = colors(objects[i].label);
+    solid.look = LookOf(objects[i].label, style_, dense);
+    solid.opacity = OpacityOf(solid.look);
+    translucent_ |= solid.opacity < 1.0;
     posed.push_back(solid.posed);
     const Eigen::Matrix4d transposed = solid.posed.T_map_object.Matrix().transpose();  // VTK is row-major
     for (vtkActor* actor : {solid.back.Get(), solid.front.Get()}) {
       actor->GetUserMatrix()->DeepCopy(transposed.data());
       actor->GetProperty()->SetColor(solid.color.x(), solid.color.y(), solid.color.z());
+      actor->GetProperty()->SetOpacity(solid.opacity);
     }
   }
-  order_ = SeeThrough() || style_.opacity < 1.0 ? SolidOrder(std::move(posed)) : SolidOrder();
+  order_ = translucent_ ? SolidOrder(std::move(posed)) : SolidOrder();
 }
 
 int SolidActors::SegmentsFor(const PosedSuperquadric& solid, const ViewCamera& camera, double pixels) const {
@@ -184,20 +194,21 @@ std::vector<vtkActor*> SolidActors::Arrange(const ViewCamera& camera, double pix
 
 std::vector<vtkActor*> SolidActors::InOrder(const ViewCamera& camera, double pixels) {
   std::vector<vtkActor*> actors;
-  if (!style_.show || (!SeeThrough() && style_.opacity <= 0.0)) {
+  if (!style_.show) {
     return actors;
   }
-  const bool translucent = SeeThrough() || style_.opacity < 1.0;
-  // Far sides are visible in solids that are cut; in glass they would only make it duller.
-  const bool inside = (translucent && !SeeThrough()) || clip_->GetNumberOfItems() > 0;
   const auto add = [&](Solid& solid) {
+    if (!SeeThrough() && solid.opacity <= 0.0) {
+      return;
+    }
     SetDetail(solid, SegmentsFor(solid.posed, camera, pixels));
-    if (inside) {
+    // Far sides are visible in solids that are cut; in glass they would only make it duller.
+    if ((solid.look == ObjectLook::kSolid && solid.opacity < 1.0) || clip_->GetNumberOfItems() > 0) {
       actors.push_back(solid.back);
     }
     actors.push_back(solid.front);
   };
-  if (!translucent) {
+  if (!translucent_) {
     std::ranges::for_each(solids_, add);
     return actors;
   }

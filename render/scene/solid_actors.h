@@ -22,8 +22,11 @@ class SolidActors {
   // `clip`: planes that cut the solids; read whenever a picture is drawn.
   SolidActors(const SceneStyle::Objects& style, vtkPlaneCollection* clip) : style_(style), clip_(clip) {}
 
-  // `look` must not be kAuto.
-  void Show(const std::vector<SnapshotObject>& objects, const LabelColors& colors, ObjectLook look);
+  // `dense`: among a dense cloud or mesh (LookOf).
+  void Show(const std::vector<SnapshotObject>& objects, const LabelColors& colors, bool dense);
+
+  // True if all solids are glass or outlines and write no depth. Single solids of glass among others do.
+  bool SeeThrough() const { return see_through_; }
 
   struct Surroundings {
     Studio studio;
@@ -38,28 +41,31 @@ class SolidActors {
   // the fineness of each solid's grid follows.
   std::vector<vtkActor*> Arrange(const ViewCamera& camera, double pixels, const Surroundings& around);
 
-  // Returns the colours in the order of the solids' numbers.
-  std::vector<Eigen::Vector3d> Colors() const;
+  // Returns colours and looks in the order of the solids' numbers.
+  std::vector<std::pair<Eigen::Vector3d, ObjectLook>> Looks() const;
 
  private:
   // One superquadric, with actors for its far and its near side, so that they blend in the right order.
   struct Solid {
     PosedSuperquadric posed;
     Eigen::Vector3d color = Eigen::Vector3d::Zero();
+    ObjectLook look = ObjectLook::kSolid;
+    double opacity = 1.0;
     int segments = 0;  // of the actors' mesh; 0: none yet
     vtkSmartPointer<vtkActor> back;
     vtkSmartPointer<vtkActor> front;
   };
-  bool SeeThrough() const { return look_ != ObjectLook::kSolid; }
+  double OpacityOf(ObjectLook look) const;
   Solid MakeSolid(int number) const;
   std::vector<vtkActor*> InOrder(const ViewCamera& camera, double pixels);
   int SegmentsFor(const PosedSuperquadric& solid, const ViewCamera& camera, double pixels) const;
   void SetDetail(Solid& solid, int segments);
 
   SceneStyle::Objects style_;
-  ObjectLook look_ = ObjectLook::kSolid;
+  bool see_through_ = false;
   vtkSmartPointer<vtkPlaneCollection> clip_;
   std::vector<Solid> solids_;
+  bool translucent_ = false;  // any of them
   SolidOrder order_;
 };
 

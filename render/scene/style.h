@@ -42,7 +42,7 @@ enum class UncertainObjects { kOutline, kSolid, kHide };
 constexpr auto EnumNames(UncertainObjects) { return std::array{"outline", "solid", "hide"}; }
 
 // Shaded surfaces, transparent surfaces that show their content, or lines only. auto: glass if there is a
-// visible dense cloud, else solid.
+// visible dense cloud or the class is hollow, else solid (LookOf).
 enum class ObjectLook { kAuto, kSolid, kGlass, kOutline };
 constexpr auto EnumNames(ObjectLook) { return std::array{"auto", "solid", "glass", "outline"}; }
 

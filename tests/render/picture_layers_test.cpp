@@ -63,6 +63,33 @@ TEST(PictureLayersTest, DrawsGlassSolidsWithoutCloudLikeBaseline) {
   ExpectBaseline(RenderPicture(HandMadeMap(), options), "map_glass");
 }
 
+TEST(PictureLayersTest, DrawsHollowClassesAsGlassAmongSolids) {
+  MapSnapshot map = HandMadeMap();
+  SnapshotObject ball = map.objects[2];
+  map.objects.resize(1);  // a box, and a ball inside it
+  map.objects[0].superquadric.T_map_object.translation = {0.0, 0.0, 0.2};
+  map.objects[0].superquadric.shape.half_size = {0.4, 0.3, 0.2};
+  ball.superquadric.T_map_object.translation = {0.0, 0.0, 0.15};
+  map.objects.push_back(ball);
+  PictureOptions options = SmallPicture();
+  options.style.text.legend = options.style.points.show = false;
+  const cv::Vec3d ball_color = [&] {
+    const Eigen::Vector3d c = LabelColors()(ball.label);
+    return 255.0 * cv::Vec3d(c.z(), c.y(), c.x());
+  }();
+  const auto like_ball = [&](const std::string& label) {
+    map.objects[0].label = label;
+    int count = 0;
+    const cv::Mat picture = RenderPicture(map, options);
+    for (auto pixel = picture.begin<cv::Vec3b>(); pixel != picture.end<cv::Vec3b>(); ++pixel) {
+      count += cv::norm(cv::Vec3d(*pixel) - ball_color) < 60.0 ? 1 : 0;
+    }
+    return count;
+  };
+  EXPECT_LT(like_ball("book"), 50);
+  EXPECT_GT(like_ball("dining_table"), 300);
+}
+
 TEST(PictureLayersTest, HidesMapPointsBehindDenseCloudUnlessRequested) {
   PictureOptions options = DensePicture(ObjectLook::kAuto);
   MapSnapshot bare = HandMadeMap();

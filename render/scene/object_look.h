@@ -1,0 +1,19 @@
+#pragma once
+
+#include <string>
+
+#include "render/scene/style.h"
+#include "slam/snapshot/snapshot.h"
+
+namespace sqslam {
+
+// Returns how an object of this class is drawn, never kAuto. `dense`: among a dense cloud or mesh. Automatic:
+// glass there, and everywhere for hollow classes such as tables and chairs (`hollow` in
+// configs/classes.yaml), whose hull is mostly air and would hide what stands in it; solid for all others.
+ObjectLook LookOf(const std::string& label, const SceneStyle::Objects& style, bool dense);
+
+// Returns true if an object hides what is behind it: a solid that is not drawn as thin lines because it is
+// uncertain. `see_through`: all objects are, and the nearest one counts.
+bool HidesOthers(const SnapshotObject& object, const SceneStyle::Objects& style, bool see_through);
+
+}  // namespace sqslam
