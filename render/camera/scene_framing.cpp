@@ -44,12 +44,18 @@ std::array<Eigen::Vector3d, 8> CornersOf(const Eigen::AlignedBox3d& box) {
 }
 
 // Returns the corners of the objects' bounding boxes, without objects far from all others.
-std::vector<Eigen::Vector3d> ObjectCorners(const MapSnapshot& map) {
-  if (map.objects.empty()) {
+std::vector<Eigen::Vector3d> ObjectCorners(const MapSnapshot& map, const FramedParts& parts) {
+  std::vector<PosedSuperquadric> solids;
+  std::vector<Eigen::Vector3d> centers;
+  for (const SnapshotObject& object : map.objects) {
+    if (parts.objects && (parts.uncertain_objects || IsReliable(object))) {
+      solids.push_back(object.superquadric);
+      centers.push_back(object.superquadric.T_map_object.translation);
+    }
+  }
+  if (solids.empty()) {
     return {};
   }
-  const std::vector<Eigen::Vector3d> centers =
-      ToVector(map.objects, [](const SnapshotObject& o) { return o.superquadric.T_map_object.translation; });
   const Eigen::Vector3d middle = Percentiles(centers, 0.5);
   std::vector<double> distances =
       ToVector(centers, [&](const Eigen::Vector3d& center) { return (center - middle).norm(); });
@@ -57,15 +63,15 @@ std::vector<Eigen::Vector3d> ObjectCorners(const MapSnapshot& map) {
   std::vector<Eigen::Vector3d> corners;
   for (std::size_t i = 0; i < centers.size(); ++i) {
     if (distances[i] <= limit || centers.size() < 4) {
-      const std::array<Eigen::Vector3d, 8> box = BoxCorners(map.objects[i].superquadric);
+      const std::array<Eigen::Vector3d, 8> box = BoxCorners(solids[i]);
       corners.insert(corners.end(), box.begin(), box.end());
     }
   }
   return corners;
 }
 
-std::vector<Eigen::Vector3d> Outline(const MapSnapshot& map) {
-  std::vector<Eigen::Vector3d> outline = ObjectCorners(map);
+std::vector<Eigen::Vector3d> Outline(const MapSnapshot& map, const FramedParts& parts) {
+  std::vector<Eigen::Vector3d> outline = ObjectCorners(map, parts);
   Eigen::AlignedBox3d around = BoxAround(outline);
   if (!outline.empty()) {  // with a margin for the surroundings
     const double margin = 0.25 * around.diagonal().norm();
@@ -74,7 +80,7 @@ std::vector<Eigen::Vector3d> Outline(const MapSnapshot& map) {
   }
   std::vector<Eigen::Vector3d> near;
   for (const SnapshotPoint& point : map.points) {
-    if (outline.empty() || around.contains(point.p_map.cast<double>())) {
+    if (parts.points && (outline.empty() || around.contains(point.p_map.cast<double>()))) {
       near.push_back(point.p_map.cast<double>());
     }
   }
@@ -165,10 +171,10 @@ std::array<Eigen::Vector3d, 8> BoxCorners(const PosedSuperquadric& solid) {
   return corners;
 }
 
-SceneFocus FindFocus(const MapSnapshot& map) {
+SceneFocus FindFocus(const MapSnapshot& map, const FramedParts& parts) {
   SceneFocus focus;
   focus.up = UpDirection(map);
-  focus.outline = Outline(map);
+  focus.outline = Outline(map, {});
   if (focus.outline.empty()) {
     focus.front = FrontDirection(map, focus);
     return focus;
@@ -182,8 +188,11 @@ SceneFocus FindFocus(const MapSnapshot& map) {
   });
   focus.front = FrontDirection(map, focus);
   focus.view_depth = depths.empty() ? 2.0 * focus.radius : LowerQuantile(depths, 0.5);
-  for (const SnapshotKeyframe& keyframe : map.keyframes) {  // the path does not affect the scale
-    focus.outline.push_back(keyframe.T_map_camera.translation);
+  focus.outline = Outline(map, parts);  // what is drawn does not affect the scale
+  for (const SnapshotKeyframe& keyframe : map.keyframes) {
+    if (parts.path) {
+      focus.outline.push_back(keyframe.T_map_camera.translation);
+    }
   }
   return focus;
 }

@@ -27,7 +27,16 @@ struct SceneFocus {
   std::optional<Eigen::Vector3d> main_direction;      // horizontal; set for orthographic pictures
 };
 
-SceneFocus FindFocus(const MapSnapshot& map);
+// The parts of a map that a picture draws, and should therefore contain. They do not affect the scene's
+// scale.
+struct FramedParts {
+  bool objects = true;
+  bool uncertain_objects = true;
+  bool points = true;
+  bool path = true;
+};
+
+SceneFocus FindFocus(const MapSnapshot& map, const FramedParts& parts = {});
 
 // Adds the bulk of a cloud around objects and path, without outliers, to the outline. Keeps the scene's
 // scale.

@@ -63,6 +63,15 @@ std::vector<Eigen::Vector3d> SampleOf(const SceneLayers& layers) {
   return sample;
 }
 
+// A drawn cloud stands for the points, from which it was made.
+FramedParts PartsDrawn(const SceneStyle& style, const SceneLayers& layers) {
+  const bool dense = style.dense_cloud.show && (layers.dense_cloud || layers.dense_mesh);
+  return {.objects = style.objects.show,
+          .uncertain_objects = style.objects.uncertain != UncertainObjects::kHide,
+          .points = style.points.show || dense,
+          .path = style.cameras.trajectory || style.cameras.keyframes};
+}
+
 }  // namespace
 
 void IncludeLayers(const SceneLayers& layers, SceneFocus& focus) { IncludeCloud(SampleOf(layers), focus); }
@@ -187,8 +196,8 @@ PictureRenderer::PictureRenderer(PictureRenderer&&) noexcept = default;
 
 void PictureRenderer::SetMap(const MapSnapshot& map) {
   Impl& s = *impl_;
-  s.focus = FindFocus(map);
   const SceneStyle& style = s.options.style;
+  s.focus = FindFocus(map, PartsDrawn(style, s.options.layers));
   if (style.cameras.current && map.T_map_camera) {
     std::ranges::copy(
         FrustumCorners(*map.T_map_camera, map.camera, CurrentFrustumHeight(s.focus, style.cameras.size)),

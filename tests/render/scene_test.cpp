@@ -51,6 +51,26 @@ TEST(FramingTest, ContainsEveryObject) {
   }
 }
 
+TEST(FramingTest, IgnoresUndrawnParts) {
+  MapSnapshot map = HandMadeMap();
+  map.keyframes.back().T_map_camera.translation = {9.0, 0.0, 1.0};
+  map.objects.front().fit.reliability = 0.1;
+  map.objects.front().superquadric.T_map_object.translation = {0.0, 0.0, 7.0};
+  const auto farthest = [&](const FramedParts& parts, int axis) {
+    double most = 0.0;
+    for (const Eigen::Vector3d& p : FindFocus(map, parts).outline) {
+      most = std::max(most, p[axis]);
+    }
+    return most;
+  };
+  EXPECT_EQ(farthest({}, 0), 9.0);
+  EXPECT_LT(farthest({.path = false}, 0), 2.0);
+  EXPECT_GT(farthest({}, 2), 6.0);
+  EXPECT_LT(farthest({.uncertain_objects = false}, 2), 2.0);
+  EXPECT_LT(farthest({.objects = false}, 2), 2.0);
+  EXPECT_FALSE(FindFocus(map, {.points = false}).outline.empty());
+}
+
 TEST(FramingTest, ContainsPathButKeepsScale) {
   MapSnapshot map = HandMadeMap();
   const double radius = FindFocus(map).radius;
