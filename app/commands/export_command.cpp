@@ -21,6 +21,7 @@
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/recording.h"
 #include "slam/util/atomic_file.h"
+#include "slam/util/data_path.h"
 #include "slam/util/throw_if.h"
 
 namespace sqslam::app {
@@ -72,7 +73,21 @@ void WriteViewPage(const ExportArguments& a, const fs::path& map_path) {
   if (!a.ground_truth.empty()) {
     layers = ReadLayers({.ground_truth = a.ground_truth}, reader, map_path, {});
   }
-  WriteFileAtomically(a.output, MapViewPage(reader, map_path, layers.true_path, a.style.Load()));
+  std::vector<std::string> options = OptionsOf(map_path, a.objects);
+  if (!a.ground_truth.empty()) {
+    options.push_back("--ground-truth=" +
+                      (a.ground_truth == "auto" ? a.ground_truth : AbsolutePath(a.ground_truth).string()));
+  }
+  if (a.style.name != StyleArguments().name) {
+    options.push_back("--style=" + a.style.name);
+  }
+  for (const std::string& setting : a.style.settings) {
+    options.push_back("--set=" + setting);
+  }
+  WriteFileAtomically(
+      a.output,
+      MapViewPage(reader, map_path,
+                  {.true_path = layers.true_path, .style = a.style.Load(), .render_options = options}));
 }
 
 // Exports keyframes, points and images for COLMAP or nerfstudio.

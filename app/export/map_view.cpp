@@ -9,10 +9,13 @@
 
 #include "app/export/map_export.h"
 #include "render/camera/scene_framing.h"
+#include "render/picture/picture.h"
+#include "render/scene/object_look.h"
 #include "render/scene/style.h"
 #include "slam/io/image_files.h"
 #include "slam/io/input_images.h"
 #include "slam/io/trajectory.h"
+#include "slam/util/data_path.h"
 #include "slam/util/thinned.h"
 #include "slam/util/to_vector.h"
 
@@ -60,7 +63,8 @@ class MapViewWriter {
         extras_(extras),
         options_(options),
         map_(*reader.Last()),
-        history_(history) {
+        history_(history),
+        cloud_(ReadCloudLayer(recording)) {
     std::ranges::sort(map_.keyframes, {}, &SnapshotKeyframe::timestamp);
     colors_ = LabelColors(extras_.style.objects.colors);
     start_ = map_.keyframes.empty() ? 0.0 : map_.keyframes.front().timestamp;
@@ -71,6 +75,9 @@ class MapViewWriter {
     AddImages();
     scene_["title"] = extras_.title;
     scene_["program"] = "sqslam " SQSLAM_VERSION;
+    std::vector<std::string> command = {"sqslam", "render", AbsolutePath(recording_).string()};
+    command.insert(command.end(), extras_.render_options.begin(), extras_.render_options.end());
+    scene_["command"] = command;
     scene_["metres"] = Short(extras_.metres > 0.0 ? extras_.metres : map_.metric ? 1.0 : 0.0);
     scene_["upright"] = map_.gravity_known;
     AddLook();
@@ -152,7 +159,8 @@ class MapViewWriter {
   }
 
   void AddLook() {
-    const SceneFocus focus = FindFocus(map_);
+    SceneFocus focus = FindFocus(map_);
+    IncludeLayers({{}, cloud_, nullptr}, focus);
     const ViewCamera eye = FrameScene(focus, 16.0 / 9.0);
     scene_["look"] = {{"eye", ListOf(eye.position)},    {"at", ListOf(eye.focal_point)},
                       {"angle", eye.view_angle},        {"center", ListOf(focus.center)},
@@ -183,6 +191,7 @@ class MapViewWriter {
                                    {"points", object.points},
                                    {"reliability", Short(object.fit.reliability)},
                                    {"uncertain", !IsReliable(object)},
+                                   {"hollow", LookOf(object.label, {}, false) == ObjectLook::kGlass},
                                    {"size", ListOf(Eigen::Vector3d(2.0 * shape.half_size))},
                                    {"shape", {Short(shape.e1), Short(shape.e2)}},
                                    {"yaw", Short(object.yaw)},
@@ -271,16 +280,16 @@ class MapViewWriter {
       point.p_map = Snapped(point.p_map, step);
     }
     std::vector<CloudPoint> cloud;
-    if (const CloudLayerPtr layer = ReadCloudLayer(recording_)) {
+    if (cloud_) {
       int rank = 0;
-      while (std::ranges::count_if(layer->points, [&](const CloudPoint& p) { return p.rank >= rank; }) >
+      while (std::ranges::count_if(cloud_->points, [&](const CloudPoint& p) { return p.rank >= rank; }) >
                  static_cast<std::ptrdiff_t>(options_.cloud) &&
              rank < CloudLayer::kRanks) {
         ++rank;
       }
-      std::ranges::copy_if(layer->points, std::back_inserter(cloud),
+      std::ranges::copy_if(cloud_->points, std::back_inserter(cloud),
                            [&](const CloudPoint& p) { return p.rank >= rank; });
-      scene_["cloud_spacing"] = Short(layer->spacing * std::exp2(0.5 * rank));
+      scene_["cloud_spacing"] = Short(cloud_->spacing * std::exp2(0.5 * rank));
     }
     scene_["cloud"] = SortByFirstView(cloud);
     for (CloudPoint& point : cloud) {
@@ -296,7 +305,8 @@ class MapViewWriter {
   MapSnapshot map_;
   const ViewHistory& history_;
   LabelColors colors_;
-  double start_ = 0.0;  // seconds
+  CloudLayerPtr cloud_;  // may be null
+  double start_ = 0.0;   // seconds
   std::vector<SeenOutline> outlines_;
   std::vector<std::vector<std::size_t>> best_views_;  // of each object: keyframes
   std::vector<int> image_of_;                         // of each keyframe; -1: none

@@ -60,6 +60,7 @@ struct MapViewExtras {
   double metres = 0.0;  // per unit of the recording as read; 0: as the recording says
   std::vector<std::vector<Eigen::Vector3d>> true_path;  // map frame, split at gaps
   SceneStyle style{};                                   // colours of classes, size of the frusta
+  std::vector<std::string> render_options{};  // that `sqslam render` needs for the same map, beside its view
 };
 
 // A finished run in the form that the page reads: geometry as .glb, everything else as JSON, and images.
@@ -86,7 +87,6 @@ std::string HtmlPage(const std::string& title, const std::string& body, const st
 
 // Returns a page with the view of a recording only, titled by the name of its sequence.
 std::string MapViewPage(const RecordingReader& reader, const std::filesystem::path& recording,
-                        const std::vector<std::vector<Eigen::Vector3d>>& true_path = {},
-                        const SceneStyle& style = {});
+                        const MapViewExtras& extras = {});
 
 }  // namespace sqslam::app

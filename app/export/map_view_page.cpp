@@ -21,7 +21,7 @@ constexpr std::array kLibraries = {"three.min.js", "examples/js/controls/OrbitCo
 
 constexpr std::array kScripts = {"data.js",    "materials.js", "lines.js",  "scene.js", "outlines.js",
                                  "cameras.js", "motion.js",    "labels.js", "photo.js", "timeline.js",
-                                 "panel.js",   "measure.js",   "main.js"};
+                                 "panel.js",   "measure.js",   "share.js",  "main.js"};
 
 constexpr const char* kLicence =
     "three.js, https://threejs.org, copyright 2010-2019 three.js authors, MIT licence: Permission is hereby "
@@ -92,13 +92,17 @@ std::string HtmlPage(const std::string& title, const std::string& body, const st
 }
 
 std::string MapViewPage(const RecordingReader& reader, const fs::path& recording,
-                        const std::vector<std::vector<Eigen::Vector3d>>& true_path, const SceneStyle& style) {
+                        const MapViewExtras& extras) {
   const fs::path sequence = reader.Info().sequence_path;
   const std::string title =
       AbsolutePath(sequence.empty() ? recording.parent_path() : sequence).filename().string();
-  const MapView view = ReadMapView(reader, ReadHistory(reader), recording,
-                                   {.title = title, .true_path = true_path, .style = style});
-  return HtmlPage(title, MapViewElements(view), "", "sq-alone");
+  MapViewExtras titled = extras;
+  titled.title = title;
+  const MapView view = ReadMapView(reader, ReadHistory(reader), recording, titled);
+  return HtmlPage(title,
+                  fmt::format("<main>\n<h1 class=\"sq-unseen\">Object map of {}</h1>\n{}</main>\n",
+                              EscapeMarkup(title), MapViewElements(view)),
+                  "", "sq-alone");
 }
 
 }  // namespace sqslam::app

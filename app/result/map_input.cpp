@@ -11,6 +11,7 @@
 #include "slam/evaluation/trajectory_error.h"
 #include "slam/io/result_files.h"
 #include "slam/snapshot/depth_recording.h"
+#include "slam/util/data_path.h"
 #include "slam/util/text_lines.h"
 #include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
@@ -49,6 +50,20 @@ fs::path EditsFile(const fs::path& recording, const std::string& edits) {
   ThrowIf<InputError>(!fs::exists(beside), "--edits auto: {} does not exist, expected edits beside the map",
                       beside.string());
   return beside;
+}
+
+std::vector<std::string> OptionsOf(const fs::path& recording, const ObjectArguments& a) {
+  std::vector<std::string> words;
+  if (!a.edits.empty()) {
+    words.push_back("--edits=" + AbsolutePath(EditsFile(recording, a.edits)).string());
+  }
+  if (a.reliable_only) {
+    words.emplace_back("--reliable-only");
+  }
+  if (!a.chosen.empty()) {
+    words.push_back("--objects=" + a.chosen);
+  }
+  return words;
 }
 
 namespace {

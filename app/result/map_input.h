@@ -24,6 +24,9 @@ struct ObjectArguments {
 
 void AddObjectOptions(Command& command, ObjectArguments& arguments);
 
+// Returns the options as words of a command line, with absolute paths.
+std::vector<std::string> OptionsOf(const std::filesystem::path& recording, const ObjectArguments& objects);
+
 // Resolves the option to a file: "auto" is the one beside the recording; empty if the option was not given.
 // Throws InputError if "auto" finds none.
 std::filesystem::path EditsFile(const std::filesystem::path& recording, const std::string& edits);

@@ -40,11 +40,13 @@ sq.build = (view) => {
   sq.buildCameras(view);
   view.drawLoop = sq.makeLoop(view);
   view.draw = view.drawLoop.ask;
+  view.drawNow = () => sq.drawNow(view);
   sq.buildMotion(view);
   sq.buildLabels(view);
   sq.buildTimeline(view);
   sq.buildPanel(view);
   sq.buildMeasure(view);
+  document.addEventListener("fullscreenchange", () => view.tell("state"));
   view.listen("state", () => {
     sq.showState(view);
     sq.drawTimeline(view);
@@ -73,6 +75,16 @@ sq.resize = (view, detail = 1) => {
   }
   view.tell("state");
   view.draw();
+};
+
+sq.drawNow = (view) => {
+  view.shared.pixelsAtOne.value =
+    (view.canvas.clientHeight * view.ratio) / (2 * Math.tan((view.eye.fov * Math.PI) / 360));
+  sq.drawOutlines(view);
+  view.renderer.render(view.scene, view.eye);
+  sq.drawLabels(view);
+  sq.drawMeasure(view);
+  ++view.frames;
 };
 
 // Draws at most once a frame of the screen. While the eye moves and frames take long, it draws fewer pixels.
@@ -110,13 +122,7 @@ sq.makeLoop = (view) => {
       slow = 0;
       if (detail < 1) rest = setTimeout(() => setDetail(1), 160);
     }
-    view.shared.pixelsAtOne.value =
-      (view.canvas.clientHeight * view.ratio) / (2 * Math.tan((view.eye.fov * Math.PI) / 360));
-    sq.drawOutlines(view);
-    view.renderer.render(view.scene, view.eye);
-    sq.drawLabels(view);
-    sq.drawMeasure(view);
-    ++view.frames;
+    view.drawNow();
   };
   const ask = () => {
     if (!asked) requestAnimationFrame(frame);
@@ -142,8 +148,8 @@ sq.listenToPointer = (view) => {
   view.root.addEventListener("focusout", (event) => setActive(view.root.contains(event.relatedTarget)));
   canvas.addEventListener("pointerdown", (event) => {
     down = place(event);
-    view.root.focus({preventScroll: true});
-    view.root.querySelector(".sq-menu").open = false;
+    view.canvas.focus({preventScroll: true});
+    for (const menu of view.root.querySelectorAll(".sq-menu")) menu.open = false;
   });
   canvas.addEventListener("pointerup", (event) => {
     const at = place(event);

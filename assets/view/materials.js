@@ -1,5 +1,6 @@
-// Shaders of solids, their shadows and of points. Colours are sRGB; light adds in squares of
-// them, near enough to linear. They are kept short: many look at a page without a graphics card.
+// Shaders of solids, their shadows and of points. Colours of solids are sRGB, and light adds in squares of them, near
+// enough to linear; those of points are linear, as glTF has them. They are kept short: many look at a page without a
+// graphics card.
 
 sq.solidVertex = `
 uniform vec3 color, up;
@@ -53,7 +54,7 @@ void main() {
   vec4 p = modelViewMatrix * vec4(position, 1.0);
   gl_Position = projectionMatrix * p;
   gl_PointSize = spacing > 0.0 ? clamp(spacing * pixelsAtOne / -p.z, size, 9.0 * size) : size;
-  vec3 c = sqrt(color);
+  vec3 c = mix(12.92 * color, 1.055 * pow(color, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, color));  // sRGB
   float light = dot(c, vec3(0.2126, 0.7152, 0.0722));
   if (paper > 0.5) {
     c *= min(1.0, (paper - contrast) / max(light, 1e-3));

@@ -32,9 +32,27 @@ sq.buildPanel = (view) => {
   });
   root.addEventListener("keydown", (event) => {
     if (event.key === "Escape") sq.escape(view);
+    if (event.key === "Tab" && !view.box.hidden) sq.keepFocus(view.box, event);
     if (!view.box.hidden && (event.key === "ArrowLeft" || event.key === "ArrowRight")) view.box.step(event.key === "ArrowLeft" ? -1 : 1);
   }, true);
-  if (root.clientWidth < 760) view.side.classList.add("sq-folded");
+  list.addEventListener("keydown", (event) => {
+    const rows = [...list.children];
+    const at = rows.indexOf(document.activeElement);
+    const next = {ArrowDown: at + 1, ArrowUp: at - 1, Home: 0, End: rows.length - 1}[event.key];
+    if (at < 0 || next === undefined) return;
+    event.preventDefault();
+    rows[Math.min(rows.length - 1, Math.max(0, next))].focus();
+  });
+  if (root.clientWidth < 760) sq.setFolded(view, true);
+};
+
+// Tab goes round within a dialog.
+sq.keepFocus = (box, event) => {
+  const inside = [...box.querySelectorAll("button")];
+  const last = event.shiftKey ? inside[0] : inside[inside.length - 1];
+  if (inside.length === 0 || (box.contains(document.activeElement) && document.activeElement !== last)) return;
+  event.preventDefault();
+  (event.shiftKey ? inside[inside.length - 1] : inside[0]).focus();
 };
 
 sq.buildLayers = (view) => {
@@ -60,17 +78,39 @@ sq.acts = {
   fold: (view) => (view.state.selected >= 0 && view.root.clientWidth < 760 ? sq.select(view, -1) : sq.fold(view)),
   measure: (view) => sq.setMeasuring(view, !view.state.measuring),
   theme: (view) => sq.setTheme(view, view.state.theme === "dark" ? "light" : "dark"),
-  full: (view) => (document.fullscreenElement ? document.exitFullscreen() : view.root.requestFullscreen()),
+  full: (view) => sq.setFull(view, !sq.isFull(view)),
+  save: (view) => sq.savePicture(view),
+  copy: (view) => sq.copyCommand(view),
+};
+
+sq.isFull = (view) => document.fullscreenElement === view.root || view.root.classList.contains("sq-filling");
+
+// The whole screen, or the whole page in browsers that have no full screen, as on phones.
+sq.setFull = async (view, on) => {
+  try {
+    if (document.fullscreenElement) await document.exitFullscreen();
+    else if (on) await view.root.requestFullscreen();
+  } catch (error) {
+    view.root.classList.toggle("sq-filling", on);
+  }
+  if (!on) view.root.classList.remove("sq-filling");
+  view.tell("state");
+};
+
+sq.setFolded = (view, on) => {
+  view.side.classList.toggle("sq-folded", on);
+  view.side.querySelector(".sq-fold").setAttribute("aria-expanded", !on);
 };
 
 sq.fold = (view) => {
-  view.side.classList.toggle("sq-folded");
+  sq.setFolded(view, !view.side.classList.contains("sq-folded"));
   sq.resize(view);
 };
 
 sq.escape = (view) => {
   if (!view.box.hidden) return sq.closePhoto(view);
   if (view.state.measuring) return sq.setMeasuring(view, false);
+  if (view.root.classList.contains("sq-filling") && view.state.selected < 0) return sq.setFull(view, false);
   sq.select(view, -1);
 };
 
@@ -88,7 +128,7 @@ sq.select = (view, index, approach = false) => {
   detail.hidden = !object;
   view.side.classList.toggle("sq-shown", !!object);
   if (object) {
-    view.side.classList.remove("sq-folded");
+    sq.setFolded(view, false);
     detail.replaceChildren(...sq.describe(view, object));
     object.row.scrollIntoView({block: "nearest"});
     if (approach) sq.approach(view, object);
@@ -120,10 +160,10 @@ sq.describe = (view, object) => {
   for (const index of data.views) {
     if (view.data.keyframes[index].image < 0) continue;
     const photo = sq.makePhoto(view, index, object.index);
-    photo.onclick = () => sq.openPhoto(view, index, object.index);
-    views.append(photo);
+    const open = () => sq.openPhoto(view, index, object.index);
+    views.append(sq.make("button", {className: "sq-open", onclick: open, title: "Keyframe " + view.data.keyframes[index].id}, photo));
   }
-  return [sq.make("h3", {className: data.uncertain ? "sq-unsure" : ""}, dot, data.name + " " + data.id), numbers, views];
+  return [sq.make("h2", {className: data.uncertain ? "sq-unsure" : ""}, dot, data.name + " " + data.id), numbers, views];
 };
 
 sq.setTheme = (view, theme) => {
@@ -144,16 +184,24 @@ sq.setTheme = (view, theme) => {
   view.draw();
 };
 
+sq.press = (button, on) => {
+  button.classList.toggle("sq-on", on);
+  button.setAttribute("aria-pressed", on);
+};
+
 // Brings buttons, rows and layers up to the state.
 sq.showState = (view) => {
   const {state, root} = view;
   for (const choice of root.querySelectorAll(".sq-choice")) {
-    for (const button of choice.children) button.classList.toggle("sq-on", state[choice.dataset.choice] === button.dataset.value);
+    for (const button of choice.children) sq.press(button, state[choice.dataset.choice] === button.dataset.value);
   }
-  root.querySelector('[data-act="measure"]').classList.toggle("sq-on", state.measuring);
-  root.querySelector('[data-act="play"]').textContent = state.playing ? "❚❚" : "▶";
+  sq.press(root.querySelector('[data-act="measure"]'), state.measuring);
+  root.querySelector('[data-act="full"]').setAttribute("aria-pressed", sq.isFull(view));
+  const play = root.querySelector('[data-act="play"]');
+  play.textContent = state.playing ? "❚❚" : "▶";
+  play.setAttribute("aria-label", state.playing ? "Pause" : "Play the growth of the map");
   for (const object of view.objects) {
-    object.row.classList.toggle("sq-on", object.index === state.selected);
+    sq.press(object.row, object.index === state.selected);
     object.row.classList.toggle("sq-later", state.time < view.end && object.data.first > state.time);
     sq.styleObject(view, object);
   }

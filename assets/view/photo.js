@@ -29,7 +29,7 @@ sq.makePhoto = (view, index, chosen) => {
 sq.closePhoto = (view) => {
   view.box.hidden = true;
   view.box.replaceChildren();
-  view.root.focus({preventScroll: true});
+  (view.box.opener && view.box.opener.isConnected ? view.box.opener : view.canvas).focus({preventScroll: true});
 };
 
 // Large, over the view.
@@ -38,7 +38,7 @@ sq.openPhoto = (view, index, chosen) => {
   const place = withImage.indexOf(index);
   if (place < 0) return;
   const keyframe = view.data.keyframes[index];
-  const button = (text, act, title) => sq.make("button", {textContent: text, onclick: act, title});
+  const button = (text, act, title) => sq.make("button", {textContent: text, onclick: act, title, ariaLabel: text.length > 1 ? text : title});
   const step = (by) => sq.openPhoto(view, withImage[(place + by + withImage.length) % withImage.length], chosen);
   const stand = () => {
     sq.closePhoto(view);
@@ -50,8 +50,10 @@ sq.openPhoto = (view, index, chosen) => {
     button("Stand here", stand, "See the map from where this was taken"), button("Close", () => sq.closePhoto(view), "Escape"));
   const figure = sq.make("figure", {}, sq.makePhoto(view, index, chosen), caption);
   figure.style.setProperty("--shape", view.data.lens.width / view.data.lens.height);
+  if (view.box.hidden) view.box.opener = document.activeElement;
   view.box.replaceChildren(figure);
   view.box.hidden = false;
+  figure.querySelector("button:last-of-type").focus({preventScroll: true});
   view.box.onclick = (event) => event.target === view.box && sq.closePhoto(view);
   view.box.step = step;
 };

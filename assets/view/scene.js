@@ -79,10 +79,13 @@ sq.makeObject = (view, data, index) => {
   return object;
 };
 
-// Looks: solids with a thin dark line around them, panes, or lines alone. Uncertain objects are faint lines.
+// Looks: solids with a thin dark line around them, panes, or lines alone. Uncertain objects are faint lines; among
+// solids, hollow ones are panes, which show what stands in them.
+sq.lookOf = (view, data) => (data.uncertain ? "outline" : view.state.look === "solid" && data.hollow ? "glass" : view.state.look);
+
 sq.styleObject = (view, object) => {
   const {solid, data} = object;
-  const look = data.uncertain ? "outline" : view.state.look;
+  const look = sq.lookOf(view, data);
   const chosen = view.state.selected === object.index;
   const pointed = view.state.pointed === object.index;
   const u = solid.material.uniforms;

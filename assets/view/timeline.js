@@ -94,4 +94,5 @@ sq.drawTimeline = (view) => {
   pen.fill();
   view.slider.value = view.end > 0 ? (view.slider.max * view.state.time) / view.end : view.slider.max;
   view.clockText.textContent = sq.clock(view.state.time) + " / " + sq.clock(view.end);
+  view.slider.setAttribute("aria-valuetext", view.clockText.textContent);
 };

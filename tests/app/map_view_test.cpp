@@ -160,7 +160,7 @@ TEST_F(MapViewInBrowserTest, SelectsObjectsByClick) {
       Export(),
       {{{"click",
          "(() => { const at = sq.view.project(sq.view.objects[0].center); return [at.x, at.y]; })()"}},
-       {{"eval", "document.querySelector('.sq-detail h3').textContent"}},
+       {{"eval", "document.querySelector('.sq-detail h2').textContent"}},
        {{"eval", "document.querySelectorAll('.sq-detail .sq-photo polygon.sq-chosen').length"}},
        {{"key", "Escape"}},
        {{"eval", "sq.view.state.selected"}}});
@@ -177,6 +177,97 @@ TEST_F(MapViewInBrowserTest, ShowsKeyframeImagesWithOutlines) {
        {{"eval", "document.querySelectorAll('.sq-box polygon').length"}},
        {{"eval", "sq.clock(59.97)"}}});
   EXPECT_THAT(seen["results"], ElementsAre("Keyframe 7, frame 70, 0:02.3", 3, "1:00.0")) << seen;
+}
+
+// Checks the page, also with an open list, against the rules of axe-core.
+TEST_F(MapViewInBrowserTest, BreaksNoRuleOfAccessibility) {
+  const fs::path axe = fs::path(SQSLAM_PROGRAM).parent_path() / "../node_modules/axe-core/axe.min.js";
+  if (!fs::exists(axe)) {
+    GTEST_SKIP() << "no axe-core: scripts/test.sh installs it where there is npm";
+  }
+  const char* check =
+      "axe.run().then((found) => found.violations.map((one) => one.id + ' ' + one.nodes[0].failureSummary))";
+  const json seen = InBrowser(Export(), {{{"run", axe.string()}},
+                                         {{"eval", check}},
+                                         {{"eval", "sq.select(sq.view, 0), sq.openPhoto(sq.view, 7)"}},
+                                         {{"eval", check}},
+                                         {{"key", "Escape"}},
+                                         {{"size", {360, 740}}},
+                                         {{"eval", check}}});
+  EXPECT_EQ(seen["results"], json({json::array(), nullptr, json::array(), json::array()})) << seen;
+}
+
+TEST_F(MapViewInBrowserTest, KeepsArrowKeysWhereTheFocusIs) {
+  const json seen = InBrowser(Export(), {{{"eval", "sq.view.objects[0].row.focus()"}},
+                                         {{"key", "ArrowDown"}},
+                                         {{"eval", "document.activeElement.textContent"}},
+                                         {{"eval", "sq.view.state.motion"}},
+                                         {{"eval", "sq.view.canvas.focus(), sq.view.eye.position.x"}},
+                                         {{"key", "ArrowLeft"}},
+                                         {{"eval", "sq.view.state.motion"}},
+                                         {{"eval", "sq.view.eye.position.x"}},
+                                         {{"key", "KeyW"}},
+                                         {{"eval", "sq.view.state.motion"}}});
+  const json& results = seen["results"];
+  ASSERT_EQ(results.size(), 7u) << seen;
+  EXPECT_THAT(results[1].get<std::string>(), HasSubstr("sports ball"));
+  EXPECT_EQ(results[2], "orbit");
+  EXPECT_EQ(results[4], "orbit");
+  EXPECT_NE(results[3], results[5]);
+  EXPECT_EQ(results[6], "fly");
+}
+
+TEST_F(MapViewInBrowserTest, JumpsWhenMotionIsUnwanted) {
+  const json seen = InBrowser(
+      Export(), {{{"media", {{"prefers-reduced-motion", "reduce"}}}},
+                 {{"eval",
+                   "sq.moveTo(sq.view, {eye: new THREE.Vector3(9, 8, 7), at: new THREE.Vector3()}), "
+                   "sq.view.eye.position.toArray().join()"}}});
+  EXPECT_THAT(seen["results"], ElementsAre("9,8,7")) << seen;
+}
+
+// The command draws what the page shows.
+TEST_F(MapViewInBrowserTest, CopiesCommandOfItsView) {
+  const fs::path shot = folder_.Path() / "view.png", drawn = folder_.Path() / "map.png";
+  const json seen =
+      InBrowser(Export(), {{{"eval",
+                             "sq.view.state.layers.labels = false, sq.setTheme(sq.view, 'light'), "
+                             "sq.fold(sq.view), sq.commandOf(sq.view)"}},
+                           {{"eval",
+                             "document.querySelectorAll('.sq > :not(canvas)').forEach(e => "
+                             "e.style.display = 'none')"}},
+                           {{"shot", shot.string()}}});
+  std::string command = seen["results"][0];
+  ASSERT_THAT(command, HasSubstr("sqslam render " + folder_.Path().string())) << seen;
+  command.replace(command.find("--output=map.png"), 16, "--output=" + drawn.string());
+  const auto run = RunProgram(command.substr(7) + " --set text.legend=false --set text.scale=false");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const cv::Mat page = cv::imread(shot.string()), picture = cv::imread(drawn.string());
+  ASSERT_EQ(page.size(), picture.size());
+  cv::Mat1b shown, made;  // where the book is
+  cv::inRange(page, cv::Scalar(0, 20, 90), cv::Scalar(60, 110, 220), shown);
+  cv::inRange(picture, cv::Scalar(0, 20, 90), cv::Scalar(60, 110, 220), made);
+  EXPECT_GT(cv::countNonZero(shown & made), 0.8 * cv::countNonZero(shown | made));
+}
+
+TEST_F(MapViewInBrowserTest, DrawsPointsInTheirColours) {
+  MapSnapshot map = HandMadeMap();
+  map.objects.clear();
+  for (SnapshotPoint& point : map.points) {
+    point.rgb = {128, 128, 128};
+  }
+  RecordingWriter(folder_.Path() / "grey.sqmap", {}).Add(map);
+  const std::string page = (folder_.Path() / "grey.html").string();
+  ASSERT_EQ(RunProgram("export " + (folder_.Path() / "grey.sqmap").string() + " -o " + page).exit_code, 0);
+  const fs::path shot = folder_.Path() / "grey.png";
+  InBrowser(page, {{{"eval",
+                     "sq.view.points.material.uniforms.size.value = 12, "
+                     "sq.view.points.material.uniforms.contrast.value = 0, sq.view.draw()"}},
+                   {{"shot", shot.string()}}});
+  const cv::Mat picture = cv::imread(shot.string());
+  cv::Mat1b grey;
+  cv::inRange(picture, cv::Scalar(127, 127, 127), cv::Scalar(129, 129, 129), grey);
+  EXPECT_GT(cv::countNonZero(grey), 500);
 }
 
 TEST_F(MapViewInBrowserTest, ShowsEarlierStatesBySlider) {

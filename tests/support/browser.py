@@ -8,6 +8,8 @@ Usage: browser.py PAGE.html WIDTH,HEIGHT STEPS, with STEPS a JSON list of
   {"click": [X, Y] or JS}      a real press and release of the mouse
   {"key": CODE, "seconds": N}  held so long
   {"drag": [X, Y, X2, Y2], "seconds": N}
+  {"run": FILE.js}             a script from the disk
+  {"media": {NAME: VALUE}}     a feature, such as prefers-reduced-motion
   {"touch": true}, {"size": [W, H]}, {"shot": FILE.png}
 """
 import base64
@@ -116,6 +118,11 @@ class Browser:
                 time.sleep(0.05)
         elif "eval" in step:
             self.results.append(self.evaluate(step["eval"]))
+        elif "run" in step:
+            self.evaluate(pathlib.Path(step["run"]).read_text(encoding="utf-8") + "; 0")
+        elif "media" in step:
+            self.call("Emulation.setEmulatedMedia",
+                      features=[{"name": name, "value": value} for name, value in step["media"].items()])
         elif "click" in step:
             place = self.evaluate(step["click"]) if isinstance(step["click"], str) else step["click"]
             self.mouse("mouseMoved", *place, held=False)
