@@ -79,8 +79,9 @@ int UprightTurns(const ObjectView& view, const MapSnapshot& map);
 ViewCamera EyeOn(const MapSnapshot& map, const std::vector<PosedSuperquadric>& solids,
                  const std::vector<Eigen::Vector3d>& points, double reach, double aspect);
 
-// Draws objects from above, and over all of them their names.
-void DrawFootprints(FigureSheet& sheet, const PlotArea& plot,
+// Draws objects from above, in their order, and over all of them their names: in those with room for it,
+// beside the others. `room`: part of the page that they may cover.
+void DrawFootprints(FigureSheet& sheet, const PlotArea& plot, const FigureRect& room,
                     const std::vector<TrajectoryFigure::Footprint>& objects);
 
 // Draws a placeholder for a missing image.

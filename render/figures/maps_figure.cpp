@@ -9,6 +9,7 @@
 #include <set>
 
 #include "render/figures/figure_input.h"
+#include "render/figures/figure_names.h"
 #include "render/page/chart.h"
 #include "render/picture/label_layout.h"
 #include "render/picture/picture.h"
@@ -75,60 +76,13 @@ PanelGrid LayOutMaps(const MapsFigure& figure, const MapClasses& classes, const 
   return grid;
 }
 
-// Names of things in a picture, which they are placed in by pixel.
-class PictureNames {
- public:
-  // `pixels`: size of the picture in which the things are; it covers `area` of the page.
-  PictureNames(FigureSheet& sheet, const FigureRect& area, const cv::Size& pixels, double letters)
-      : sheet_(sheet), area_(area), scale_(pixels.width / area.width), letters_(letters) {}
-
-  cv::Size SizeOf(const std::string& name) const {
-    return {cvCeil(scale_ * (TextWidth(name, letters_) + 2.0)), cvCeil(scale_ * 1.15 * letters_)};
-  }
-
-  void Draw(const std::vector<std::string>& names, const std::vector<Eigen::Vector3d>& inks,
-            const std::vector<LabelRequest>& requests, const cv::Mat1i& number) {
-    const std::vector<LabelPlace> places = PlaceLabels(requests, number, {});
-    for (const LabelPlace& place : places) {  // below all names
-      if (place.leader) {
-        DrawLeader(place);
-      }
-    }
-    for (std::size_t i = 0; i < places.size(); ++i) {
-      if (const cv::Rect& at = places[i].area; !at.empty()) {
-        sheet_.page.Text({names[i], OnPage(at.x + 0.5 * at.width, at.y + 0.5 * at.height), letters_, inks[i],
-                          TextAlign::kCenter, false, 0.0, sheet_.theme.background});
-      }
-    }
-  }
-
- private:
-  Eigen::Vector2d OnPage(double x, double y) const { return {area_.x + x / scale_, area_.y + y / scale_}; }
-
-  void DrawLeader(const LabelPlace& place) {
-    const cv::Point start = LeaderStart(place);
-    const Eigen::Vector2d from = OnPage(start.x, start.y);
-    const Eigen::Vector2d to = OnPage(place.anchor.x + 0.5, place.anchor.y + 0.5);
-    const FigureTheme& theme = sheet_.theme;
-    sheet_.page.Line(from, to, {theme.background, 1.2, {}});
-    sheet_.page.Polygon(to, 16, 1.2, theme.background);
-    sheet_.page.Line(from, to, {theme.ink, 0.4, {}});
-    sheet_.page.Polygon(to, 16, 0.8, theme.ink);
-  }
-
-  FigureSheet& sheet_;
-  FigureRect area_;
-  double scale_;    // pixels per point
-  double letters_;  // points
-};
-
 // Draws the names of boxes into them, or beside them with a leader if they are too small.
 void DrawBoxNames(FigureSheet& sheet, const MapsFigure::Panel& panel, const FigureRect& area) {
-  constexpr double kPixelsPerPoint = 4.0;
-  const cv::Size pixels(cvRound(kPixelsPerPoint * area.width), cvRound(kPixelsPerPoint * area.height));
+  const cv::Size pixels(cvRound(FigureNames::kPixelsPerPoint * area.width),
+                        cvRound(FigureNames::kPixelsPerPoint * area.height));
   const double scale = static_cast<double>(pixels.width) / panel.image.cols;
   const double letters = 0.75 * sheet.theme.small;
-  PictureNames writer(sheet, area, pixels, letters);
+  FigureNames writer(sheet, area, pixels, letters);
   std::vector<cv::Rect> boxes;
   for (const auto& [label, score, box] : panel.boxes) {
     boxes.push_back(cv::Rect(cvRound(scale * box.x), cvRound(scale * box.y), cvRound(scale * box.width),
@@ -147,7 +101,7 @@ void DrawBoxNames(FigureSheet& sheet, const MapsFigure::Panel& panel, const Figu
   for (std::size_t i = 0; i < boxes.size(); ++i) {
     names.push_back(ReadableLabel(panel.boxes[i].label));
     const cv::Size size = writer.SizeOf(names.back());
-    const int margin = cvRound(kPixelsPerPoint);
+    const int margin = cvRound(FigureNames::kPixelsPerPoint);
     requests.push_back({VisiblePartOf(number == static_cast<int>(i)), size,
                         static_cast<double>(boxes[i].area()), static_cast<int>(i),
                         cv::Rect(boxes[i].tl() + cv::Point(margin, margin), size)});
@@ -191,7 +145,7 @@ void DrawObjectNames(FigureSheet& sheet, const MapSnapshot& map, const SceneStyl
   std::vector<std::string> names;
   std::vector<Eigen::Vector3d> inks;
   std::vector<LabelRequest> requests;
-  PictureNames writer(sheet, area, pixels, 0.85 * sheet.theme.small);
+  FigureNames writer(sheet, area, pixels, 0.85 * sheet.theme.small);
   for (const SnapshotObject& object : map.objects) {
     const bool certain = uncertain == UncertainObjects::kSolid || IsReliable(object);
     if (certain || uncertain == UncertainObjects::kOutline) {

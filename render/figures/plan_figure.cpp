@@ -140,7 +140,10 @@ FigurePage DrawPlan(const PlanFigure& figure, const FigureOptions& options) {
   }
   sheet.page.Polyline(ToVector(figure.path, [&](const Eigen::Vector2d& p) { return plot.At(p.x(), p.y()); }),
                       {sheet.theme.muted, kCameraWidth, {3.0, 1.5}});
-  DrawFootprints(sheet, plot, figure.objects);
+  const double left = sheet.area.x + DimensionRoom(figure, sheet.theme);
+  DrawFootprints(sheet, plot,
+                 {left, sheet.area.y, sheet.area.Right() - left, plot.area.Bottom() - sheet.area.y},
+                 figure.objects);
   if (!figure.walls.empty()) {
     DrawRoomSize(sheet, plot, figure);
   }
@@ -273,10 +276,11 @@ FigureEntry PlanEntry() {
       .name = "plan",
       .help = "Floor plan: objects and walls from above, with a scale",
       .details = R"(
-Objects are drawn as their exact outlines from above, uncertain ones dashed; the dashed grey line is the camera path.
-After sqslam densify, walls are drawn where the dense cloud is vertical over at least half of the scene's height, which
-includes tall cupboards. Width and depth are those that the walls span. The plan is turned until the longest wall, or
-the path, runs across the page. Lengths are metres after sqslam scale, otherwise map units. --set dense_cloud.show=false omits the walls.
+Objects are drawn as their exact outlines from above, uncertain ones dashed; the dashed grey line is the camera
+path. After sqslam densify, walls are drawn where the dense cloud is vertical over at least half of the scene's
+height; of a tall cupboard and the wall behind it, the wall. Width and depth are those that the walls span. The plan
+is turned until the longest wall, or the path, runs across the page. Lengths are metres after sqslam scale,
+otherwise map units. --set dense_cloud.show=false omits the walls.
 
 Examples:
   sqslam figure plan out/kitchen -o plan.pdf

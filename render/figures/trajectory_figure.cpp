@@ -5,9 +5,11 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <opencv2/imgproc.hpp>
 #include <vector>
 
 #include "render/figures/figure_input.h"
+#include "render/figures/figure_names.h"
 #include "render/page/chart.h"
 #include "slam/evaluation/ground_truth.h"
 #include "slam/evaluation/trajectory_error.h"
@@ -119,52 +121,66 @@ void DrawPaths(FigureSheet& sheet, const TrajectoryFigure& figure, const auto& p
   }
 }
 
-// Moves names, sorted from top to bottom, each down until it overlaps no earlier one.
-void MoveNamesApart(std::vector<FigureText>& names, double size) {
-  const double line = 1.15 * size;
-  const std::vector<double> widths =
-      ToVector(names, [size](const FigureText& name) { return TextWidth(name.text, size); });
-  for (std::size_t i = 1; i < names.size(); ++i) {
-    for (std::size_t j = 0; j < i;) {
-      const Eigen::Vector2d apart = (names[i].anchor - names[j].anchor).cwiseAbs();
-      if (apart.x() < 0.5 * (widths[i] + widths[j]) && apart.y() < 0.99 * line) {
-        names[i].anchor.y() = names[j].anchor.y() + line;
-        j = 0;
-      } else {
-        ++j;
-      }
+}  // namespace
+
+namespace {
+
+// Returns the outlines in a picture of a part of a page, and for each of its pixels the smallest object
+// there.
+cv::Mat1i NumberImage(const std::vector<std::vector<Eigen::Vector2d>>& outlines, const FigureRect& room) {
+  constexpr double kScale = FigureNames::kPixelsPerPoint;
+  std::vector<std::pair<double, std::size_t>> order;  // by area
+  std::vector<std::vector<cv::Point>> polygons;
+  for (const std::vector<Eigen::Vector2d>& outline : outlines) {
+    polygons.push_back(ToVector(outline, [&room](const Eigen::Vector2d& p) {
+      return cv::Point(cvRound(kScale * (p.x() - room.x)), cvRound(kScale * (p.y() - room.y)));
+    }));
+    if (!outline.empty()) {
+      order.emplace_back(cv::contourArea(polygons.back()), polygons.size() - 1);
     }
   }
+  std::ranges::stable_sort(order, std::greater(), [](const auto& entry) { return entry.first; });
+  cv::Mat1i number(cvRound(kScale * room.height), cvRound(kScale * room.width), -1);
+  for (const auto& [polygon_area, i] : order) {
+    cv::fillPoly(number, std::vector{polygons[i]}, cv::Scalar(static_cast<double>(i)));
+  }
+  return number;
 }
 
 }  // namespace
 
-void DrawFootprints(FigureSheet& sheet, const PlotArea& plot,
+void DrawFootprints(FigureSheet& sheet, const PlotArea& plot, const FigureRect& room,
                     const std::vector<TrajectoryFigure::Footprint>& objects) {
   auto& [page, area, theme] = sheet;
-  std::vector<FigureText> names;
+  std::vector<std::vector<Eigen::Vector2d>> outlines;
   for (const TrajectoryFigure::Footprint& object : objects) {
     FigurePath path{{}, true, object.color, 0.22, FigureStroke{object.color, 0.8, {}}};
     if (object.uncertain) {
       path.fill.reset();
       path.stroke->dash = {2.0, 2.0};
     }
-    Eigen::Vector2d middle = Eigen::Vector2d::Zero();
-    for (const Eigen::Vector3d& p : object.outline) {
-      path.points.push_back(plot.At(p.x(), p.y()));
-      middle += path.points.back() / static_cast<double>(object.outline.size());
-    }
+    path.points =
+        ToVector(object.outline, [&plot](const Eigen::Vector3d& p) { return plot.At(p.x(), p.y()); });
+    outlines.push_back(path.points);
     page.elements.emplace_back(std::move(path));
-    names.push_back({object.name, middle, theme.small, object.uncertain ? theme.muted : theme.ink,
-                     TextAlign::kCenter, false, 0.0, theme.background});
   }
-  std::ranges::stable_sort(names, std::less(), [](const FigureText& name) { return name.anchor.y(); });
-  MoveNamesApart(names, theme.small);
-  for (FigureText& name : names) {
-    const double half = 0.5 * TextWidth(name.text, name.size) + 1.0;
-    name.anchor.x() = std::max(half, std::min(name.anchor.x(), page.width - half));
-    page.Text(name);
+  const cv::Mat1i number = NumberImage(outlines, room);
+  FigureNames writer(sheet, room, number.size(), theme.small);
+  std::vector<std::string> names;
+  std::vector<Eigen::Vector3d> inks;
+  std::vector<LabelRequest> requests;
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    names.push_back(objects[i].name);
+    inks.push_back(objects[i].uncertain ? theme.muted : theme.ink);
+    const VisiblePart part = VisiblePartOf(number == static_cast<int>(i));
+    const cv::Size size = writer.SizeOf(names.back());
+    requests.push_back({part, size, static_cast<double>(part.bounds.area()), static_cast<int>(i)});
+    // Within a large object; on a small one it would hide it.
+    if (part.bounds.width > size.width && part.bounds.height > size.height) {
+      requests.back().first = cv::Rect(part.anchor - cv::Point(size / 2), size);
+    }
   }
+  writer.Draw(names, inks, requests, number);
 }
 
 namespace {
@@ -226,7 +242,7 @@ FigurePage DrawTrajectories(const TrajectoryFigure& figure, const FigureOptions&
   DrawPaths(sheet, figure, [&plot](const TrajectoryFigure::Pose& pose) {
     return plot.At(pose.position.x(), pose.position.y());
   });
-  DrawFootprints(sheet, plot, figure.objects);
+  DrawFootprints(sheet, plot, plot.area, figure.objects);
   if (figure.heights) {
     const double axis = XAxisHeight(sheet.theme);
     const double top = area.Bottom() + axis + 1.6 * kTrajectoryGap;
