@@ -80,6 +80,7 @@ int ParseAndRun(const std::vector<std::string>& words) {
   AddEvalCommand(program);
   AddRenderCommand(program);
   AddFigureCommand(program);
+  AddReportCommand(program);
   AddExportCommand(program);
   program.Group("Experiments and tools");
   AddExperimentCommand(program);

@@ -28,6 +28,7 @@ void AddEvalCommand(Command& program);
 void AddExperimentCommand(Command& program);
 void AddRenderCommand(Command& program);
 void AddFigureCommand(Command& program);
+void AddReportCommand(Command& program);
 void AddSynthCommand(Command& program);
 void AddVocabularyCommand(Command& program);
 void AddFitCommand(Command& program);

@@ -206,9 +206,18 @@ ReportData ReadReportData(const ReportInputs& inputs) {
     data.stats = has("stats.json") ? std::optional(ReadStats(folder / "stats.json")) : std::nullopt;
   }
   if (has("map.sqmap")) {
-    data.recording = std::make_shared<RecordingReader>(folder / "map.sqmap");
+    data.recording =
+        inputs.changed ? inputs.changed : std::make_shared<const RecordingReader>(folder / "map.sqmap");
     data.scale = data.recording->Info().scale;
     data.recording = data.recording->Size() > 0 ? data.recording : nullptr;
+  }
+  if (inputs.changed && data.recording) {
+    data.objects = data.recording->Last()->objects;
+    if (data.stats) {
+      data.stats->objects = static_cast<int>(data.objects.size());
+      data.stats->uncertain =
+          data.stats->objects - static_cast<int>(std::ranges::count_if(data.objects, IsReliable));
+    }
   }
   return data;
 }
@@ -228,7 +237,7 @@ void AppendBanner(Output out, const ReportData& data) {
 
 }  // namespace
 
-void WriteReport(const ReportInputs& inputs) {
+fs::path WriteReport(const ReportInputs& inputs) {
   const ReportData data = ReadReportData(inputs);
   const LabelColors colors = LabelColors();
   const std::string sequence =
@@ -245,12 +254,16 @@ void WriteReport(const ReportInputs& inputs) {
   AppendBanner(out, data);
   AppendFiguresOfRun(out, data);
   const bool has_view = AppendViews(body, inputs, data);
-  AppendPictures(out, inputs, has_view);
+  if (!inputs.changed) {
+    AppendPictures(out, inputs, has_view);
+  }
   AppendTopView(out, data, colors);
   AppendObjects(body, data, colors);
   AppendClasses(body, data);
   AppendComparison(body, data, colors);
-  AppendGallery(out, inputs.result / "figures");
+  if (!inputs.changed) {
+    AppendGallery(out, inputs.result / "figures");
+  }
   AppendTiming(body, data);
   AppendRun(body, data);
   fmt::format_to(
@@ -258,7 +271,9 @@ void WriteReport(const ReportInputs& inputs) {
       "<footer>Made by sqslam. Beside this page: map.sqmap (the whole run), objects.json, points.ply, "
       "trajectory.txt, stats.json.</footer>\n");
   const std::string style = ReadFile(DataPath("assets/report.css"), "a style sheet");
-  WriteFileAtomically(inputs.result / "report.html", HtmlPage(title, body, style));
+  const fs::path page = inputs.output.empty() ? inputs.result / "report.html" : inputs.output;
+  WriteFileAtomically(page, HtmlPage(title, body, style));
+  return page;
 }
 
 }  // namespace sqslam::app

@@ -26,6 +26,8 @@ struct ReportInputs {
   std::filesystem::path video{};     // embedded up to 3 MiB; empty: growth.mp4 or map.mp4 if present
   const FinishedRun* run = nullptr;  // the run just made; replaces the files of the result folder
   const Evaluation* evaluation = nullptr;
+  std::shared_ptr<const RecordingReader> changed{};  // the map with edits or fewer objects; null: as it is
+  std::filesystem::path output{};                    // empty: report.html in the result folder
 };
 
 // The values that a page shows. A section without values is left out.
@@ -47,8 +49,9 @@ struct ReportData {
 
 // Writes one self-contained page: key figures, an input image with outlines, the interactive map, a top view
 // of trajectory and objects, tables, figures/*.png, and how the run was made. Whatever is missing is left
-// out. Throws InputError if a file is broken or the page cannot be written.
-void WriteReport(const ReportInputs& inputs);
+// out, as are pictures and video of the run if the map was changed. Returns the path of the page. Throws
+// InputError if a file is broken or the page cannot be written.
+std::filesystem::path WriteReport(const ReportInputs& inputs);
 
 // Parts of the page.
 

@@ -90,7 +90,7 @@ void CheckChosen(const std::vector<std::string>& chosen, const MapSnapshot& map)
 
 RecordingReader OpenMap(const fs::path& recording, const ObjectArguments& a, HiddenObjects hidden) {
   const fs::path file = EditsFile(recording, a.edits);
-  if (file.empty() && !a.reliable_only && a.chosen.empty()) {
+  if (!a.Changes()) {
     return RecordingReader(recording);
   }
   const ObjectEdits read = file.empty() ? ObjectEdits() : ReadObjectEdits(file);

@@ -20,6 +20,8 @@ struct ObjectArguments {
   std::string edits;           // file of the viewer's edits, or "auto"; empty: none
   bool reliable_only = false;  // leave out uncertain objects
   std::string chosen{};        // ids and labels of the only objects wanted, with commas; empty: all
+
+  bool Changes() const { return !edits.empty() || reliable_only || !chosen.empty(); }
 };
 
 void AddObjectOptions(Command& command, ObjectArguments& arguments);

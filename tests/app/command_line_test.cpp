@@ -29,6 +29,7 @@ const std::vector<std::string>& AllCommands() {
                                                     "eval",
                                                     "render",
                                                     "export",
+                                                    "report",
                                                     "experiment",
                                                     "synth",
                                                     "fit",

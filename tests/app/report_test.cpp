@@ -177,6 +177,28 @@ TEST(Report, ShowsOutlinedInputBeforeMap) {
   EXPECT_THAT(page, Not(HasSubstr("alt=\"The map\"")));  // the view stands in its place
 }
 
+TEST(ReportCommand, ShowsChosenObjectsOnly) {
+  using sqslam::testing::RunProgram;
+  const TemporaryFolder folder;
+  WriteResult(folder.Path());
+  AddRecording(folder.Path());
+  const std::string report = "report " + folder.Path().string();
+  ASSERT_EQ(RunProgram(report).exit_code, 0);
+  const std::string whole = sqslam::testing::Slurp(folder.Path() / "report.html");
+  EXPECT_THAT(whole, HasSubstr("<h2>Figures</h2>"));
+  EXPECT_THAT(whole, HasSubstr("&lt;mug&gt;"));
+  const fs::path page = folder.Path() / "cup.html";
+  const auto run = RunProgram(report + " --objects cup -o " + page.string());
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("written: " + page.string()));
+  const std::string chosen = sqslam::testing::Slurp(page);
+  EXPECT_THAT(chosen, HasSubstr("<dt>Objects</dt><dd>1<"));
+  EXPECT_THAT(chosen, HasSubstr("cup <span class=\"id\">1</span>"));
+  EXPECT_THAT(chosen, Not(HasSubstr("&lt;mug&gt;")));
+  EXPECT_THAT(chosen, Not(HasSubstr("<h2>Figures</h2>")));
+  EXPECT_EQ(RunProgram(report + " --objects lamp").exit_code, 2);
+}
+
 TEST(Report, OmitsMissingFilesAndNamesBrokenOnes) {
   const TemporaryFolder folder;
   WriteReport({folder.Path(), "", "", {}});
