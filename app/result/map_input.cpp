@@ -7,7 +7,9 @@
 #include <algorithm>
 
 #include "app/export/map_export.h"
+#include "slam/evaluation/evaluation.h"
 #include "slam/evaluation/ground_truth.h"
+#include "slam/evaluation/object_matching.h"
 #include "slam/evaluation/trajectory_error.h"
 #include "slam/io/result_files.h"
 #include "slam/snapshot/depth_recording.h"
@@ -20,12 +22,42 @@ namespace sqslam::app {
 namespace fs = std::filesystem;
 namespace {
 
-TruePath LayOver(const MapSnapshot& map, const fs::path& sequence) {
-  const std::optional<TruePath> path = AlignTruePath(ReadTruePoses(sequence), map);
+TruePath LayOver(const MapSnapshot& map, const Trajectory& truth, const fs::path& sequence) {
+  const std::optional<TruePath> path = AlignTruePath(truth, map);
   if (!path) {
     throw InputError(TruePathError(sequence));
   }
   return *path;
+}
+
+// Compares the map with true poses and, where there are any, true objects, as `sqslam eval` does.
+std::shared_ptr<const MapTruth> CompareWithTruth(const MapSnapshot& map, const Trajectory& truth,
+                                                 const Sim3d& S_world_map, const fs::path& sequence) {
+  const EvaluationOptions options;
+  std::vector<SnapshotKeyframe> keyframes = map.keyframes;
+  std::ranges::sort(keyframes, {}, &SnapshotKeyframe::timestamp);
+  const Trajectory poses = ToVector(keyframes, [](const SnapshotKeyframe& keyframe) {
+    return TimedPose{keyframe.timestamp, keyframe.T_map_camera};
+  });
+  auto compared = std::make_shared<MapTruth>();
+  for (const auto& [mapped, pose] : AssociateByTime(poses, truth, options.max_time_difference)) {
+    const Eigen::Vector3d p_world = S_world_map * poses[mapped].T_map_camera.translation;
+    compared->camera_error[keyframes[mapped].id] = (p_world - truth[pose].T_map_camera.translation).norm();
+  }
+  if (const fs::path file = sequence / "objects_gt.json"; fs::exists(file)) {
+    const std::vector<GroundTruthObject> objects = ReadGroundTruthObjects(file);
+    for (const GroundTruthObject& object : objects) {
+      compared->solids.push_back(S_world_map.Inverse() * object.solid.ToSuperquadric());
+    }
+    for (const SnapshotObject& object : map.objects) {
+      compared->iou[object.id] = 0.0;
+    }
+    for (const ObjectMatch& match :
+         MatchObjects(map.objects, objects, S_world_map, options.min_iou).matches) {
+      compared->iou[map.objects[static_cast<std::size_t>(match.mapped)].id] = match.iou;
+    }
+  }
+  return compared;
 }
 
 }  // namespace
@@ -143,8 +175,8 @@ void AddLayerOptions(Command& command, LayerArguments& a) {
   command.Group("Layers");
   command.Option(
       "--ground-truth SEQUENCE", a.ground_truth,
-      "Also draw the true camera path of this sequence folder, aligned with the keyframes by a similarity; "
-      "auto: of the sequence that was mapped");
+      "Also draw the true camera path and objects of this sequence folder, aligned with the keyframes by a "
+      "similarity, and colour the map by its errors; auto: of the sequence that was mapped");
   command.Option(
       "--dense-cloud FILE", a.dense_cloud,
       "Draw this cloud (.ply with x y z and optionally red green blue, or text with x y z) instead "
@@ -196,9 +228,12 @@ SceneLayers ReadLayers(const LayerArguments& a, const RecordingReader& reader, c
     const bool own = a.ground_truth.empty() || a.ground_truth == "auto";
     ThrowIf<UsageError>(own && sequence.empty(),
                         "the map does not say what was mapped, expected --ground-truth SEQUENCE");
-    const TruePath path = LayOver(*reader.Last(), own ? sequence : fs::path(a.ground_truth));
+    const fs::path folder = own ? sequence : fs::path(a.ground_truth);
+    const Trajectory truth = ReadTruePoses(folder);
+    const TruePath path = LayOver(*reader.Last(), truth, folder);
     if (!a.ground_truth.empty()) {
       layers.true_path = path.pieces;
+      layers.truth = CompareWithTruth(*reader.Last(), truth, path.S_world_map, folder);
     }
     S_map_file = in_world ? path.S_world_map.Inverse() : Sim3d();
   }

@@ -40,7 +40,7 @@ RecordingReader OpenMap(const std::filesystem::path& recording, const ObjectArgu
 
 // Additional layers to draw with a map: options of `sqslam render` and of the viewer.
 struct LayerArguments {
-  std::string ground_truth;               // a sequence; "auto": the one that was mapped; empty: no true path
+  std::string ground_truth;               // a sequence; "auto": the one that was mapped; empty: none
   std::string dense_cloud{};              // a file; empty: the recording's own
   std::string dense_cloud_frame = "map";  // "map", or "world": the frame of the true poses
 };

@@ -7,6 +7,7 @@
 #include "render/camera/scene_framing.h"
 #include "render/figures/figures.h"
 #include "render/page/chart.h"
+#include "render/scene/color_scale.h"
 #include "slam/util/statistics.h"
 #include "slam/util/throw_if.h"
 

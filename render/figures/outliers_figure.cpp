@@ -9,6 +9,7 @@
 #include "render/page/chart.h"
 #include "render/picture/picture.h"
 #include "render/picture/picture_overlay.h"
+#include "render/scene/color_scale.h"
 #include "slam/snapshot/snapshot.h"
 #include "slam/util/largest.h"
 #include "slam/util/throw_if.h"

@@ -83,8 +83,4 @@ void DrawYAxis(FigureSheet& sheet, const PlotArea& plot, const std::string& labe
 double XAxisHeight(const FigureTheme& theme);
 double YAxisWidth(const ChartAxis& axis, const FigureTheme& theme);
 
-// Matplotlib's viridis (van der Walt and Smith, 2015) for values in [0, 1], clamped. It is perceptually
-// uniform, also for colour-blind people and in greyscale.
-Eigen::Vector3d Viridis(double value);
-
 }  // namespace sqslam

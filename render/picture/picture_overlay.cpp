@@ -9,6 +9,7 @@
 #include <map>
 
 #include "render/picture/label_layout.h"
+#include "render/scene/color_scale.h"
 #include "render/scene/object_look.h"
 #include "slam/util/to_vector.h"
 
@@ -64,8 +65,9 @@ std::vector<SceneLegendEntry> SceneLegend(const std::vector<SnapshotObject>& obj
     counts[object.label] += style.objects.show && solid ? 1 : 0;
     uncertain += style.objects.show && !solid ? 1 : 0;
   }
+  const bool by_class = !captions.truth || captions.truth->iou.empty();  // else a colour bar explains them
   for (const auto& [label, count] : counts) {
-    if (count > 0) {
+    if (count > 0 && by_class) {
       entries.push_back({ReadableLabel(label), std::to_string(count), captions.colors(label)});
     }
   }
@@ -75,11 +77,14 @@ std::vector<SceneLegendEntry> SceneLegend(const std::vector<SnapshotObject>& obj
   const auto line = [&](const char* name, const std::string& color) {
     entries.push_back({name, "", ParseColor(color), true});
   };
-  if (captions.true_path && style.cameras.trajectory && keyframes) {
+  if (captions.true_path && style.cameras.trajectory && keyframes && !captions.truth) {
     line("estimated path", style.cameras.color);
   }
   if (captions.true_path) {
     line("true path", style.ground_truth.color);
+  }
+  if (captions.truth && !captions.truth->solids.empty()) {
+    line("true objects (dashed)", style.ground_truth.color);
   }
   if (captions.covisibility) {
     line("covisible", style.covisibility.color);
@@ -215,6 +220,73 @@ void DrawAxes(cv::Mat& image, const ViewCamera& camera, const AxesLayout& layout
   }
 }
 
+// A colour bar with the values at its ends.
+struct ColorBar {
+  std::string name, low, high;
+};
+
+std::vector<ColorBar> BarsOf(const MapTruth* truth) {
+  std::vector<ColorBar> bars;
+  if (truth != nullptr && !truth->iou.empty()) {
+    bars.push_back({"3D IoU", "0", "1"});
+  }
+  if (truth != nullptr && truth->MaxCameraError() > 0.0) {
+    bars.push_back({"camera error", "0", fmt::format("{:.3g} mm", 1e3 * truth->MaxCameraError())});
+  }
+  return bars;
+}
+
+// Layout of the colour bars in the bottom-right corner, one above the other.
+struct BarsLayout {
+  BarsLayout(cv::Size picture, const std::vector<ColorBar>& bars, const SceneStyle& style,
+             const TextPainter& text, double scale)
+      : size(std::max(0.85 * TextSize(style, scale), kMinTextSize)),
+        line(Pixels(1.7 * size)),
+        bar(Pixels(8.0 * size)),
+        gap(Pixels(0.5 * size)) {
+    int high = 0;
+    for (const ColorBar& one : bars) {
+      name = std::max(name, text.Width(one.name, size));
+      low = std::max(low, text.Width(one.low, size));
+      high = std::max(high, text.Width(one.high, size));
+    }
+    const cv::Size panel_size(name + low + bar + high + 5 * gap,
+                              line * static_cast<int>(bars.size()) + 2 * gap);
+    if (!bars.empty()) {
+      panel = {cv::Point(picture.width - gap, picture.height - gap) - cv::Point(panel_size), panel_size};
+    }
+  }
+
+  double size;
+  int line, bar, gap;
+  int name = 0, low = 0;  // widths of the names, and of the values before the bars
+  cv::Rect panel;         // empty without bars
+};
+
+void DrawColorBars(cv::Mat& image, const std::vector<ColorBar>& bars, const BarsLayout& layout,
+                   const SceneStyle& style, const TextPainter& text) {
+  constexpr int kSteps = 64;
+  if (layout.panel.empty()) {
+    return;
+  }
+  const Eigen::Vector3d ink = ParseColor(style.text.color);
+  DrawPanel(image, layout.panel, 0.4 * layout.size, ParseColor(style.background), 0.8);
+  int y = layout.panel.y + layout.gap + layout.line / 2;
+  for (const ColorBar& one : bars) {
+    const int values = layout.panel.x + 2 * layout.gap + layout.name;
+    const int begin = values + layout.low + layout.gap;
+    text.Draw(image, one.name, {values - layout.gap, y}, layout.size, ink, TextPainter::Align::kRight);
+    text.Draw(image, one.low, {begin - layout.gap, y}, layout.size, ink, TextPainter::Align::kRight);
+    for (int i = 0; i < kSteps; ++i) {
+      const cv::Rect step(cv::Point(begin + layout.bar * i / kSteps, y - Pixels(0.4 * layout.size)),
+                          cv::Point(begin + layout.bar * (i + 1) / kSteps, y + Pixels(0.4 * layout.size)));
+      DrawPanel(image, step, 0.0, Viridis((i + 0.5) / kSteps));
+    }
+    text.Draw(image, one.high, {begin + layout.bar + layout.gap, y}, layout.size, ink);
+    y += layout.line;
+  }
+}
+
 // Draws a leader from the text to a dot on its object, with an edge in the colour of the background.
 void DrawLeader(cv::Mat& image, const LabelPlace& place, double size, const SceneStyle& style) {
   const Eigen::Vector3d ink = ParseColor(style.text.color);
@@ -289,6 +361,7 @@ PictureCaptions::PictureCaptions(const SceneStyle& style, const MapSnapshot& map
       clip(MakeClipPlane(style.clip, focus, camera)),
       covisibility(style.covisibility.show && !map.covisibility.empty()),
       true_path(style.ground_truth.show && !layers.true_path.empty()),
+      truth(style.ground_truth.show ? layers.truth : nullptr),
       see_through(SolidsAreSeeThrough(style, layers)) {}
 
 double PictureScale(cv::Size picture) { return std::min(picture.height / 720.0, picture.width / 960.0); }
@@ -315,6 +388,7 @@ std::vector<cv::Rect> CaptionAreas(cv::Size picture, const MapSnapshot& map, con
     const auto entries =
         SceneLegend(NamedObjects(map, captions, style), !map.keyframes.empty(), captions, style);
     areas.push_back(LegendLayout(picture, entries, style, text, scale).panel);
+    areas.push_back(BarsLayout(picture, BarsOf(captions.truth.get()), style, text, scale).panel);
   }
   if (style.text.scale) {
     areas.push_back(AxesLayout(picture, captions, map.metric, style, text, scale).area);
@@ -331,6 +405,8 @@ void DrawTexts(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera,
     const auto entries = SceneLegend(objects, !map.keyframes.empty(), captions, style);
     DrawSceneLegend(image, entries, {image.size(), entries, style, text, scale},
                     captions.panel || image.channels() == 3, style, text);
+    const std::vector<ColorBar> bars = BarsOf(captions.truth.get());
+    DrawColorBars(image, bars, {image.size(), bars, style, text, scale}, style, text);
   }
   if (style.text.scale) {
     DrawAxes(image, camera, {image.size(), captions, map.metric, style, text, scale}, style, text);

@@ -33,9 +33,10 @@ struct PictureCaptions {
   std::optional<ClipPlane> clip;  // objects cut away are not named
   bool covisibility = false;      // the picture shows covisibility lines
   bool true_path = false;         // and the camera's true path
-  bool panel = false;             // behind the legend also without a background, as other content lies below
-  bool see_through = false;       // solids hide nothing
-  cv::Mat1b hidden;               // pixels whose solids are behind other content; empty: none
+  std::shared_ptr<const MapTruth> truth;  // whose errors colour the map; may be null
+  bool panel = false;        // behind the legend also without a background, as other content lies below
+  bool see_through = false;  // solids hide nothing
+  cv::Mat1b hidden;          // pixels whose solids are behind other content; empty: none
 };
 
 // Returns the areas that the legend and the axes cover in a picture of this size.

@@ -1,11 +1,16 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <functional>
 #include <string>
 
 #include "render/scene/style.h"
 #include "slam/snapshot/snapshot.h"
 
 namespace sqslam {
+
+// Returns the colour of an object in one picture.
+using ObjectColor = std::function<Eigen::Vector3d(const SnapshotObject& object)>;
 
 // Returns how an object of this class is drawn, never kAuto. `dense`: among a dense cloud or mesh. Automatic:
 // glass there, and everywhere for hollow classes such as tables and chairs (`hollow` in

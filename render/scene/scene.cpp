@@ -15,6 +15,7 @@
 
 #include "picture_shaders.h"
 #include "render/gl/offscreen_window.h"
+#include "render/scene/color_scale.h"
 #include "render/scene/object_look.h"
 #include "render/scene/scene_geometry.h"
 #include "render/solids/ground_shadow.h"
@@ -134,6 +135,7 @@ Scene::Scene(const SceneStyle& style, const Quality& quality)
       shadow_(MakeActor(1.0)),
       covisibility_(MakeActor(style.covisibility.width * Scale())),
       true_path_(MakeActor(style.ground_truth.width * Scale())),
+      true_objects_(MakeActor(0.75 * style.ground_truth.width * Scale())),
       trajectory_(MakeActor(style.cameras.width * Scale())),
       frusta_(MakeActor(style.cameras.keyframe_width * Scale())),
       current_(MakeActor(2.0 * style.cameras.keyframe_width * Scale())),
@@ -145,7 +147,7 @@ Scene::Scene(const SceneStyle& style, const Quality& quality)
     actor->ForceTranslucentOn();
     renderer_->AddActor(actor);
   }
-  for (const auto& actor : {true_path_, trajectory_, frusta_, current_, uncertain_}) {
+  for (const auto& actor : {true_path_, true_objects_, trajectory_, frusta_, current_, uncertain_}) {
     actor->ForceOpaqueOn();
     renderer_->AddActor(actor);
   }
@@ -233,7 +235,7 @@ void Scene::Show(const MapSnapshot& map, const SceneFocus& focus, const LabelCol
   GrowMesh();
   const double keyframe = KeyframeFrustumHeight(focus, style.cameras.size);
   const double current = CurrentFrustumHeight(focus, style.cameras.size);
-  SetGeometry(trajectory_, TrajectoryLine(map, style), style.cameras.trajectory);
+  SetGeometry(trajectory_, TrajectoryLine(map, truth_.get(), style), style.cameras.trajectory);
   SetGeometry(frusta_, KeyframeFrusta(map, keyframe, style), style.cameras.keyframes);
   SetGeometry(current_, CurrentFrustum(map, current, style), style.cameras.current);
   SetGeometry(covisibility_, CovisibilityLines(map, style), style.covisibility.show);
@@ -243,16 +245,29 @@ void Scene::Show(const MapSnapshot& map, const SceneFocus& focus, const LabelCol
   const bool all = style.objects.uncertain == UncertainObjects::kSolid;
   std::ranges::copy_if(map.objects, std::back_inserter(solid_objects_),
                        [all](const SnapshotObject& object) { return all || IsReliable(object); });
-  SetGeometry(uncertain_, UncertainOutlines(map, colors, style),
+  SetGeometry(uncertain_,
+              UncertainOutlines(
+                  map, [this](const SnapshotObject& object) { return ColorOf(object); }, style),
               style.objects.show && style.objects.uncertain == UncertainObjects::kOutline);
   ShowSolids();
 }
 
-void Scene::ShowSolids() { solids_.Show(solid_objects_, colors_, IsDense()); }
+Eigen::Vector3d Scene::ColorOf(const SnapshotObject& object) const {
+  const bool scored = truth_ && truth_->iou.contains(object.id);
+  return scored ? Viridis(truth_->iou.at(object.id)) : colors_(object.label);
+}
+
+void Scene::ShowSolids() {
+  solids_.Show(
+      solid_objects_, [this](const SnapshotObject& object) { return ColorOf(object); }, IsDense());
+}
 
 void Scene::SetLayers(const SceneLayers& layers) {
   SetGeometry(true_path_, PathLines(layers.true_path, ParseColor(style_.ground_truth.color)),
               style_.ground_truth.show);
+  truth_ = style_.ground_truth.show ? layers.truth : nullptr;
+  SetGeometry(true_objects_, TrueOutlines(truth_ ? truth_->solids : std::vector<PosedSuperquadric>(), style_),
+              true);
   if (shown_cloud_ != layers.dense_cloud || shown_mesh_ != layers.dense_mesh) {
     shown_cloud_ = layers.dense_cloud;
     shown_mesh_ = layers.dense_mesh;
@@ -315,7 +330,7 @@ void Scene::ArrangePoints(const ViewCamera& view, cv::Size size, const std::opti
 void Scene::ArrangeLines(PictureLayers& layers) {
   const bool over_dense = IsDense();
   frusta_->GetProperty()->SetOpacity(over_dense ? 0.5 : 1.0);
-  for (const auto& actor : {uncertain_, frusta_, true_path_, trajectory_, current_}) {
+  for (const auto& actor : {uncertain_, true_objects_, frusta_, true_path_, trajectory_, current_}) {
     actor->SetForceTranslucent(over_dense);
     actor->SetForceOpaque(!over_dense);
     AddIfVisible(actor, over_dense ? layers.ground : layers.opaque);

@@ -63,6 +63,7 @@ class Scene {
   bool HasMesh() const { return style_.dense_cloud.show && mesh_ != nullptr; }
   bool HasCloud() const { return style_.dense_cloud.show && shown_cloud_ != nullptr && !HasMesh(); }
   bool IsDense() const { return HasCloud() || HasMesh(); }
+  Eigen::Vector3d ColorOf(const SnapshotObject& object) const;
   void ShowSolids();
   void ShowMesh();
   void GrowMesh();
@@ -95,6 +96,7 @@ class Scene {
   std::optional<std::int64_t> mesh_shown_until_;  // the last of these frames shown
   std::int64_t frame_ = 0;                        // of the map
   vtkSmartPointer<vtkActor> true_path_;
+  vtkSmartPointer<vtkActor> true_objects_;
   vtkSmartPointer<vtkActor> trajectory_;
   vtkSmartPointer<vtkActor> frusta_;
   vtkSmartPointer<vtkActor> current_;
@@ -102,7 +104,8 @@ class Scene {
   SolidActors solids_;
   std::vector<SnapshotObject> solid_objects_;  // that `solids_` shows
   LabelColors colors_;
-  std::vector<double> shadow_inputs_;  // inputs of the current shadow: ground, lamp, solids
+  std::shared_ptr<const MapTruth> truth_;  // may be null
+  std::vector<double> shadow_inputs_;      // inputs of the current shadow: ground, lamp, solids
 };
 
 }  // namespace sqslam

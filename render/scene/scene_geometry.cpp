@@ -14,8 +14,10 @@
 #include <cstdint>
 #include <map>
 #include <numbers>
+#include <optional>
 #include <utility>
 
+#include "render/scene/color_scale.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
@@ -96,48 +98,112 @@ std::vector<PointSplats::Vertex> MapPoints(const MapSnapshot& map, const SceneSt
   return vertices;
 }
 
-vtkSmartPointer<vtkPolyData> TrajectoryLine(const MapSnapshot& map, const SceneStyle& style) {
-  std::vector<Eigen::Vector3d> centers =
-      ToVector(map.keyframes, [](const SnapshotKeyframe& k) { return k.T_map_camera.translation; });
-  if (map.T_map_camera && style.cameras.current) {
-    centers.push_back(map.T_map_camera->translation);
+vtkSmartPointer<vtkPolyData> TrajectoryLine(const MapSnapshot& map, const MapTruth* truth,
+                                            const SceneStyle& style) {
+  const Rgba plain = ToRgba(ParseColor(style.cameras.color));
+  const double most = truth != nullptr ? truth->MaxCameraError() : 0.0;
+  MeshBuilder builder;
+  std::optional<vtkIdType> last;
+  const auto add = [&](const Eigen::Vector3d& center, const Rgba& color) {
+    const vtkIdType next = builder.Add(center, color);
+    if (last) {
+      builder.Line(*last, next);
+    }
+    last = next;
+  };
+  for (const SnapshotKeyframe& keyframe : map.keyframes) {
+    const bool known = most > 0.0 && truth->camera_error.contains(keyframe.id);
+    add(keyframe.T_map_camera.translation,
+        known ? ToRgba(Viridis(truth->camera_error.at(keyframe.id) / most)) : plain);
   }
-  return PathLines({centers}, ParseColor(style.cameras.color));
+  if (map.T_map_camera && style.cameras.current) {
+    add(map.T_map_camera->translation, plain);
+  }
+  return builder.Finish();
 }
 
-vtkSmartPointer<vtkPolyData> UncertainOutlines(const MapSnapshot& map, const LabelColors& colors,
-                                               const SceneStyle& style) {
+namespace {
+
+// Returns every other of `count` pieces of equal length of a line, and of the gaps between them.
+std::vector<std::vector<Eigen::Vector3d>> Dashes(const std::vector<Eigen::Vector3d>& line, int count) {
+  std::vector<double> along = {0.0};
+  for (std::size_t i = 1; i < line.size(); ++i) {
+    along.push_back(along.back() + (line[i] - line[i - 1]).norm());
+  }
+  std::vector<std::vector<Eigen::Vector3d>> dashes;
+  for (int dash = 0; dash < count; ++dash) {
+    const double begin = along.back() * dash / count, end = along.back() * (dash + 0.5) / count;
+    std::vector<Eigen::Vector3d>& points = dashes.emplace_back();
+    for (std::size_t i = 1; i < line.size(); ++i) {
+      const double length = along[i] - along[i - 1];
+      if (length <= 0.0 || along[i] <= begin || along[i - 1] >= end) {
+        continue;
+      }
+      const auto at = [&](double place) -> Eigen::Vector3d {
+        return line[i - 1] + std::clamp((place - along[i - 1]) / length, 0.0, 1.0) * (line[i] - line[i - 1]);
+      };
+      if (points.empty()) {
+        points.push_back(at(begin));
+      }
+      points.push_back(at(end));
+    }
+  }
+  return dashes;
+}
+
+// Adds cross-sections through the centre, and latitudes that lie on the rims if the solid has any. `dashes`:
+// of each curve; 0: whole lines.
+void AddOutline(const PosedSuperquadric& solid, const Rgba& color, int dashes, MeshBuilder& builder) {
   constexpr int kSteps = 96;
+  const auto curve = [&](const auto& point_at) {
+    std::vector<Eigen::Vector3d> points;
+    for (int i = 0; i <= kSteps; ++i) {
+      points.push_back(solid.T_map_object *
+                       point_at(-std::numbers::pi + 2.0 * std::numbers::pi * i / kSteps));
+    }
+    if (dashes == 0) {
+      builder.Path(points, color);
+    }
+    for (const std::vector<Eigen::Vector3d>& dash : Dashes(points, dashes)) {
+      builder.Path(dash, color);
+    }
+  };
+  const double rim = 0.25 * std::numbers::pi;
+  for (const double latitude : {-rim, 0.0, rim}) {
+    curve([&](double angle) { return solid.shape.PointAt(latitude, angle); });
+  }
+  for (const double longitude : {0.0, 0.5 * std::numbers::pi}) {
+    curve([&](double angle) {
+      const bool back = std::abs(angle) > 0.5 * std::numbers::pi;
+      const double latitude = back ? std::copysign(std::numbers::pi, angle) - angle : angle;
+      return solid.shape.PointAt(latitude, back ? longitude - std::numbers::pi : longitude);
+    });
+  }
+}
+
+}  // namespace
+
+vtkSmartPointer<vtkPolyData> UncertainOutlines(const MapSnapshot& map, const ObjectColor& color_of,
+                                               const SceneStyle& style) {
   constexpr double kUncertainStrength = 0.5;
+  const Eigen::Vector3d background = ParseColor(style.background);
   MeshBuilder builder;
   for (const SnapshotObject& object : map.objects) {
-    if (IsReliable(object)) {
-      continue;
+    if (!IsReliable(object)) {
+      const Eigen::Vector3d own = ReadableOn(background, color_of(object), style.points.min_contrast);
+      AddOutline(object.superquadric,
+                 ToRgba(kUncertainStrength * own + (1.0 - kUncertainStrength) * background), 0, builder);
     }
-    const Eigen::Vector3d background = ParseColor(style.background);
-    const Eigen::Vector3d own = ReadableOn(background, colors(object.label), style.points.min_contrast);
-    const Rgba color = ToRgba(kUncertainStrength * own + (1.0 - kUncertainStrength) * background);
-    const PosedSuperquadric& solid = object.superquadric;
-    const auto curve = [&](const auto& point_at) {
-      std::vector<Eigen::Vector3d> points;
-      for (int i = 0; i <= kSteps; ++i) {
-        points.push_back(solid.T_map_object *
-                         point_at(-std::numbers::pi + 2.0 * std::numbers::pi * i / kSteps));
-      }
-      builder.Path(points, color);
-    };
-    // Cross-sections through the centre, and latitudes that lie on the rims if it has any.
-    const double rim = 0.25 * std::numbers::pi;
-    for (const double latitude : {-rim, 0.0, rim}) {
-      curve([&](double angle) { return solid.shape.PointAt(latitude, angle); });
-    }
-    for (const double longitude : {0.0, 0.5 * std::numbers::pi}) {
-      curve([&](double angle) {
-        const bool back = std::abs(angle) > 0.5 * std::numbers::pi;
-        const double latitude = back ? std::copysign(std::numbers::pi, angle) - angle : angle;
-        return solid.shape.PointAt(latitude, back ? longitude - std::numbers::pi : longitude);
-      });
-    }
+  }
+  return builder.Finish();
+}
+
+vtkSmartPointer<vtkPolyData> TrueOutlines(const std::vector<PosedSuperquadric>& solids,
+                                          const SceneStyle& style) {
+  constexpr int kDashes = 24;
+  MeshBuilder builder;
+  for (const PosedSuperquadric& solid : solids) {
+    AddOutline(solid, ToRgba(ParseColor(style.ground_truth.color)), kDashes, builder);
   }
   return builder.Finish();
 }

@@ -10,6 +10,7 @@
 
 #include "render/camera/scene_framing.h"
 #include "render/gl/point_splats.h"
+#include "render/scene/object_look.h"
 #include "render/scene/style.h"
 #include "render/solids/ground_shadow.h"
 #include "slam/snapshot/snapshot.h"
@@ -20,12 +21,18 @@ namespace sqslam {
 // Returns the map's points, with colours that contrast with the background. `scale`: samples per style pixel.
 std::vector<PointSplats::Vertex> MapPoints(const MapSnapshot& map, const SceneStyle& style, double scale);
 
-// Returns a line through the keyframes to the current camera.
-vtkSmartPointer<vtkPolyData> TrajectoryLine(const MapSnapshot& map, const SceneStyle& style);
+// Returns a line through the keyframes to the current camera, coloured by their errors unless `truth` is
+// null.
+vtkSmartPointer<vtkPolyData> TrajectoryLine(const MapSnapshot& map, const MapTruth* truth,
+                                            const SceneStyle& style);
 
 // Returns cross-sections and rims of the uncertain objects, in faint colours.
-vtkSmartPointer<vtkPolyData> UncertainOutlines(const MapSnapshot& map, const LabelColors& colors,
+vtkSmartPointer<vtkPolyData> UncertainOutlines(const MapSnapshot& map, const ObjectColor& color_of,
                                                const SceneStyle& style);
+
+// Returns dashed cross-sections and rims of true objects.
+vtkSmartPointer<vtkPolyData> TrueOutlines(const std::vector<PosedSuperquadric>& solids,
+                                          const SceneStyle& style);
 
 // Returns the frusta of the keyframes, without those close to the last one drawn.
 vtkSmartPointer<vtkPolyData> KeyframeFrusta(const MapSnapshot& map, double height, const SceneStyle& style);

@@ -14,7 +14,6 @@
 #include <utility>
 
 #include "picture_shaders.h"
-#include "render/scene/object_look.h"
 #include "render/scene/studio_light.h"
 #include "render/solids/poly_data.h"
 #include "render/solids/tessellation.h"
@@ -102,7 +101,7 @@ std::vector<std::pair<Eigen::Vector3d, ObjectLook>> SolidActors::Looks() const {
   return ToVector(solids_, [](const Solid& solid) { return std::pair(solid.color, solid.look); });
 }
 
-void SolidActors::Show(const std::vector<SnapshotObject>& objects, const LabelColors& colors, bool dense) {
+void SolidActors::Show(const std::vector<SnapshotObject>& objects, const ObjectColor& color_of, bool dense) {
   const bool see_through = style_.look == ObjectLook::kAuto ? dense : style_.look != ObjectLook::kSolid;
   if (std::exchange(see_through_, see_through) != see_through) {
     solids_.clear();
@@ -121,7 +120,7 @@ void SolidActors::Show(const std::vector<SnapshotObject>& objects, const LabelCo
       solid.segments = 0;
     }
     solid.posed = objects[i].superquadric;
-    solid.color = colors(objects[i].label);
+    solid.color = color_of(objects[i]);
     solid.look = LookOf(objects[i].label, style_, dense);
     solid.opacity = OpacityOf(solid.look);
     translucent_ |= solid.opacity < 1.0;

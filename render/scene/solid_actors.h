@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "render/camera/camera_path.h"
+#include "render/scene/object_look.h"
 #include "render/scene/studio_light.h"
 #include "render/scene/style.h"
 #include "render/solids/scene_order.h"
@@ -23,7 +24,7 @@ class SolidActors {
   SolidActors(const SceneStyle::Objects& style, vtkPlaneCollection* clip) : style_(style), clip_(clip) {}
 
   // `dense`: among a dense cloud or mesh (LookOf).
-  void Show(const std::vector<SnapshotObject>& objects, const LabelColors& colors, bool dense);
+  void Show(const std::vector<SnapshotObject>& objects, const ObjectColor& color_of, bool dense);
 
   // True if all solids are glass or outlines and write no depth. Single solids of glass among others do.
   bool SeeThrough() const { return see_through_; }

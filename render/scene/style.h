@@ -9,6 +9,7 @@
 
 #include "render/scene/class_colors.h"
 #include "render/scene/cloud_layer.h"
+#include "render/scene/map_truth.h"
 #include "render/surface/surface_mesh.h"
 
 namespace sqslam {
@@ -276,6 +277,7 @@ struct SceneLayers {
   std::vector<std::vector<Eigen::Vector3d>> true_path;  // of the camera, split at gaps
   CloudLayerPtr dense_cloud;                            // may be null
   SurfaceMeshPtr dense_mesh;  // may be null; replaces the cloud if the style asks for it
+  std::shared_ptr<const MapTruth> truth = nullptr;  // whose errors colour the map; null: classes do
 
   bool operator==(const SceneLayers&) const = default;
 };

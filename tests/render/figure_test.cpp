@@ -11,6 +11,7 @@
 #include "render/figures/figure_input.h"
 #include "render/page/chart.h"
 #include "render/page/page.h"
+#include "render/scene/color_scale.h"
 #include "render/synthetic/scene_description.h"
 #include "slam/util/data_path.h"
 #include "slam/util/error.h"

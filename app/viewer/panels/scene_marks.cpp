@@ -12,6 +12,7 @@
 #include "app/viewer/state/scene_view.h"
 #include "app/viewer/widgets/widgets.h"
 #include "render/page/chart.h"
+#include "render/scene/color_scale.h"
 #include "slam/geometry/silhouette.h"
 #include "slam/util/to_vector.h"
 
