@@ -57,7 +57,9 @@ void AddVideoOptions(Command& command, RenderArguments& a) {
   command.Flag("--growth", a.growth, "Replay the run beside its input images");
   command.Option("--frames N|A:B", a.frames, "Only the first N frames of the output, or A to B without B");
   command.Option("--fps N", a.fps, "Frames per second of a video").Range(1.0, 240.0);
-  command.Option("--seconds S", a.seconds, "Length of a video; with --growth: its maximum length")
+  command
+      .Option("--seconds S", a.seconds,
+              "Length of a video, default 10; with --growth: its maximum, default 20")
       .Range(0.01, 36000.0);
   command.Option("--shard I/N", a.shard,
                  "Only piece I of N of a video, as FILE.part-I-of-N.mp4, or these numbered pictures");
@@ -82,7 +84,7 @@ PictureOptions MakePictureOptions(const RenderArguments& a) {
 VideoOptions MakeVideoOptions(const RenderArguments& a, const PictureOptions& picture, double fps) {
   VideoOptions options;
   options.picture = picture;
-  options.seconds = a.seconds;
+  options.seconds = a.seconds.value_or(a.growth ? kGrowthSeconds : options.seconds);
   options.fps = a.fps.value_or(fps);
   if (IsPathFile(a.path)) {
     options.path_file = ReadCameraPath(a.path, options.fps);
@@ -112,9 +114,7 @@ std::string FilesFingerprint(const RenderArguments& a) {
   return Fingerprint(parts);
 }
 
-bool MakesFrames(const RenderArguments& a) {
-  return IsFrameTemplate(a.output) || fs::path(a.output).extension() == ".mp4";
-}
+bool MakesFrames(const RenderArguments& a) { return IsFrameTemplate(a.output) || IsVideo(a.output); }
 
 void CheckRenderArguments(const RenderArguments& a) {
   const bool frames = MakesFrames(a);
@@ -143,7 +143,10 @@ void CheckRenderArguments(const RenderArguments& a) {
       {a.output.empty() && a.reference.empty(),
        "render: nothing to do, expected --output FILE, --reference FILE or both"},
       {!frames && !a.output.empty() && fs::path(a.output).extension() != ".png",
-       output + ": expected FILE.png, a name with {frame:04} that ends in .png, or FILE.mp4"},
+       output + ": expected FILE.png, a name with {frame:04} that ends in .png, or FILE.mp4, "
+                ".gif or .webp"},
+      {frames && !a.shard.empty() && IsVideo(a.output) && fs::path(a.output).extension() != ".mp4",
+       output + ": has no pieces, expected FILE.mp4 with --shard"},
       {frames && !a.reference.empty(),
        "--reference: compares one picture, expected --output FILE.png or none"},
       {!frames && wants_frames,
@@ -196,7 +199,9 @@ void AddRenderOptions(Command& command, RenderArguments& a) {
   AddObjectOptions(command, a.objects);
   AddLayerOptions(command, a.layers);
   command.Group("Output");
-  command.Option("--output,-o FILE", a.output, "FILE.png, FILE.mp4, or numbered pictures {frame:04}.png");
+  command.Option("--output,-o FILE", a.output,
+                 "FILE.png, a video FILE.mp4, .gif or .webp, or numbered "
+                 "pictures {frame:04}.png");
   command.Option("--resolution W,H", a.resolution, "Size; default: 1280,720, or that of --camera-frame")
       .Range(16, 8192);
   command.Option("--reference FILE", a.reference, "Exit with code 5 if the picture differs from this one");

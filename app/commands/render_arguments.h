@@ -44,7 +44,7 @@ struct RenderArguments {
   bool growth = false;
   std::string frames;
   std::optional<double> fps;
-  double seconds = 10.0;
+  std::optional<double> seconds;
   std::string shard;
   std::vector<std::string> join;
   ClusterArguments cluster;

@@ -149,9 +149,9 @@ int WriteFrames(const RenderArguments& a, const fs::path& output, auto&& write) 
 }
 
 int RenderFrames(const RenderArguments& a, const PictureOptions& picture, const RecordingReader& reader) {
-  // By default a run of any length plays in about 20 s.
-  const double growth_fps = std::clamp(std::round(reader.Size() / 20.0), 5.0, 30.0);
-  VideoOptions options = MakeVideoOptions(a, picture, a.growth ? growth_fps : 30.0);
+  constexpr double kGifFps = 12.5;  // a picture that plays by itself should stay small; whole hundredths
+  VideoOptions options =
+      MakeVideoOptions(a, picture, fs::path(a.output).extension() == ".gif" ? kGifFps : 30.0);
   std::optional<InputFrames> frames;
   options.frame_poses = [&](std::int64_t frame) {
     if (!frames) {
@@ -252,6 +252,7 @@ them at the end; after Ctrl-C, run the same command to wait for them again.
 Examples:
   sqslam render out/kitchen -o kitchen.png
   sqslam render out/kitchen -o figure.png --no-background --resolution 2400,1600 --set objects.labels=true
+  sqslam render out/kitchen -o turn.gif --resolution 640,360 --seconds 6
   sqslam render out/kitchen -o plan.png --view top --projection orthographic
   sqslam render out/kitchen -o tidy.png --edits auto --set objects.labels=true
   sqslam render out/kitchen -o early.png --at-frame 120

@@ -111,11 +111,12 @@ void AppendPictures(Output out, const ReportInputs& inputs, bool has_view) {
                  "The map: objects as superquadrics, map points, camera path.");
   }
   if (const auto video = VideoOf(inputs)) {
+    const fs::path poster = inputs.result / "map.png";
     fmt::format_to(
         out,
-        "<figure><video controls muted playsinline preload=\"metadata\" src=\"{}\"></video><figcaption>"
+        "<figure><video controls muted playsinline preload=\"metadata\"{} src=\"{}\"></video><figcaption>"
         "The growth of the map along the run.</figcaption></figure>\n",
-        VideoUri(*video));
+        fs::exists(poster) ? fmt::format(" poster=\"{}\"", PictureUri(poster)) : "", VideoUri(*video));
   }
 }
 

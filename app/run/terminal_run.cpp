@@ -78,8 +78,7 @@ void TerminalRun::Film(const FinishedRun& run) {
     return;
   }
   VideoOptions options;
-  options.fps = 15.0;  // half a camera's rate: new maps come a few times a second
-  options.seconds = 20.0;
+  options.seconds = kGrowthSeconds;
   options.picture.layers.dense_cloud = ReadCloudLayer(run.output / "map.sqmap");
   WriteGrowthVideo(RecordingReader(run.output / "map.sqmap"), options, pictures_.video,
                    [this](int done, int total) {

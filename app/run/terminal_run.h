@@ -33,7 +33,7 @@ class TerminalRun : public RunHost {
   void EndProgress() override { progress_.Finish(); }
   void Mesh(const FinishedRun& run) override;  // dense.glb
   void Draw(const FinishedRun& run, StageTimes& times) override;
-  void Film(const FinishedRun& run) override;  // at most 20 s of video; Ctrl-C cuts it short
+  void Film(const FinishedRun& run) override;  // at most kGrowthSeconds of video; Ctrl-C cuts it short
   void Report(const FinishedRun& run) override;
 
  private:

@@ -246,9 +246,17 @@ std::vector<ViewCamera> ViewsOf(const MapSnapshot& map, const VideoOptions& opti
   }
 }
 
-// Returns the snapshot that each frame of a growth video shows: the newest at its time, so that the video is
-// in step with the run.
-std::vector<int> SnapshotOfFrame(const RecordingReader& recording, const VideoOptions& options) {
+// What a frame of a growth video shows: a state of the map, and the share of the way to it from the one
+// before.
+struct GrowthMoment {
+  int snapshot = 0;
+  double share = 1.0;
+};
+
+// Returns the moments of a growth video's frames, in step with the run: the newest state at their time, which
+// has come within half a second or by the time of the next.
+std::vector<GrowthMoment> MomentsOf(const RecordingReader& recording, const VideoOptions& options) {
+  constexpr double kMotion = 0.5;  // seconds of the video, at most
   std::vector<double> times;
   for (int i = 0; i < recording.Size(); ++i) {
     times.push_back(recording.Timestamp(i));
@@ -256,20 +264,25 @@ std::vector<int> SnapshotOfFrame(const RecordingReader& recording, const VideoOp
   const double whole = times.back() - times.front();
   const int total = std::max(recording.Size(),
                              static_cast<int>(std::lround(std::min(whole, options.seconds) * options.fps)));
-  std::vector<int> snapshots;
+  const double run_per_video = std::max(1.0, whole / options.seconds);  // seconds
+  std::vector<GrowthMoment> moments;
   for (int frame = 0; frame < total; ++frame) {
-    const double share = total > 1 ? static_cast<double>(frame) / (total - 1) : 1.0;
-    const double moment = times.front() + share * whole;
+    const double part = total > 1 ? static_cast<double>(frame) / (total - 1) : 1.0;
+    const double moment = times.front() + part * whole;
     const auto next = std::upper_bound(times.begin(), times.end(), moment + 1e-9);
-    snapshots.push_back(std::max(0, static_cast<int>(next - times.begin()) - 1));
+    const auto newest = next == times.begin() ? next : std::prev(next);
+    const double gap = next == times.end() ? 0.0 : *next - *newest;
+    const double motion = std::min(gap, kMotion * run_per_video);
+    moments.push_back({static_cast<int>(newest - times.begin()),
+                       motion > 0.0 ? std::clamp((moment - *newest) / motion, 0.0, 1.0) : 1.0});
   }
-  snapshots.back() = recording.Size() - 1;
-  return snapshots;
+  moments.back() = {recording.Size() - 1, 1.0};
+  return moments;
 }
 
 // Returns the input camera's pose at each frame, in the map frame of the last snapshot. While tracking is
 // lost, the previous pose stays; before the first one, that one.
-std::vector<Rigid3d> PosesOfGrowth(const RecordingReader& recording, const std::vector<int>& snapshots,
+std::vector<Rigid3d> PosesOfGrowth(const RecordingReader& recording, const std::vector<GrowthMoment>& moments,
                                    const MapSnapshot& last) {
   std::map<int, Rigid3d> tracked;  // by snapshot
   for (int i = 0; i < recording.Size(); ++i) {
@@ -279,8 +292,8 @@ std::vector<Rigid3d> PosesOfGrowth(const RecordingReader& recording, const std::
     }
   }
   std::vector<Rigid3d> poses;
-  for (const int snapshot : snapshots) {
-    const auto next = tracked.upper_bound(snapshot);
+  for (const GrowthMoment& moment : moments) {
+    const auto next = tracked.upper_bound(moment.snapshot);
     poses.push_back(tracked.empty() ? Rigid3d{} : (next == tracked.begin() ? next : std::prev(next))->second);
   }
   return poses;
@@ -312,6 +325,36 @@ int DrawFrames(const std::pair<int, int>& range, const VideoProgress& progress, 
   }
   return done;
 }
+
+// The states of a recording in the frame of the last one, each read once while they are asked for in order.
+class StatesOfGrowth {
+ public:
+  StatesOfGrowth(const RecordingReader& recording, const MapSnapshot& last)
+      : recording_(recording), last_(last) {}
+
+  // Returns the state before and this one; the first one is both.
+  const std::pair<MapSnapshotPtr, MapSnapshotPtr>& At(int snapshot) {
+    if (snapshot != number_) {
+      const bool next = snapshot == number_ + 1 && states_.second;
+      states_.first = next ? states_.second : snapshot > 0 ? Read(snapshot - 1) : nullptr;
+      states_.second = Read(snapshot);
+      states_.first = states_.first ? states_.first : states_.second;
+      number_ = snapshot;
+    }
+    return states_;
+  }
+
+ private:
+  MapSnapshotPtr Read(int snapshot) const {
+    const MapSnapshotPtr read = recording_.Read(snapshot);
+    return std::make_shared<const MapSnapshot>(Transformed(AlignByKeyframes(*read, last_), *read));
+  }
+
+  const RecordingReader& recording_;
+  const MapSnapshot& last_;
+  int number_ = -1;
+  std::pair<MapSnapshotPtr, MapSnapshotPtr> states_;
+};
 
 // A frame of a growth video to compose.
 struct ComposerJob {
@@ -355,8 +398,8 @@ int WriteGrowthVideo(const RecordingReader& recording, const VideoOptions& optio
   ThrowIf<UsageError>(options.picture.transparent,
                       "--no-background: does not apply to --growth, expected only one of them");
   const MapSnapshotPtr last = recording.Last();
-  const std::vector<int> snapshots = SnapshotOfFrame(recording, options);
-  const int total = static_cast<int>(snapshots.size());
+  const std::vector<GrowthMoment> moments = MomentsOf(recording, options);
+  const int total = static_cast<int>(moments.size());
   const std::pair<int, int> range = RangeOf(options, total, output);
   const cv::Size size(options.picture.width, options.picture.height);
   FrameWriter writer(output, size, options.fps);
@@ -368,21 +411,22 @@ int WriteGrowthVideo(const RecordingReader& recording, const VideoOptions& optio
   renderer.SetMap(*last);
   const auto swing = [](const auto&... middle) { return SwingPath(middle...); };
   const std::vector<ViewCamera> views = ViewsOf(*last, options, view, total, renderer, swing,
-                                                [&] { return PosesOfGrowth(recording, snapshots, *last); });
+                                                [&] { return PosesOfGrowth(recording, moments, *last); });
   // A page is composed while the next view is drawn and the previous page is encoded.
   GrowthPage page(layout, view.style, renderer.Colors(), TimesOf(recording, *last), InputImages(recording));
   WorkerThread<ComposerJob> composer(3, [&page, &writer](const ComposerJob& job) {
     writer.Add(page.Compose(job.view, job.map), job.number);
   });
-  int shown = -1;
+  StatesOfGrowth states(recording, *last);
   MapSnapshotPtr map;
+  double shown = 0.0;  // share of the way to `map`
   const int done = DrawFrames(range, progress, [&](int i) {
-    const int snapshot = snapshots[static_cast<std::size_t>(i)];
-    if (snapshot != shown) {
-      const MapSnapshotPtr read = recording.Read(snapshot);
-      map = std::make_shared<const MapSnapshot>(Transformed(AlignByKeyframes(*read, *last), *read));
-      renderer.SetMapKeepingFrame(*map);
-      shown = snapshot;
+    const GrowthMoment& moment = moments[static_cast<std::size_t>(i)];
+    const auto& [before, now] = states.At(moment.snapshot);
+    if (now != map || shown != moment.share) {
+      renderer.SetMapKeepingFrame(moment.share < 1.0 ? Between(*before, *now, moment.share) : *now);
+      map = now;
+      shown = moment.share;
     }
     composer.Add({renderer.Render(views[static_cast<std::size_t>(i)]), map, i});
   });

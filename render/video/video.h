@@ -68,8 +68,13 @@ std::vector<ViewCamera> ViewsAlong(const CameraPathFile& file, const MapSnapshot
 bool IsFrameTemplate(const std::string& name);
 std::string FrameName(const std::string& name, int number);
 
+// Returns true for the names of videos that can be written: FILE.mp4, FILE.gif and FILE.webp.
+bool IsVideo(const std::filesystem::path& path);
+
 enum class CameraPath { kStill, kOrbit, kFollow, kFirstPerson };
 constexpr auto EnumNames(CameraPath) { return std::array{"still", "orbit", "follow", "first-person"}; }
+
+inline constexpr double kGrowthSeconds = 20.0;  // default limit on the length of a growth video
 
 struct VideoOptions {
   PictureOptions picture;  // width and height: of the whole frame

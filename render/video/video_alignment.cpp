@@ -1,5 +1,6 @@
 #include "render/video/video_alignment.h"
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <map>
@@ -71,6 +72,41 @@ MapSnapshot Transformed(const Sim3d& S_target_map, const MapSnapshot& map) {
 }
 
 namespace fs = std::filesystem;
+
+namespace {
+
+Rigid3d Between(const Rigid3d& from, const Rigid3d& to, double share) {
+  return {from.rotation.slerp(share, to.rotation),
+          from.translation + share * (to.translation - from.translation)};
+}
+
+PosedSuperquadric Between(const PosedSuperquadric& from, const PosedSuperquadric& to, double share) {
+  PosedSuperquadric solid = to;
+  solid.T_map_object = Between(from.T_map_object, to.T_map_object, share);
+  solid.shape.half_size += (1.0 - share) * (from.shape.half_size - to.shape.half_size);
+  solid.shape.e1 = std::lerp(from.shape.e1, to.shape.e1, share);
+  solid.shape.e2 = std::lerp(from.shape.e2, to.shape.e2, share);
+  return solid;
+}
+
+}  // namespace
+
+MapSnapshot Between(const MapSnapshot& from, const MapSnapshot& to, double share) {
+  constexpr double kNewSize = 0.3;  // of an object that appears
+  MapSnapshot map = to;
+  if (from.T_map_camera && to.T_map_camera) {
+    map.T_map_camera = Between(*from.T_map_camera, *to.T_map_camera, share);
+  }
+  for (SnapshotObject& object : map.objects) {
+    const auto before = std::ranges::find(from.objects, object.id, &SnapshotObject::id);
+    if (before != from.objects.end()) {
+      object.superquadric = Between(before->superquadric, object.superquadric, share);
+    } else {
+      object.superquadric.shape.half_size *= std::lerp(kNewSize, 1.0, share);
+    }
+  }
+  return map;
+}
 
 InputFrames::InputFrames(const RecordingReader& recording, const fs::path& map_file) : images_(recording) {
   const MapSnapshotPtr last = recording.Last();

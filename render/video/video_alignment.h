@@ -21,6 +21,10 @@ Sim3d AlignByKeyframes(const MapSnapshot& map, const MapSnapshot& target);
 
 MapSnapshot Transformed(const Sim3d& S_target_map, const MapSnapshot& map);
 
+// Returns `to` with camera and objects on their way there from another state of the map; `share`: of the way,
+// [0, 1]. Objects that are new grow.
+MapSnapshot Between(const MapSnapshot& from, const MapSnapshot& to, double share);
+
 // The input frames of a map: their poses in the finished map and, if the sequence still exists, their images.
 class InputFrames {
  public:

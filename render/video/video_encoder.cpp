@@ -3,11 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <opencv2/imgcodecs.hpp>
+#include <span>
 #include <string>
+#include <string_view>
 
+#include "render/video/palette.h"
 #include "slam/io/video_index.h"
 #include "slam/util/throw_if.h"
 
@@ -36,28 +41,47 @@ struct Free {
 template <typename T>
 using Owned = std::unique_ptr<T, Free>;
 
-// An MP4 file to write packets to.
-class Mp4File {
+// What a kind of file holds.
+struct VideoFormat {
+  const char* muxer;
+  std::array<const char*, 2> encoders;  // the first that this FFmpeg has
+  AVPixelFormat pixels;
+};
+
+VideoFormat FormatOf(const fs::path& path) {
+  const std::string extension = path.extension().string();
+  return extension == ".gif"    ? VideoFormat{"gif", {"gif", nullptr}, AV_PIX_FMT_PAL8}
+         : extension == ".webp" ? VideoFormat{"webp", {"libwebp_anim", nullptr}, AV_PIX_FMT_YUV420P}
+                                : VideoFormat{"mp4", {"libx264", "mpeg4"}, AV_PIX_FMT_YUV420P};
+}
+
+// A file to write the packets of one video to.
+class VideoFile {
  public:
   // Error messages show `name`.
-  Mp4File(const fs::path& path, const fs::path& name) : name_(name.string()) {
+  VideoFile(const fs::path& path, const fs::path& name) : name_(name.string()) {
     av_log_set_level(AV_LOG_FATAL);  // errors are thrown instead
     const std::string file = FfmpegName(path);
     AVFormatContext* format = nullptr;
-    Check(avformat_alloc_output_context2(&format, nullptr, "mp4", file.c_str()));
+    Check(avformat_alloc_output_context2(&format, nullptr, FormatOf(name).muxer, file.c_str()));
     format_.reset(format);
     Check(avio_open(&format->pb, file.c_str(), AVIO_FLAG_WRITE));
   }
 
-  AVStream* AddStream(const AVCodecParameters* coding, AVRational time_base) {
+  // `cover`: size of the picture for WriteCover(), which an .mp4 may have; empty: none.
+  AVStream* AddStream(const AVCodecParameters* coding, AVRational time_base, cv::Size cover) {
     AVStream* stream = avformat_new_stream(format_.get(), nullptr);
     Check(stream == nullptr ? AVERROR(ENOMEM) : avcodec_parameters_copy(stream->codecpar, coding));
     stream->codecpar->codec_tag = 0;
     stream->codecpar->bit_rate = 0;  // pieces of a video know only their own
     stream->time_base = time_base;
     stream->avg_frame_rate = av_inv_q(time_base);
+    if (!cover.empty()) {
+      AddCoverStream(cover);
+    }
     AVDictionary* options = nullptr;
     av_dict_set(&options, "movflags", "+faststart", 0);  // playable while loading
+    av_dict_set(&options, "loop", "0", 0);               // .gif and .webp: for ever
     const int result = avformat_write_header(format_.get(), &options);
     av_dict_free(&options);
     Check(result);
@@ -65,8 +89,19 @@ class Mp4File {
   }
 
   void Write(AVPacket* packet) {
-    Check(av_interleaved_write_frame(format_.get(), packet));
+    Check(av_write_frame(format_.get(), packet));
     Check(format_->pb->error);
+  }
+
+  // Sets the picture that stands for the video in a list of files. `jpeg`: of the size announced.
+  void WriteCover(std::span<const std::uint8_t> jpeg) {
+    const Owned<AVPacket> packet(av_packet_alloc());
+    Check(av_new_packet(packet.get(), static_cast<int>(jpeg.size())));
+    std::ranges::copy(jpeg, packet->data);
+    packet->stream_index = 1;
+    packet->pts = packet->dts = 0;
+    packet->flags |= AV_PKT_FLAG_KEY;
+    Write(packet.get());
   }
 
   void Finish() {
@@ -78,6 +113,16 @@ class Mp4File {
   bool WantsGlobalHeader() const { return (format_->oformat->flags & AVFMT_GLOBALHEADER) != 0; }
 
  private:
+  void AddCoverStream(cv::Size size) {
+    AVStream* cover = avformat_new_stream(format_.get(), nullptr);
+    Check(cover == nullptr ? AVERROR(ENOMEM) : 0);
+    cover->codecpar->codec_type = AVMEDIA_TYPE_VIDEO;
+    cover->codecpar->codec_id = AV_CODEC_ID_MJPEG;
+    cover->codecpar->width = size.width;
+    cover->codecpar->height = size.height;
+    cover->disposition = AV_DISPOSITION_ATTACHED_PIC;
+  }
+
   void Check(int result) const {
     if (result < 0) {
       throw InputError("{}: the video cannot be written ({}), expected a writable folder with free space",
@@ -93,11 +138,15 @@ class Mp4File {
 
 struct VideoEncoder::Impl {
   Impl(const fs::path& path, const fs::path& wanted_name, cv::Size wanted_size, double wanted_fps)
-      : name(wanted_name.string()), size(wanted_size), fps(wanted_fps), file(path, wanted_name) {
+      : name(wanted_name.string()),
+        format(FormatOf(wanted_name)),
+        size(wanted_size),
+        fps(wanted_fps),
+        file(path, wanted_name) {
     Open();
     AVCodecParameters* coding = avcodec_parameters_alloc();
     avcodec_parameters_from_context(coding, codec.get());
-    stream = file.AddStream(coding, codec->time_base);
+    stream = file.AddStream(coding, codec->time_base, HasCover() ? size : cv::Size());
     avcodec_parameters_free(&coding);
     frame.reset(av_frame_alloc());
     frame->format = codec->pix_fmt;
@@ -105,6 +154,9 @@ struct VideoEncoder::Impl {
     frame->height = size.height;
     av_frame_get_buffer(frame.get(), 0);
     packet.reset(av_packet_alloc());
+    if (codec->pix_fmt == AV_PIX_FMT_PAL8) {
+      return;  // has a palette of its own in each frame
+    }
     scaler.reset(sws_getContext(size.width, size.height, AV_PIX_FMT_BGR24, size.width, size.height,
                                 codec->pix_fmt, SWS_BICUBIC | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INP, nullptr,
                                 nullptr, nullptr));
@@ -114,19 +166,20 @@ struct VideoEncoder::Impl {
 
   // Begins a segment with an encoder of its own.
   void Open() {
-    for (const char* encoder : {"libx264", "mpeg4"}) {
-      if (const AVCodec* found = avcodec_find_encoder_by_name(encoder); found != nullptr && TryOpen(found)) {
+    for (const char* encoder : format.encoders) {
+      const AVCodec* found = encoder != nullptr ? avcodec_find_encoder_by_name(encoder) : nullptr;
+      if (found != nullptr && TryOpen(found)) {
         return;
       }
     }
-    throw InputError("{}: this FFmpeg encodes neither H.264 nor MPEG-4, expected libx264 or mpeg4", name);
+    throw InputError("{}: this FFmpeg has no encoder for it, expected {}", name, format.encoders.front());
   }
 
   bool TryOpen(const AVCodec* found) {
     codec.reset(avcodec_alloc_context3(found));
     codec->width = size.width;
     codec->height = size.height;
-    codec->pix_fmt = AV_PIX_FMT_YUV420P;
+    codec->pix_fmt = format.pixels;
     codec->framerate = av_d2q(fps, 100000);
     codec->time_base = av_inv_q(codec->framerate);
     codec->gop_size = SegmentFrames(fps);  // the first frame of a segment suffices
@@ -140,6 +193,7 @@ struct VideoEncoder::Impl {
     codec->flags |= file.WantsGlobalHeader() ? AV_CODEC_FLAG_GLOBAL_HEADER : 0;
     av_opt_set(codec->priv_data, "preset", "veryfast", 0);
     av_opt_set(codec->priv_data, "crf", "20", 0);
+    av_opt_set(codec->priv_data, "quality", "80", 0);  // WebP only
     if ((av_get_cpu_flags() & AV_CPU_FLAG_AVX512) != 0) {
       // With AVX-512, "macroblock tree" of x264 0.164 reads memory that nobody has written.
       av_opt_set(codec->priv_data, "x264-params", "asm=avx2", 0);
@@ -160,7 +214,24 @@ struct VideoEncoder::Impl {
       av_packet_rescale_ts(packet.get(), codec->time_base, stream->time_base);
       packet->stream_index = stream->index;
       file.Write(packet.get());
+      av_packet_unref(packet.get());
     }
+  }
+
+  bool HasCover() const { return std::string_view(format.muxer) == "mp4"; }
+
+  void Fill(const cv::Mat& bgr) {
+    if (codec->pix_fmt == AV_PIX_FMT_PAL8) {
+      const PaletteImage image = ReduceColors(bgr);
+      for (int y = 0; y < bgr.rows; ++y) {
+        std::copy_n(image.index.ptr(y), bgr.cols, frame->data[0] + y * frame->linesize[0]);
+      }
+      std::ranges::copy(image.argb, reinterpret_cast<std::uint32_t*>(frame->data[1]));
+      return;
+    }
+    const std::uint8_t* const rows[] = {bgr.data};
+    const int stride[] = {static_cast<int>(bgr.step[0])};
+    sws_scale(scaler.get(), rows, stride, 0, bgr.rows, frame->data, frame->linesize);
   }
 
   void Check(int result) const {
@@ -170,15 +241,17 @@ struct VideoEncoder::Impl {
   }
 
   std::string name;
+  VideoFormat format;
   cv::Size size;
   double fps;
-  Mp4File file;
+  VideoFile file;
   Owned<AVCodecContext> codec;
   AVStream* stream = nullptr;  // owned by `file`
   Owned<AVFrame> frame;
   Owned<AVPacket> packet;
   Owned<SwsContext> scaler;
   std::int64_t next_time = 0;
+  cv::Mat last;  // frame added
 };
 
 int SegmentFrames(double fps) { return std::max(1, static_cast<int>(std::lround(2.0 * fps))); }
@@ -192,24 +265,40 @@ void VideoEncoder::Add(const cv::Mat& bgr) {
   if (bgr.type() != CV_8UC3 || bgr.size() != s.size) {
     throw std::invalid_argument("a frame of another size or type than the video's");
   }
-  if (s.next_time > 0 && s.next_time % SegmentFrames(s.fps) == 0) {
+  if (s.HasCover() && s.next_time > 0 && s.next_time % SegmentFrames(s.fps) == 0) {
     s.Encode(nullptr);
     s.Open();
   }
   s.Check(av_frame_make_writable(s.frame.get()));
-  const std::uint8_t* const rows[] = {bgr.data};
-  const int stride[] = {static_cast<int>(bgr.step[0])};
-  sws_scale(s.scaler.get(), rows, stride, 0, bgr.rows, s.frame->data, s.frame->linesize);
+  s.Fill(bgr);
+  s.last = bgr;
   s.frame->pts = s.next_time++;
   s.Encode(s.frame.get());
 }
 
 void VideoEncoder::Finish() {
-  impl_->Encode(nullptr);
-  impl_->file.Finish();
+  Impl& s = *impl_;
+  s.Encode(nullptr);
+  if (s.HasCover() && !s.last.empty()) {
+    std::vector<std::uint8_t> jpeg;
+    cv::imencode(".jpg", s.last, jpeg, {cv::IMWRITE_JPEG_QUALITY, 90});
+    s.file.WriteCover(jpeg);
+  }
+  s.file.Finish();
 }
 
 namespace {
+
+// Returns the picture that stands for a video in a list of files; empty if it has none.
+std::span<const std::uint8_t> CoverOf(const VideoStream& video) {
+  for (unsigned i = 0; i < video.format->nb_streams; ++i) {
+    const AVStream& stream = *video.format->streams[i];
+    if ((stream.disposition & AV_DISPOSITION_ATTACHED_PIC) != 0) {
+      return {stream.attached_pic.data, static_cast<std::size_t>(stream.attached_pic.size)};
+    }
+  }
+  return {};
+}
 
 bool SameCoding(const AVCodecParameters& a, const AVCodecParameters& b) {
   return a.codec_id == b.codec_id && a.width == b.width && a.height == b.height && a.format == b.format &&
@@ -221,15 +310,19 @@ bool SameCoding(const AVCodecParameters& a, const AVCodecParameters& b) {
 
 int ConcatenateVideos(const std::vector<fs::path>& videos, const std::vector<int>& frames,
                       const fs::path& output, const std::function<bool(int done, int total)>& progress) {
-  Mp4File file(output, output);
+  VideoFile file(output, output);
   constexpr const char* kReadError = "{}: cannot be read as a video ({})";
   const VideoStream first = OpenVideoStream(videos.front(), kReadError);
   const AVRational frame_time = av_inv_q(first.stream->avg_frame_rate);
-  AVStream* const stream = file.AddStream(first.stream->codecpar, frame_time);
+  const bool has_cover = !CoverOf(first).empty();
+  AVStream* const stream = file.AddStream(
+      first.stream->codecpar, frame_time,
+      has_cover ? cv::Size(first.stream->codecpar->width, first.stream->codecpar->height) : cv::Size());
   const Owned<AVPacket> packet(av_packet_alloc());
   const int total = std::accumulate(frames.begin(), frames.end(), 0);
   int done = 0;
   int before = 0;  // frames of the previous videos
+  std::vector<std::uint8_t> last_cover;
   bool go_on = true;
   std::int64_t last_dts = std::numeric_limits<std::int64_t>::min();
   for (std::size_t i = 0; i < videos.size() && go_on; ++i) {
@@ -248,6 +341,7 @@ int ConcatenateVideos(const std::vector<fs::path>& videos, const std::vector<int
         packet->pos = -1;
         packet->stream_index = stream->index;
         file.Write(packet.get());
+        av_packet_unref(packet.get());
         ++done;
         go_on = !progress || progress(done, total);
       } else {
@@ -255,8 +349,13 @@ int ConcatenateVideos(const std::vector<fs::path>& videos, const std::vector<int
       }
     }
     before += frames[i];
+    const std::span<const std::uint8_t> cover = CoverOf(source);
+    last_cover.assign(cover.begin(), cover.end());
     ThrowIf<InputError>(go_on && done != before, "{}: {} frames can be read, expected {}", videos[i].string(),
                         done - before + frames[i], frames[i]);
+  }
+  if (has_cover && !last_cover.empty()) {
+    file.WriteCover(last_cover);
   }
   file.Finish();
   return done;

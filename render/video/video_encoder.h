@@ -16,13 +16,15 @@ namespace sqslam {
 // pieces of whole segments join to the same file as a video that is drawn at once.
 int SegmentFrames(double fps);
 
-// Writes one MP4 file: H.264 (MPEG-4 if FFmpeg has no x264), 4:2:0, with colour tags. Calls FFmpeg's
-// libraries directly, because OpenCV's writer does not report a full disk, gives white a greenish tint, does
-// not tag the colour matrix, and cannot copy streams. Not thread-safe.
+// Writes one video. FILE.mp4: H.264 (MPEG-4 if FFmpeg has no x264), 4:2:0, with colour tags, and with the
+// last frame as the picture that stands for it in a list of files. FILE.gif (256 colours a frame) and
+// FILE.webp play for ever. Calls FFmpeg's libraries directly, because OpenCV's writer does not report a full
+// disk, gives white a greenish tint, does not tag the colour matrix, and cannot copy streams. Not
+// thread-safe.
 class VideoEncoder {
  public:
-  // Both sides must be even. Throws InputError that says why the file cannot be written. `name`: shown in
-  // messages instead of `path`, if the file is to be renamed.
+  // Both sides of an .mp4 must be even. Throws InputError that says why the file cannot be written. `name`:
+  // shown in messages instead of `path`, if the file is to be renamed.
   VideoEncoder(const std::filesystem::path& path, cv::Size size, double fps,
                const std::filesystem::path& name = {});
   ~VideoEncoder();  // leaves an unfinished file incomplete
@@ -37,7 +39,7 @@ class VideoEncoder {
   std::unique_ptr<Impl> impl_;
 };
 
-// Writes a video (FILE.mp4) or numbered pictures (a name with {frame} or {frame:04}), encoding on a thread of
+// Writes a video (IsVideo) or numbered pictures (a name with {frame} or {frame:04}), encoding on a thread of
 // its own. A video appears at Close(), with all frames, or not at all. Throws UsageError on any other name,
 // InputError that says why a file cannot be written.
 class FrameWriter {

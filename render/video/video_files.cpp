@@ -39,6 +39,10 @@ std::string FrameName(const std::string& name, int number) {
   return match.prefix().str() + fmt::format("{:0{}}", number, width) + match.suffix().str();
 }
 
+bool IsVideo(const fs::path& path) {
+  return path.extension() == ".mp4" || path.extension() == ".gif" || path.extension() == ".webp";
+}
+
 FrameWriter::FrameWriter(const fs::path& output, cv::Size size, double fps) : output_(output) {
   if (IsFrameTemplate(output.string())) {
     ThrowIf<UsageError>(output.extension() != ".png", "{}: expected a numbered name that ends in .png",
@@ -47,13 +51,14 @@ FrameWriter::FrameWriter(const fs::path& output, cv::Size size, double fps) : ou
     if (output.has_parent_path()) {
       fs::create_directories(output.parent_path(), error);
     }
-  } else if (output.extension() == ".mp4") {
-    ThrowIf<UsageError>(size.width % 2 != 0 || size.height % 2 != 0,
+  } else if (IsVideo(output)) {
+    ThrowIf<UsageError>(output.extension() == ".mp4" && (size.width % 2 != 0 || size.height % 2 != 0),
                         "resolution {},{}: the sides of a video must be even", size.width, size.height);
     file_.emplace(output_);
     video_.emplace(file_->Path(), size, fps, output_);
   } else {
-    throw UsageError("{}: expected FILE.mp4, or a name with {{frame:04}} that ends in .png", output.string());
+    throw UsageError("{}: expected FILE.mp4, .gif or .webp, or a name with {{frame:04}} that ends in .png",
+                     output.string());
   }
   encoding_.emplace(kMaxQueuedFrames, [this](const Job& job) { Write(job); });
 }

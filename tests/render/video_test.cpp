@@ -9,6 +9,8 @@
 #include <opencv2/videoio.hpp>
 
 #include "hand_made_map.h"
+#include "render/video/palette.h"
+#include "render/video/video_alignment.h"
 #include "slam/io/video_index.h"
 #include "slam/util/error.h"
 #include "slam/util/text_lines.h"
@@ -297,9 +299,80 @@ TEST_F(VideoTest, JoinsNumberedPicturesUnlessOneIsMissing) {
   EXPECT_FALSE(fs::exists(folder_ / "again.mp4"));
 }
 
+TEST_F(VideoTest, WritesPicturesThatPlayByThemselves) {
+  options_.fps = 10.0;
+  options_.seconds = 1.0;
+  for (const char* name : {"turn.gif", "turn.webp"}) {
+    EXPECT_EQ(WriteOrbit(HandMadeMap(), options_, folder_ / name), 10);
+  }
+  cv::VideoCapture gif((folder_ / "turn.gif").string());
+  cv::Mat frame;
+  int frames = 0;
+  for (; gif.read(frame); ++frames) {
+    EXPECT_EQ(frame.size(), cv::Size(480, 200));
+  }
+  EXPECT_EQ(frames, 10);
+  const std::string webp = ReadFile(folder_ / "turn.webp", "a picture");
+  EXPECT_EQ(webp.substr(0, 4), "RIFF");
+  EXPECT_NE(webp.find("ANIM"), std::string::npos);
+}
+
+TEST_F(VideoTest, CoversVideoWithItsLastFrame) {
+  options_.seconds = 0.2;
+  WriteOrbit(HandMadeMap(), options_, folder_ / "orbit.mp4");
+  EXPECT_EQ(FramesIn(folder_ / "orbit.mp4"), 6);
+  EXPECT_NE(ReadFile(folder_ / "orbit.mp4", "a video").find("covr"), std::string::npos);
+}
+
+TEST(MotionTest, LeadsFromOneStateToTheNext) {
+  MapSnapshot from = HandMadeMap(), to = from;
+  to.objects[0].superquadric.T_map_object.translation.x() += 1.0;
+  to.objects[0].superquadric.shape.half_size.z() *= 3.0;
+  from.objects.resize(2);
+  to.T_map_camera->translation.y() += 2.0;
+  const MapSnapshot half = Between(from, to, 0.5);
+  ASSERT_EQ(half.objects.size(), 3u);
+  const PosedSuperquadric& moved = half.objects[0].superquadric;
+  EXPECT_NEAR(moved.T_map_object.translation.x(),
+              from.objects[0].superquadric.T_map_object.translation.x() + 0.5, 1e-9);
+  EXPECT_NEAR(moved.shape.half_size.z(), 2.0 * from.objects[0].superquadric.shape.half_size.z(), 1e-9);
+  EXPECT_LT(half.objects[2].superquadric.shape.half_size.x(), to.objects[2].superquadric.shape.half_size.x());
+  EXPECT_NEAR(half.T_map_camera->translation.y(), from.T_map_camera->translation.y() + 1.0, 1e-9);
+  EXPECT_EQ(Between(from, to, 1.0).objects[2].superquadric.shape.half_size,
+            to.objects[2].superquadric.shape.half_size);
+}
+
+TEST(PaletteTest, KeepsFewColoursAndReducesMany) {
+  cv::Mat flat(20, 30, CV_8UC3, cv::Scalar(250, 120, 7));
+  flat(cv::Rect(3, 3, 9, 9)).setTo(cv::Scalar(1, 2, 3));
+  const auto drawn = [](const PaletteImage& image, int y, int x) {
+    const std::uint32_t argb = image.argb[image.index(y, x)];
+    return cv::Vec3b(argb & 255U, (argb >> 8U) & 255U, (argb >> 16U) & 255U);
+  };
+  const PaletteImage two = ReduceColors(flat);
+  EXPECT_EQ(drawn(two, 0, 0), cv::Vec3b(250, 120, 7));
+  EXPECT_EQ(drawn(two, 5, 5), cv::Vec3b(1, 2, 3));
+  cv::Mat many(256, 256, CV_8UC3);
+  for (int y = 0; y < 256; ++y) {
+    for (int x = 0; x < 256; ++x) {
+      many.at<cv::Vec3b>(y, x) = {static_cast<std::uint8_t>(x), static_cast<std::uint8_t>(y),
+                                  static_cast<std::uint8_t>((x + y) / 2)};
+    }
+  }
+  const PaletteImage reduced = ReduceColors(many);
+  double error = 0.0;
+  for (int y = 0; y < 256; ++y) {
+    for (int x = 0; x < 256; ++x) {
+      error +=
+          cv::norm(cv::Vec3d(drawn(reduced, y, x)) - cv::Vec3d(many.at<cv::Vec3b>(y, x))) / (256.0 * 256.0);
+    }
+  }
+  EXPECT_LT(error, 12.0);
+}
+
 TEST_F(VideoTest, ReportsUnwritableOutput) {
   EXPECT_THROW(WriteOrbit(HandMadeMap(), options_, folder_ / "missing" / "orbit.mp4"), InputError);
-  EXPECT_THROW(WriteOrbit(HandMadeMap(), options_, folder_ / "orbit.gif"), UsageError);
+  EXPECT_THROW(WriteOrbit(HandMadeMap(), options_, folder_ / "orbit.avi"), UsageError);
   options_.picture.width = 481;
   EXPECT_THROW(WriteOrbit(HandMadeMap(), options_, folder_ / "orbit.mp4"), UsageError);
   options_.picture.width = 480;
