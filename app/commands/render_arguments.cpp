@@ -114,6 +114,11 @@ std::string FilesFingerprint(const RenderArguments& a) {
   return Fingerprint(parts);
 }
 
+bool MakesPage(const RenderArguments& a) {
+  const fs::path extension = fs::path(a.output).extension();
+  return extension == ".svg" || extension == ".pdf";
+}
+
 bool MakesFrames(const RenderArguments& a) { return IsFrameTemplate(a.output) || IsVideo(a.output); }
 
 void CheckRenderArguments(const RenderArguments& a) {
@@ -142,8 +147,10 @@ void CheckRenderArguments(const RenderArguments& a) {
       {a.map.empty(), "render: MAP is missing, expected map.sqmap or the result folder that holds it"},
       {a.output.empty() && a.reference.empty(),
        "render: nothing to do, expected --output FILE, --reference FILE or both"},
-      {!frames && !a.output.empty() && fs::path(a.output).extension() != ".png",
-       output + ": expected FILE.png, a name with {frame:04} that ends in .png, or FILE.mp4, "
+      {MakesPage(a) && (a.camera_frame || !a.reference.empty() || !a.layers.ground_truth.empty()),
+       output + ": vector graphics, expected FILE.png with --camera-frame, --reference and --ground-truth"},
+      {!frames && !a.output.empty() && !MakesPage(a) && fs::path(a.output).extension() != ".png",
+       output + ": expected FILE.png, .svg or .pdf, a name with {frame:04} that ends in .png, or FILE.mp4, "
                 ".gif or .webp"},
       {frames && !a.shard.empty() && IsVideo(a.output) && fs::path(a.output).extension() != ".mp4",
        output + ": has no pieces, expected FILE.mp4 with --shard"},
@@ -200,7 +207,7 @@ void AddRenderOptions(Command& command, RenderArguments& a) {
   AddLayerOptions(command, a.layers);
   command.Group("Output");
   command.Option("--output,-o FILE", a.output,
-                 "FILE.png, a video FILE.mp4, .gif or .webp, or numbered "
+                 "FILE.png, vector graphics FILE.svg or .pdf, a video FILE.mp4, .gif or .webp, or numbered "
                  "pictures {frame:04}.png");
   command.Option("--resolution W,H", a.resolution, "Size; default: 1280,720, or that of --camera-frame")
       .Range(16, 8192);

@@ -58,6 +58,7 @@ void AddRenderOptions(Command& command, RenderArguments& arguments);
 // Throws UsageError on options that contradict each other.
 void CheckRenderArguments(const RenderArguments& arguments);
 bool MakesFrames(const RenderArguments& arguments);  // true for a video or numbered pictures
+bool MakesPage(const RenderArguments& arguments);    // true for vector graphics
 
 // Throw UsageError that names the option.
 PictureOptions MakePictureOptions(const RenderArguments& arguments);

@@ -12,6 +12,7 @@
 #include "app/commands/render_arguments.h"
 #include "app/result/map_input.h"
 #include "app/terminal/terminal.h"
+#include "render/figures/map_page.h"
 #include "render/picture/photo.h"
 #include "render/video/video_alignment.h"
 #include "slam/io/image_files.h"
@@ -126,6 +127,10 @@ cv::Mat RenderAtFrame(const RenderArguments& a, const PictureOptions& options,
 }
 
 int RenderStill(const RenderArguments& a, const PictureOptions& options, const RecordingReader& reader) {
+  if (MakesPage(a)) {
+    WriteFigure(DrawMapPage(*reader.Last(), MapAtFrame(a, reader), options), a.output);
+    return 0;
+  }
   const cv::Mat image = a.camera_frame ? RenderCameraFrame(a, options, reader)
                         : a.at_frame   ? RenderAtFrame(a, options, reader)
                                        : RenderPicture(*reader.Last(), options);
@@ -252,6 +257,7 @@ them at the end; after Ctrl-C, run the same command to wait for them again.
 Examples:
   sqslam render out/kitchen -o kitchen.png
   sqslam render out/kitchen -o figure.png --no-background --resolution 2400,1600 --set objects.labels=true
+  sqslam render out/kitchen -o figure.pdf --set objects.labels=true      silhouettes and texts as vectors
   sqslam render out/kitchen -o turn.gif --resolution 640,360 --seconds 6
   sqslam render out/kitchen -o plan.png --view top --projection orthographic
   sqslam render out/kitchen -o tidy.png --edits auto --set objects.labels=true

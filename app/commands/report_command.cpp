@@ -32,6 +32,7 @@ void Report(const ReportArguments& a) {
   if (a.objects.Changes()) {
     inputs.changed = std::make_shared<const RecordingReader>(
         OpenMap(MapFile(inputs.result), a.objects, HiddenObjects::kLeaveOut));
+    inputs.render_options = OptionsOf(MapFile(inputs.result), a.objects);
   }
   PrintSummary(a.quiet, "written: {}\n", WriteReport(inputs).string());
 }

@@ -133,6 +133,7 @@ bool AppendViews(std::string& page, const ReportInputs& inputs, const ReportData
   }
   try {
     MapViewExtras extras;
+    extras.render_options = inputs.render_options;
     extras.metres = data.IsMetric() ? data.Scale() : 0.0;
     if (data.evaluation != nullptr && !data.evaluation->truth_positions_map.empty()) {
       extras.true_path.push_back(data.evaluation->truth_positions_map);

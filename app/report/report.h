@@ -27,6 +27,7 @@ struct ReportInputs {
   const FinishedRun* run = nullptr;  // the run just made; replaces the files of the result folder
   const Evaluation* evaluation = nullptr;
   std::shared_ptr<const RecordingReader> changed{};  // the map with edits or fewer objects; null: as it is
+  std::vector<std::string> render_options{};         // that `sqslam render` needs for the changed map
   std::filesystem::path output{};                    // empty: report.html in the result folder
 };
 

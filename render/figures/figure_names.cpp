@@ -1,6 +1,8 @@
 #include "render/figures/figure_names.h"
 
 #include "render/page/page.h"
+#include "render/scene/object_look.h"
+#include "slam/util/markup.h"
 
 namespace sqslam {
 
@@ -10,7 +12,7 @@ cv::Size FigureNames::SizeOf(const std::string& name) const {
 
 void FigureNames::Draw(const std::vector<std::string>& names, const std::vector<Eigen::Vector3d>& inks,
                        const std::vector<LabelRequest>& requests, const cv::Mat1i& number) {
-  const std::vector<LabelPlace> places = PlaceLabels(requests, number, {});
+  const std::vector<LabelPlace> places = PlaceLabels(requests, number, taken_);
   for (const LabelPlace& place : places) {  // below all names
     if (place.leader) {
       DrawLeader(place);
@@ -24,6 +26,11 @@ void FigureNames::Draw(const std::vector<std::string>& names, const std::vector<
   }
 }
 
+void FigureNames::KeepFree(const FigureRect& taken) {
+  taken_.emplace_back(cvFloor(scale_ * (taken.x - area_.x)), cvFloor(scale_ * (taken.y - area_.y)),
+                      cvCeil(scale_ * taken.width), cvCeil(scale_ * taken.height));
+}
+
 void FigureNames::DrawLeader(const LabelPlace& place) {
   const cv::Point start = LeaderStart(place);
   const Eigen::Vector2d from = OnPage(start.x, start.y);
@@ -33,6 +40,35 @@ void FigureNames::DrawLeader(const LabelPlace& place) {
   sheet_.page.Polygon(to, 16, 1.2, theme.background);
   sheet_.page.Line(from, to, {theme.ink, 0.4, {}});
   sheet_.page.Polygon(to, 16, 0.8, theme.ink);
+}
+
+void DrawObjectNames(FigureSheet& sheet, const std::vector<SnapshotObject>& objects, const SceneStyle& style,
+                     bool see_through, const ViewCamera& camera, const cv::Size& pixels,
+                     const FigureRect& area, const FigureRect& taken) {
+  const UncertainObjects uncertain = style.objects.uncertain;
+  std::vector<NamedSolid> solids;
+  std::vector<std::string> names;
+  std::vector<Eigen::Vector3d> inks;
+  std::vector<LabelRequest> requests;
+  FigureNames writer(sheet, area, pixels, 0.85 * sheet.theme.small);
+  writer.KeepFree(taken);
+  for (const SnapshotObject& object : objects) {
+    const bool certain = uncertain == UncertainObjects::kSolid || IsReliable(object);
+    if (certain || uncertain == UncertainObjects::kOutline) {
+      names.push_back(ReadableLabel(ShownName(object)));
+      inks.push_back(certain ? sheet.theme.ink : sheet.theme.muted);
+      requests.push_back({{},
+                          writer.SizeOf(names.back()),
+                          (object.superquadric.T_map_object.translation - camera.position).norm(),
+                          static_cast<int>(solids.size())});
+      solids.push_back({object.superquadric, HidesOthers(object, style.objects, see_through)});
+    }
+  }
+  const SeenSolids seen = SeeSolids(solids, see_through, PinholeOf(camera, pixels), PoseOf(camera));
+  for (std::size_t i = 0; i < requests.size(); ++i) {
+    requests[i].part = seen.parts[i];
+  }
+  writer.Draw(names, inks, requests, seen.number);
 }
 
 }  // namespace sqslam

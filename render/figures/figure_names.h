@@ -6,6 +6,7 @@
 
 #include "render/page/figure_options.h"
 #include "render/picture/label_layout.h"
+#include "slam/snapshot/snapshot.h"
 
 namespace sqslam {
 
@@ -24,6 +25,9 @@ class FigureNames {
   void Draw(const std::vector<std::string>& names, const std::vector<Eigen::Vector3d>& inks,
             const std::vector<LabelRequest>& requests, const cv::Mat1i& number);
 
+  // Keeps names out of a part of the page.
+  void KeepFree(const FigureRect& taken);
+
  private:
   Eigen::Vector2d OnPage(double x, double y) const { return {area_.x + x / scale_, area_.y + y / scale_}; }
   void DrawLeader(const LabelPlace& place);
@@ -32,6 +36,14 @@ class FigureNames {
   FigureRect area_;
   double scale_;    // pixels per point
   double letters_;  // points
+  std::vector<cv::Rect> taken_;
 };
+
+// Draws names at the visible parts of the objects. An object that others hide gets none; its class is in the
+// legend. `see_through`: solids hide nothing. `pixels`: size of the picture of the map that covers `area`.
+// `taken`: a part of the page without names; may be empty.
+void DrawObjectNames(FigureSheet& sheet, const std::vector<SnapshotObject>& objects, const SceneStyle& style,
+                     bool see_through, const ViewCamera& camera, const cv::Size& pixels,
+                     const FigureRect& area, const FigureRect& taken = {});
 
 }  // namespace sqslam

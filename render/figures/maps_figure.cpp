@@ -136,35 +136,6 @@ void DrawImageWithBoxes(FigureSheet& sheet, const MapsFigure::Panel& panel, cons
   }
 }
 
-// Draws names at the visible parts of the objects. An object that others hide gets none; its class is in the
-// legend.
-void DrawObjectNames(FigureSheet& sheet, const MapSnapshot& map, const SceneStyle& style, bool see_through,
-                     const ViewCamera& camera, const cv::Size& pixels, const FigureRect& area) {
-  const UncertainObjects uncertain = style.objects.uncertain;
-  std::vector<NamedSolid> solids;
-  std::vector<std::string> names;
-  std::vector<Eigen::Vector3d> inks;
-  std::vector<LabelRequest> requests;
-  FigureNames writer(sheet, area, pixels, 0.85 * sheet.theme.small);
-  for (const SnapshotObject& object : map.objects) {
-    const bool certain = uncertain == UncertainObjects::kSolid || IsReliable(object);
-    if (certain || uncertain == UncertainObjects::kOutline) {
-      names.push_back(ReadableLabel(ShownName(object)));
-      inks.push_back(certain ? sheet.theme.ink : sheet.theme.muted);
-      requests.push_back({{},
-                          writer.SizeOf(names.back()),
-                          (object.superquadric.T_map_object.translation - camera.position).norm(),
-                          static_cast<int>(solids.size())});
-      solids.push_back({object.superquadric, HidesOthers(object, style.objects, see_through)});
-    }
-  }
-  const SeenSolids seen = SeeSolids(solids, see_through, PinholeOf(camera, pixels), PoseOf(camera));
-  for (std::size_t i = 0; i < requests.size(); ++i) {
-    requests[i].part = seen.parts[i];
-  }
-  writer.Draw(names, inks, requests, seen.number);
-}
-
 }  // namespace
 
 FigurePage DrawMaps(const MapsFigure& figure, const FigureOptions& options) {
@@ -193,7 +164,7 @@ FigurePage DrawMaps(const MapsFigure& figure, const FigureOptions& options) {
     PlacePanel(sheet.page, picture, area);
     if (names) {
       const SceneLayers layers{{}, panel.dense_cloud, nullptr};
-      DrawObjectNames(sheet, panel.map, options.style, SolidsAreSeeThrough(options.style, layers),
+      DrawObjectNames(sheet, panel.map.objects, options.style, SolidsAreSeeThrough(options.style, layers),
                       renderer.DefaultCamera(), picture.size(), area);
     }
     const std::string letter = count < 2 || i > 25 ? "" : fmt::format("({}) ", static_cast<char>('a' + i));

@@ -3,7 +3,6 @@
 #include <cairo-pdf.h>
 #include <cairo.h>
 #include <fmt/format.h>
-#include <zlib.h>
 
 #include <algorithm>
 #include <cmath>
@@ -15,6 +14,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "render/picture/png_density.h"
 #include "slam/io/image_files.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/text_lines.h"
@@ -176,26 +176,6 @@ std::string PageToPdf(const FigurePage& page) {
     Check(cairo_surface_status(surface.get()));
   }
   return pdf;
-}
-
-// Inserts a pHYs chunk (pixels per metre), which OpenCV cannot write, after the header chunk.
-std::string WithDensity(const std::string& png, double dpi) {
-  constexpr std::size_t kHeaderEnd = 8 + 25;  // signature and IHDR
-  constexpr double kInchesPerMetre = 1.0 / 0.0254;
-  const auto per_metre = static_cast<std::uint32_t>(std::lround(dpi * kInchesPerMetre));
-  const auto big_endian = [](std::uint32_t value) {
-    std::string bytes;
-    for (const unsigned shift : {24u, 16u, 8u, 0u}) {
-      bytes += static_cast<char>((value >> shift) & 255u);
-    }
-    return bytes;
-  };
-  const std::string body = "pHYs" + big_endian(per_metre) + big_endian(per_metre) + '\1';  // per metre
-  const auto checksum = static_cast<std::uint32_t>(
-      crc32(0, reinterpret_cast<const Bytef*>(body.data()), static_cast<uInt>(body.size())));
-  const auto length = static_cast<std::uint32_t>(body.size() - 4);
-  return png.substr(0, kHeaderEnd) + big_endian(length) + body + big_endian(checksum) +
-         png.substr(kHeaderEnd);
 }
 
 }  // namespace

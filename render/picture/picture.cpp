@@ -7,6 +7,7 @@
 
 #include "render/gl/offscreen_window.h"
 #include "render/picture/picture_overlay.h"
+#include "render/picture/png_density.h"
 #include "render/scene/scene.h"
 #include "slam/geometry/angles.h"
 #include "slam/io/image_files.h"
@@ -261,7 +262,7 @@ cv::Mat RenderPicture(const MapSnapshot& map, const PictureOptions& options) {
 }
 
 void WritePicture(const std::filesystem::path& path, const cv::Mat& picture) {
-  WriteFileAtomically(path, EncodedImage(".png", picture));
+  WriteFileAtomically(path, WithDensity(EncodedImage(".png", picture)));
 }
 
 }  // namespace sqslam

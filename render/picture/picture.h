@@ -88,7 +88,7 @@ class PictureRenderer {
 
 cv::Mat RenderPicture(const MapSnapshot& map, const PictureOptions& options);
 
-// Writes a PNG. Throws InputError if the file cannot be written.
+// Writes a PNG of 300 pixels per inch. Throws InputError if the file cannot be written.
 void WritePicture(const std::filesystem::path& path, const cv::Mat& picture);
 
 // Returns the difference of two pictures: 1 - SSIM (Wang, Bovik, Sheikh and Simoncelli, "Image quality

@@ -9,6 +9,7 @@
 #include <ranges>
 #include <regex>
 
+#include "render/picture/png_density.h"
 #include "render/video/video.h"
 #include "render/video/video_encoder.h"
 #include "slam/io/image_files.h"
@@ -69,7 +70,7 @@ void FrameWriter::Write(const Job& job) {
     return;
   }
   WriteFileAtomically(FrameName(output_.string(), job.number),
-                      EncodedImage(".png", job.frame, {cv::IMWRITE_PNG_COMPRESSION, 3}));
+                      WithDensity(EncodedImage(".png", job.frame, {cv::IMWRITE_PNG_COMPRESSION, 3})));
 }
 
 void FrameWriter::Add(const cv::Mat& frame, int number) {

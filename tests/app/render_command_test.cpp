@@ -10,6 +10,8 @@
 #include <opencv2/videoio.hpp>
 #include <thread>
 
+#include "render/scene/class_colors.h"
+#include "render/scene/style.h"
 #include "run_program.h"
 #include "slam/snapshot/recording.h"
 #include "tests/render/hand_made_map.h"
@@ -191,6 +193,33 @@ TEST_F(RenderCommandTest, RejectsContradictoryOptions) {
   EXPECT_EQ(RunProgram("render --output a.png").exit_code, 2);
   EXPECT_EQ(RunProgram("run x --video a.avi").exit_code, 2);
   EXPECT_EQ(RunProgram("run x --video /nonexistent/a.mp4").exit_code, 2);
+}
+
+TEST_F(RenderCommandTest, DrawsVectorGraphicsLikePicture) {
+  const std::string look =
+      "--set objects.labels=true --set light.shadow=0 --set light.ambient_occlusion=0 --output ";
+  ASSERT_EQ(Render(look + Out("map.svg")).exit_code, 0);
+  const std::string svg = Slurp(Out("map.svg"));
+  for (const char* part : {"<image", ">cup<", ">book<", ">sports ball<", ">grid "}) {
+    EXPECT_THAT(svg, HasSubstr(part));
+  }
+  // Three silhouettes in the colours of their classes.
+  for (const char* label : {"cup", "book", "sports_ball"}) {
+    EXPECT_THAT(svg,
+                HasSubstr("Z\" fill=\"" + FormatColor(LabelColors()(label)) + "\" fill-opacity=\"0.85\""));
+  }
+  ASSERT_EQ(Render(look + Out("map.pdf")).exit_code, 0);
+  EXPECT_EQ(Slurp(Out("map.pdf")).substr(0, 5), "%PDF-");
+  EXPECT_EQ(Render("--camera-frame 30 --output " + Out("no.svg")).exit_code, 2);
+}
+
+TEST_F(RenderCommandTest, WritesDensityOfPictures) {
+  ASSERT_EQ(Render("--output " + Out("a.png")).exit_code, 0);
+  ASSERT_EQ(Render("--growth --frames 1 --output '" + Out("{frame}.png") + "'").exit_code, 0);
+  for (const char* name : {"a.png", "0.png"}) {
+    EXPECT_EQ(Slurp(Out(name)).substr(37, 4), "pHYs") << name;
+    EXPECT_FALSE(cv::imread(Out(name)).empty());
+  }
 }
 
 TEST_F(RenderCommandTest, WritesDifferenceWhenReferenceIsNotMet) {

@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "baseline.h"
+#include "render/scene/color_scale.h"
 #include "small_picture.h"
 
 namespace sqslam {
@@ -88,6 +89,40 @@ TEST(PictureLayersTest, DrawsHollowClassesAsGlassAmongSolids) {
   };
   EXPECT_LT(like_ball("book"), 50);
   EXPECT_GT(like_ball("dining_table"), 300);
+}
+
+TEST(PictureLayersTest, ColoursMapByItsErrors) {
+  const MapSnapshot map = HandMadeMap();
+  auto truth = std::make_shared<MapTruth>();
+  truth->solids = {map.objects[0].superquadric};
+  truth->solids[0].T_map_object.translation.z() += 0.3;
+  truth->iou = {{0, 1.0}, {1, 0.0}, {2, 0.5}};
+  for (const SnapshotKeyframe& keyframe : map.keyframes) {
+    truth->camera_error[keyframe.id] = 0.001 * static_cast<double>(keyframe.id);
+  }
+  PictureOptions options = SmallPicture();
+  options.style.light = {.shadow = 0.0, .ambient_occlusion = 0.0, .outline = 0.0, .eye_dome = 0.0};
+  options.style.objects.opacity = 1.0;
+  options.style.ground_truth.width = 8.0;
+  const auto like = [](const cv::Mat& picture, const Eigen::Vector3d& rgb) {
+    const cv::Vec3d color = 255.0 * cv::Vec3d(rgb.z(), rgb.y(), rgb.x());
+    int count = 0;
+    for (auto pixel = picture.begin<cv::Vec3b>(); pixel != picture.end<cv::Vec3b>(); ++pixel) {
+      count += cv::norm(cv::Vec3d(*pixel) - color) < 50.0 ? 1 : 0;
+    }
+    return count;
+  };
+  const cv::Mat plain = RenderPicture(map, options);
+  options.layers.truth = truth;
+  const cv::Mat judged = RenderPicture(map, options);
+  const Eigen::Vector3d dashes = ParseColor(options.style.ground_truth.color);
+  EXPECT_GT(like(judged, Viridis(1.0)), like(plain, Viridis(1.0)) + 500);  // the book
+  EXPECT_GT(like(judged, Viridis(0.0)), like(plain, Viridis(0.0)) + 300);  // the cup
+  EXPECT_GT(like(judged, dashes), 100);
+  const cv::Rect bars(200, 195, 115, 40);
+  EXPECT_GT(like(judged(bars), Viridis(0.5)), 20);
+  options.style.ground_truth.show = false;
+  EXPECT_TRUE(SameBytes(RenderPicture(map, options), plain));
 }
 
 TEST(PictureLayersTest, HidesMapPointsBehindDenseCloudUnlessRequested) {

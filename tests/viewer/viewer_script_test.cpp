@@ -131,7 +131,7 @@ TEST_F(ViewerScript, SavesRunWhenClosedWhileMapping) {
   folder_.Write("growth.mp4", "of an earlier run");
   const ProgramRun run =
       Play("wait map\nframes 2\nkey Space\nframes 5\nclose\n",
-           "run " + sequence.Path().string() + " --realtime --video growth.mp4 --output result");
+           "run " + sequence.Path().string() + " --no-dense --realtime --video growth.mp4 --output result");
   EXPECT_EQ(run.exit_code, 0) << run.err;
   for (const char* name : {"map.sqmap", "points.ply", "stats.json", "map.png"}) {
     EXPECT_TRUE(std::filesystem::exists(folder_.Path() / "result" / name)) << name;
@@ -146,7 +146,7 @@ TEST_F(ViewerScript, ShowsFinishedRunAsRecording) {
       "wait map\nwait end\nwait idle\nexpect running no\nexpect image yes\nexpect error none\n"
       "picture outside.png\nkey C\nframes 5\nwait idle\npicture through.png\n"
       "key F12\nframes 2\ncommand command.txt\nclose\n",
-      "run " + sequence.Path().string() + " --output result");
+      "run " + sequence.Path().string() + " --no-dense --output result");
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(Slurp(folder_.Path() / "result" / "stats.json"), HasSubstr("\"interrupted\": false"));
   // Through the camera its photograph lies beneath; the bare scene is dark.

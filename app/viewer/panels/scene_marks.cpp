@@ -11,7 +11,6 @@
 #include "app/viewer/state/editing.h"
 #include "app/viewer/state/scene_view.h"
 #include "app/viewer/widgets/widgets.h"
-#include "render/page/chart.h"
 #include "render/scene/color_scale.h"
 #include "slam/geometry/silhouette.h"
 #include "slam/util/to_vector.h"
