@@ -30,7 +30,8 @@ TruePath LayOver(const MapSnapshot& map, const Trajectory& truth, const fs::path
   return *path;
 }
 
-// Compares the map with true poses and, where there are any, true objects, as `sqslam eval` does.
+}  // namespace
+
 std::shared_ptr<const MapTruth> CompareWithTruth(const MapSnapshot& map, const Trajectory& truth,
                                                  const Sim3d& S_world_map, const fs::path& sequence) {
   const EvaluationOptions options;
@@ -59,8 +60,6 @@ std::shared_ptr<const MapTruth> CompareWithTruth(const MapSnapshot& map, const T
   }
   return compared;
 }
-
-}  // namespace
 
 fs::path MapFile(const fs::path& map) { return ResultFile(map, "map.sqmap"); }
 

@@ -7,6 +7,7 @@
 #include "render/scene/style.h"
 #include "slam/geometry/rigid3.h"
 #include "slam/io/point_cloud.h"
+#include "slam/io/trajectory.h"
 #include "slam/snapshot/object_edits.h"
 #include "slam/snapshot/recording.h"
 
@@ -52,6 +53,12 @@ void AddLayerOptions(Command& command, LayerArguments& arguments);
 // InputError that names the file, UsageError if "auto" cannot be resolved.
 SceneLayers ReadLayers(const LayerArguments& arguments, const RecordingReader& reader,
                        const std::filesystem::path& recording, const SceneStyle& style, bool growing = false);
+
+// Compares a map, aligned by S_world_map, with the true poses of a sequence and, where it has any, its true
+// objects, as `sqslam eval` does. Throws InputError if objects_gt.json is broken.
+std::shared_ptr<const MapTruth> CompareWithTruth(const MapSnapshot& map, const Trajectory& truth,
+                                                 const Sim3d& S_world_map,
+                                                 const std::filesystem::path& sequence);
 
 // Returns the mesh of a densified recording, null for any other recording. `growing`: with the frame from
 // which each vertex is seen. Throws InputError that names the file if it is broken.

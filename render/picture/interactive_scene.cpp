@@ -145,13 +145,12 @@ unsigned InteractiveScene::Draw(const ViewCamera& camera, cv::Size size, Detail 
     canvas.reset();
     canvas.emplace(s.style, detail, size, s.transparent);
   }
-  if (canvas->map_is_new) {
-    canvas->scene.Show(*s.map, s.focus, s.colors);
-    canvas->map_is_new = false;
-    canvas->drawn.reset();
-  }
   if (std::exchange(canvas->layers_are_new, false)) {
     canvas->scene.SetLayers(s.layers);
+    canvas->map_is_new = true;  // its colours depend on the truth
+  }
+  if (std::exchange(canvas->map_is_new, false)) {
+    canvas->scene.Show(*s.map, s.focus, s.colors);
     canvas->drawn.reset();
   }
   if (!canvas->drawn || !SameView(*canvas->drawn, camera)) {

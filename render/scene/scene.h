@@ -49,7 +49,7 @@ class Scene {
   // the same one for all frames of a video.
   void Show(const MapSnapshot& map, const SceneFocus& focus, const LabelColors& colors);
 
-  // Replaces the layers drawn with every map; in the map frame.
+  // Replaces the layers drawn with every map; in the map frame. The truth colours maps shown from then on.
   void SetLayers(const SceneLayers& layers);
 
   // Overrides the style's clip plane.

@@ -4,6 +4,7 @@
 
 #include "app/result/map_input.h"
 #include "slam/evaluation/ground_truth.h"
+#include "slam/util/error.h"
 
 namespace sqslam::viewer {
 namespace fs = std::filesystem;
@@ -76,6 +77,7 @@ void LayerSession::AlignLayers(Layers& layers, const Document& document, Message
   layers.path_pairs = path != nullptr ? path->pairs : 0;
 
   layers.drawn.true_path = path != nullptr && wants_path ? path->pieces : decltype(path->pieces)();
+  layers.drawn.truth = path != nullptr && wants_path && !document.run.active ? Compared(messages) : nullptr;
   std::optional<Sim3d> S_map_file;
   if (wants_cloud && !layers.cloud_in_world) {
     S_map_file = Sim3d();
@@ -92,9 +94,22 @@ void LayerSession::AlignLayers(Layers& layers, const Document& document, Message
 
 const TruePath* LayerSession::AlignedPath(const MapSnapshotPtr& map) {
   if (aligned_.map != map || aligned_.truth != truth_.Get()) {
-    aligned_ = {map, truth_.Get(), AlignTruePath(*truth_.Get(), *map)};
+    aligned_ = {map, truth_.Get(), AlignTruePath(*truth_.Get(), *map), nullptr};
   }
   return aligned_.path ? &*aligned_.path : nullptr;
+}
+
+std::shared_ptr<const MapTruth> LayerSession::Compared(Messages& messages) {
+  if (!aligned_.compared) {
+    try {
+      aligned_.compared =
+          app::CompareWithTruth(*aligned_.map, *aligned_.truth, aligned_.path->S_world_map, truth_.Source());
+    } catch (const InputError& error) {
+      messages.AddError(error.what());
+      aligned_.compared = std::make_shared<const MapTruth>();
+    }
+  }
+  return aligned_.compared;
 }
 
 CloudLayerPtr LayerSession::PlacedCloud(const Sim3d& S_map_file) {

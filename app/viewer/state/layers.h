@@ -88,6 +88,7 @@ class LayerSession {
  private:
   void AlignLayers(Layers& layers, const Document& document, Messages& messages);
   const TruePath* AlignedPath(const MapSnapshotPtr& map);
+  std::shared_ptr<const MapTruth> Compared(Messages& messages);  // of the aligned path
   CloudLayerPtr PlacedCloud(const Sim3d& S_map_file);
 
   BackgroundFile<Trajectory> truth_;  // of a sequence
@@ -99,7 +100,8 @@ class LayerSession {
   struct {
     MapSnapshotPtr map;
     std::shared_ptr<const Trajectory> truth;
-    std::optional<TruePath> path;  // empty: they cannot be aligned
+    std::optional<TruePath> path;              // empty: they cannot be aligned
+    std::shared_ptr<const MapTruth> compared;  // null: not yet
   } aligned_;
   struct {
     std::shared_ptr<const PointCloud> cloud;
