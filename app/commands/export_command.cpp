@@ -84,10 +84,11 @@ void WriteViewPage(const ExportArguments& a, const fs::path& map_path) {
   for (const std::string& setting : a.style.settings) {
     options.push_back("--set=" + setting);
   }
-  WriteFileAtomically(
-      a.output,
-      MapViewPage(reader, map_path,
-                  {.true_path = layers.true_path, .style = a.style.Load(), .render_options = options}));
+  WriteFileAtomically(a.output, MapViewPage(reader, map_path,
+                                            {.true_path = layers.true_path,
+                                             .truth = layers.truth,
+                                             .style = a.style.Load(),
+                                             .render_options = options}));
 }
 
 // Exports keyframes, points and images for COLMAP or nerfstudio.

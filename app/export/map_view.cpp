@@ -198,6 +198,9 @@ class MapViewWriter {
                                    {"pose", PoseOf(object.superquadric.T_map_object)},
                                    {"first", first == history_.first_seen.end() ? 0.0 : Since(first->second)},
                                    {"views", best_views_[i]}});
+      if (extras_.truth && extras_.truth->iou.contains(object.id)) {
+        scene_["objects"].back()["iou"] = Short(extras_.truth->iou.at(object.id));
+      }
     }
   }
 

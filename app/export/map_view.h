@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <opencv2/core.hpp>
 #include <set>
 #include <string>
@@ -59,6 +60,7 @@ struct MapViewExtras {
   std::string title;
   double metres = 0.0;  // per unit of the recording as read; 0: as the recording says
   std::vector<std::vector<Eigen::Vector3d>> true_path;  // map frame, split at gaps
+  std::shared_ptr<const MapTruth> truth{};              // may be null
   SceneStyle style{};                                   // colours of classes, size of the frusta
   std::vector<std::string> render_options{};  // that `sqslam render` needs for the same map, beside its view
 };
