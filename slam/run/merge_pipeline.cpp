@@ -47,7 +47,7 @@ FinishedRun MergeResults(const fs::path& first, const fs::path& second, const fs
               },
               [&] {
                 if (dense && (HasDepth(a) || HasDepth(b))) {
-                  MakeDense(run, a.options.dense, 0, host);
+                  MakeDense(run, a.options.dense, 0, host, a.recording);
                 }
               },
               [&] {

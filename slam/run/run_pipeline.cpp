@@ -330,7 +330,8 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
               [&] { JoinSequences(input, run); }, [&] { Scale(request, input, run, host); },
               [&] {
                 if (request.dense) {
-                  MakeDense(run, request.options.dense, live_depth, host);
+                  MakeDense(run, request.options.dense, live_depth, host,
+                            input.known ? input.known->recording : fs::path());
                 }
               },
               [&] { Draw(run, host); }, [&] { host.Film(run); },

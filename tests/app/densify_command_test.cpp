@@ -9,6 +9,7 @@
 
 #include "slam/io/point_cloud.h"
 #include "slam/snapshot/depth_recording.h"
+#include "slam/snapshot/recording.h"
 #include "slam/util/error.h"
 #include "tests/app/run_program.h"
 #include "tests/app/written_sequence.h"
@@ -165,6 +166,10 @@ TEST(RunCommand, MakesCloudForPictures) {
   run("both", "--frames 20: --extend " + out("map").string());
   EXPECT_GE(keyframes("both"), keyframes("map"));
   const std::string map = out("map").string();
+  fs::copy(out("map"), out("moved"), fs::copy_options::recursive);
+  SetSequencePath(out("moved") / "map.sqmap", "/nowhere");  // its images are gone
+  run("kept", "--frames 20: --extend " + out("moved").string());
+  EXPECT_GE(keyframes("kept"), keyframes("map") - 1);
   ASSERT_EQ(
       RunProgram("merge -q " + map + " " + out("none").string() + " -o " + out("merged").string()).exit_code,
       0);
