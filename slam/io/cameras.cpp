@@ -117,7 +117,7 @@ constexpr double kMaxReadout = 100.0;  // ms
 class CameraReader {
  public:
   explicit CameraReader(const std::filesystem::path& path) : path_(path) {
-    const std::string text = ReadFile(path, "a camera description with width, height, fx, fy, cx, cy");
+    const std::string text = ReadText(path, "a camera description with width, height, fx, fy, cx, cy");
     try {
       root_ = YAML::Load(text);
       ThrowIf<InputError>(!root_.IsMap(),

@@ -13,10 +13,11 @@
 #include <sstream>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "slam/util/enum_names.h"
 #include "slam/util/limits.h"
-#include "slam/util/text_lines.h"
+#include "slam/util/text_table.h"
 #include "slam/util/throw_if.h"
 
 namespace sqslam {
@@ -304,17 +305,25 @@ PointCloud ReadPly(const fs::path& path, const std::string& bytes) {
   return cloud;
 }
 
-PointCloud ReadText(const fs::path& path, std::string text) {
-  std::ranges::replace_if(
-      text, [](char c) { return c == ',' || c == ';'; }, ' ');
+// Returns the columns of x, y and z: those of these names, or else the first three.
+std::array<std::size_t, 3> CoordinateColumns(const std::vector<std::string>& names) {
+  std::array<std::size_t, 3> columns = {0, 1, 2};
+  std::array<std::size_t, 3> named{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    named[i] = static_cast<std::size_t>(std::ranges::find(names, kRoles[i].front()) - names.begin());
+  }
+  return std::ranges::max(named) < names.size() ? named : columns;
+}
+
+PointCloud ReadTextCloud(const fs::path& path, std::string bytes) {
+  const TextTable table = TableIn(DecodedText(std::move(bytes)));
+  const std::array<std::size_t, 3> columns = CoordinateColumns(table.names);
   PointCloud cloud;
-  for (const TextLine& line : TextLinesIn(text)) {
-    if (line.number == 1 && (line.words[0] == "x" || line.words[0] == "X")) {
-      continue;  // names of the columns
-    }
+  for (const TextLine& line : table.rows) {
     Eigen::Vector3d point;
     for (std::size_t i = 0; i < 3; ++i) {
-      const auto number = ParseNumber<double>(i < line.words.size() ? line.words[i] : "");
+      const auto number =
+          ParseNumber<double>(columns[i] < line.words.size() ? line.words[columns[i]] : std::string());
       if (!number) {
         ThrowBadLine(path, line, "x y z (or a PLY file, whose first line is 'ply')");
       }
@@ -328,9 +337,9 @@ PointCloud ReadText(const fs::path& path, std::string text) {
 }  // namespace
 
 PointCloud ReadPointCloud(const fs::path& path) {
-  const std::string bytes = ReadFile(path, "a PLY file, or a text file with x y z on each line");
+  std::string bytes = ReadFile(path, "a PLY file, or a text file with x y z on each line");
   const bool ply = bytes.starts_with("ply\n") || bytes.starts_with("ply\r\n");
-  return ply ? ReadPly(path, bytes) : ReadText(path, bytes);
+  return ply ? ReadPly(path, bytes) : ReadTextCloud(path, std::move(bytes));
 }
 
 }  // namespace sqslam

@@ -76,7 +76,7 @@ Json ParseJson(const std::filesystem::path& path, const std::string& text, std::
 }
 
 Json ReadJsonFile(const std::filesystem::path& path, std::string_view expected) {
-  return ParseJson(path, ReadFile(path, expected), expected);
+  return ParseJson(path, ReadText(path, expected), expected);
 }
 
 std::string JsonText(const Json& document, int indent) {

@@ -263,7 +263,7 @@ void AssignOptions(const YAML::Node& map, const std::string& source, const std::
 void LoadOptions(const std::filesystem::path& path, const OptionFields& fields) {
   std::string text;
   try {
-    text = ReadFile(path, "a YAML file of options");
+    text = ReadText(path, "a YAML file of options");
   } catch (const InputError& e) {
     throw UsageError(e.what());
   }

@@ -33,6 +33,10 @@ std::string ReplaceControlsInLines(std::string_view text);
 // sequence.
 std::string ValidText(std::string_view text);
 
+// Returns a part of a file for a message: control and invisible characters (byte-order marks, blanks of no
+// width) stand as "<U+FEFF>", tabs as "\\t", bytes that are no UTF-8 as "<ff>".
+std::string VisibleText(std::string_view text);
+
 // Returns the start of UTF-8 text in at most `most` bytes, cut between two characters.
 std::string CutText(std::string_view text, std::size_t most);
 
@@ -58,11 +62,11 @@ struct TextLine {
   std::vector<std::string> words;  // separated by blanks or tabs
 };
 
-// Reads all data lines; '#' at the start of a line begins a comment, line ends may be CRLF. Throws InputError
+// Reads all data lines of a file (ReadText); '#' at the start of a line begins a comment. Throws InputError
 // if the file cannot be read.
 std::vector<TextLine> ReadTextLines(const std::filesystem::path& path, std::string_view expected);
 
-// Same for the text of a file.
+// Same for text.
 std::vector<TextLine> TextLinesIn(std::string_view text);
 
 // Throws InputError "FILE:LINE: 'TEXT', expected EXPECTED".
@@ -89,5 +93,12 @@ std::array<double, count> NumbersIn(const std::filesystem::path& path, const Tex
 
 // Returns the whole file. Throws InputError "FILE: cannot be read (reason), expected EXPECTED".
 std::string ReadFile(const std::filesystem::path& path, std::string_view expected);
+
+// Returns the bytes of a text file as UTF-8 with LF at the ends of lines: without a byte-order mark,
+// converted from UTF-16 (with a mark, or with a zero in each character of the first line), from CRLF and CR.
+std::string DecodedText(std::string bytes);
+
+// Returns the DecodedText() of a file. Throws like ReadFile().
+std::string ReadText(const std::filesystem::path& path, std::string_view expected);
 
 }  // namespace sqslam

@@ -231,29 +231,5 @@ TEST_F(DetectionsTest, NamesCocoClassesInFolderOfFiles) {
               HasSubstr("0.0.txt:1:"));
 }
 
-TEST(TrajectoryFile, ReadsWhatItWrote) {
-  const TemporaryFolder folder;
-  const Eigen::Quaterniond rotation(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized()));
-  const Trajectory trajectory = {{1305031102.175304, {rotation, {1.5, -2.25, 0.125}}}, {1305031103.0, {}}};
-  WriteTrajectory(folder.Path() / "t.txt", trajectory);
-  const Trajectory read = ReadTrajectory(folder.Path() / "t.txt");
-  ASSERT_EQ(read.size(), 2u);
-  EXPECT_NEAR(read[0].timestamp, trajectory[0].timestamp, 1e-6);
-  EXPECT_TRUE(read[0].T_map_camera.translation.isApprox(trajectory[0].T_map_camera.translation, 1e-8));
-  EXPECT_LT(read[0].T_map_camera.rotation.angularDistance(rotation), 1e-7);
-}
-
-TEST(TrajectoryFile, ReportsBrokenLinesByNumber) {
-  const TemporaryFolder folder;
-  const auto message = [&](const std::string& second) {
-    const auto path = folder.Write("t.txt", "1 0 0 0 0 0 0 1\n" + second + "\n");
-    return InputErrorOf([&] { ReadTrajectory(path); });
-  };
-  EXPECT_THAT(message("2 0 0 0 0 0 0"), HasSubstr("t.txt:2:"));
-  EXPECT_THAT(message("2 0 0 nan 0 0 0 1"), HasSubstr("t.txt:2:"));
-  EXPECT_THAT(message("2 0 0 0 0 0 0 2"), HasSubstr("length 1"));
-  EXPECT_THAT(message("0.5 0 0 0 0 0 0 1"), HasSubstr("a timestamp after 1.000000"));
-}
-
 }  // namespace
 }  // namespace sqslam

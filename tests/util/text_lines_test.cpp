@@ -47,6 +47,28 @@ TEST(ReplaceControls, KeepsLineEndsWhenAsked) {
   EXPECT_EQ(ReplaceControlsInLines("a: 1\r\nb\x1b[2J\n"), "a: 1?\nb?[2J\n");
 }
 
+TEST(DecodedText, RemovesMarksAndConvertsUtf16) {
+  using namespace std::string_literals;
+  EXPECT_EQ(DecodedText("\xEF\xBB\xBF"
+                        "a\r\nb\rc\n"),
+            "a\nb\nc\n");
+  EXPECT_EQ(DecodedText("\xFF\xFE"
+                        "a\0\r\0\n\0\xe9\0=\xD8\0\xDE"s),
+            "a\né\xF0\x9F\x98\x80");
+  EXPECT_EQ(DecodedText("\xFE\xFF\0a\0b"s), "ab");
+  EXPECT_EQ(DecodedText("1\0.\0005\0 \0"s), "1.5 ");  // without a mark
+  EXPECT_EQ(DecodedText("\0001\0.\0005"s), "1.5");
+  EXPECT_EQ(DecodedText("\xFF\xFE\0\xD8"s), "\xEF\xBF\xBD");  // half of a pair
+  EXPECT_EQ(DecodedText("0 a 1\n"), "0 a 1\n");
+}
+
+TEST(VisibleText, ShowsInvisibleCharacters) {
+  EXPECT_EQ(VisibleText("\xEF\xBB\xBF"
+                        "0.5\tcup\xC2\xA0"
+                        "é\x1b\xff☕"),
+            "<U+FEFF>0.5\\tcup<U+00A0>é<U+001B><ff>☕");
+}
+
 TEST(ShellLine, QuotesWordsForShell) {
   EXPECT_EQ(ShellLine({"sqslam", "--output=a/b.png", "two words", "", "it's", "$HOME"}),
             R"(sqslam --output=a/b.png 'two words' '' 'it'\''s' '$HOME')");
