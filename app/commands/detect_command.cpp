@@ -117,11 +117,12 @@ void ConvertBoxes(const fs::path& boxes, const fs::path& output, BoxFormat forma
   const std::vector<cv::Size> sizes = ImageSizes(sequence);
   const CheckedDetections checked = CheckDetections(boxes, sizes, Timestamps(sequence), ImageNames(sequence));
   const bool video = !sequence.video_path.empty();
+  const std::vector<std::string> names = ImageNames(sequence);
   std::vector<ImageBoxes> frames;
   for (std::size_t i = 0; i < sequence.frames.size(); ++i) {
     const SequenceFrame& frame = sequence.frames[i];
     frames.push_back({frame.timestamp, static_cast<std::int64_t>(i),
-                      (video ? sequence.video_path : frame.image_path).filename().string(), sizes[i],
+                      video ? sequence.video_path.filename().string() : names[i], sizes[i],
                       checked.frames[i]});
   }
   WriteBoxFile(output, format, video, frames);

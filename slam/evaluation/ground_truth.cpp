@@ -13,14 +13,17 @@
 #include <regex>
 #include <sstream>
 
+#include "slam/io/cameras.h"
 #include "slam/io/dataset_layouts.h"
 #include "slam/io/image_files.h"
 #include "slam/io/pose_json.h"
 #include "slam/io/sequence.h"
+#include "slam/io/time_unit.h"
 #include "slam/util/enum_names.h"
 #include "slam/util/json_file.h"
-#include "slam/util/text_lines.h"
+#include "slam/util/text_table.h"
 #include "slam/util/throw_if.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -189,19 +192,12 @@ Trajectory ReadScenesV2(const fs::path& path, double fps) {
 Trajectory ReadEuroc(const fs::path& camera) {
   constexpr const char* kExpected = "'timestamp in ns,x,y,z,qw,qx,qy,qz,...', the body's pose";
   const fs::path path = camera.parent_path() / "state_groundtruth_estimate0" / "data.csv";
-  std::vector<TextLine> lines = ReadTextLines(path, kExpected);
+  const TextTable table = ReadTextTable(path, kExpected);
   const Rigid3d T_body_camera = ReadEurocExtrinsics(camera / "sensor.yaml");
   Trajectory trajectory;
-  for (TextLine& line : lines) {
-    std::string values = line.text;
-    std::ranges::replace(values, ',', ' ');
-    std::istringstream words(values);
-    line.words.assign(std::istream_iterator<std::string>(words), {});
+  for (const TextLine& line : table.rows) {
     std::array<double, 8> v{};
     for (std::size_t i = 0; i < v.size(); ++i) {
-      if (i >= line.words.size()) {
-        ThrowBadLine(path, line, kExpected);
-      }
       v[i] = NumberAt(path, line, i, kExpected);
     }
     const Eigen::Quaterniond rotation =
@@ -239,6 +235,27 @@ Trajectory ReadKitti(const Sequence& sequence) {
   return trajectory;
 }
 
+// Reads groundtruth.txt, whose times may be in another unit than seconds.
+Trajectory ReadTimedPoses(const fs::path& path, double fps) {
+  Trajectory trajectory = ReadTrajectory(path);
+  const std::vector<TextLine> rows = ReadTextTable(path, "poses").rows;
+  const bool whole = std::ranges::all_of(
+      rows, [](const TextLine& row) { return ParseNumber<std::int64_t>(row.words.front()).has_value(); });
+  const TimeUnit unit = UnitOfTimes(ToVector(trajectory, &TimedPose::timestamp), whole, fps);
+  ReportTimeUnit(path.string(), unit);
+  for (TimedPose& pose : trajectory) {
+    pose.timestamp *= unit.seconds;
+  }
+  return trajectory;
+}
+
+// Returns the rate of camera.yaml, or the usual one without it.
+double FpsOf(const fs::path& folder) {
+  const fs::path camera = folder / "camera.yaml";
+  const auto any_size = [] { return cv::Size(640, 480); };  // it has no influence
+  return fs::exists(camera) ? ReadCamera(camera, any_size).fps : Camera().fps;
+}
+
 Trajectory ReadIclNuim(const fs::path& path, double fps) {
   Trajectory trajectory = ReadTrajectory(path);
   for (TimedPose& pose : trajectory) {
@@ -266,10 +283,10 @@ GroundTruth ReadGroundTruth(const fs::path& sequence) {
   // groundtruth.txt has its own times; those of a dataset's poses follow from the camera's fps.
   const SequenceFormat format = DetectFormat(sequence);
   if (format == SequenceFormat::kTum) {
-    truth.trajectory = ReadTrajectory(sequence / "groundtruth.txt");
-    truth.frames = static_cast<int>(ReadTextLines(sequence / "rgb.txt", "lines 'timestamp path'").size());
+    truth.trajectory = ReadTimedPoses(sequence / "groundtruth.txt", FpsOf(sequence));
+    truth.frames = static_cast<int>(ListDataset(format, sequence, FpsOf(sequence)).size());
   } else if (format == SequenceFormat::kImages) {
-    truth.trajectory = ReadTrajectory(sequence / "groundtruth.txt");
+    truth.trajectory = ReadTimedPoses(sequence / "groundtruth.txt", FpsOf(sequence));
     truth.frames = static_cast<int>(ListColorImages(sequence).size());
     ThrowIf<InputError>(truth.frames == 0,
                         "{}: neither rgb.txt nor images; expected the sequence that was mapped",
@@ -305,7 +322,7 @@ Trajectory ReadGroundTruthPoses(const Sequence& sequence) {
   const fs::path& folder = sequence.path;
   const double fps = sequence.camera.fps;
   if (fs::exists(folder / "groundtruth.txt")) {
-    return ReadTrajectory(folder / "groundtruth.txt");
+    return ReadTimedPoses(folder / "groundtruth.txt", fps);
   }
   switch (sequence.format) {
     case SequenceFormat::k7Scenes:
@@ -320,7 +337,7 @@ Trajectory ReadGroundTruthPoses(const Sequence& sequence) {
     case SequenceFormat::kKitti:
       return ReadKitti(sequence);
     default:
-      return ReadTrajectory(folder / "groundtruth.txt");  // throws that it is missing
+      return ReadTimedPoses(folder / "groundtruth.txt", fps);  // throws that it is missing
   }
 }
 

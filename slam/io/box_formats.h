@@ -16,8 +16,9 @@ namespace sqslam {
 // Formats of box files, as detectors, labelling tools and trackers write them.
 enum class BoxFormat {
   kBoxes,   // lines `timestamp label score x y w h [object_id [visible_fraction]]`
-  kFolder,  // one text file a frame, lines `class x y w h score` in pixels from the top-left corner, or
-            // `class cx cy w h [score]` in fractions of the image (Ultralytics, darknet)
+  kFolder,  // one text file a frame, lines `class x y w h score` in pixels from the top-left corner, or in
+            // fractions of the image `class cx cy w h` or a polygon `class x y x y x y ...`, both with
+            // [score] [track] behind (Ultralytics, darknet)
   kCoco,    // JSON: a data set with images, annotations and categories, or a list of results
   kMot,     // lines `frame,id,x,y,w,h,score[,class,...]`, frames and pixels from 1 (MOTChallenge)
   kCsv,     // a table with a header line
@@ -34,7 +35,7 @@ struct FrameNumber {
 struct FrameTime {
   double seconds;
 };
-using FrameKey = std::variant<FrameTime, FrameNumber, ImageNumber, std::string>;  // last: the image's name
+using FrameKey = std::variant<FrameTime, FrameNumber, ImageNumber, std::string>;  // last: path or name
 
 struct FileBox {
   std::string place;  // FILE:LINE, or FILE with the number of the annotation
@@ -45,14 +46,15 @@ struct FileBox {
 
 // Reads all boxes of a file or folder. Labels are those of the file's own categories, or of classes.txt in
 // the folder (labels.txt beside a MOT file), or COCO's (MOTChallenge's). Throws InputError that names file
-// and line, also if the content is ambiguous.
+// and line, also if the content is ambiguous. A class below the first one is kUnknownClass (coco.h), and a
+// score that is missing or -1 counts as 1.
 std::vector<FileBox> ReadBoxFile(const std::filesystem::path& path);
 
 // The boxes of one frame, for writing.
 struct ImageBoxes {
   double timestamp = 0.0;
   std::int64_t number = 0;  // from 0
-  std::string name;         // of the image, or of the video
+  std::string name;         // of the image (ImageNames), or of the video
   cv::Size image;           // px
   std::vector<Detection> detections;
 };

@@ -2,12 +2,14 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <map>
 
 #include "slam/io/box_formats.h"
 #include "slam/io/coco.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 #include "slam/util/json_file.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -30,10 +32,10 @@ std::int64_t IndexOf(const std::vector<std::string>& names, const std::string& n
   return std::ranges::find(names, name) - names.begin();
 }
 
-// Names a video's frames NAME_NUMBER, from 1, as Ultralytics does.
+// Returns the image's path without extension; a video's frames are NAME_NUMBER, from 1, as Ultralytics does.
 std::string NameOf(const ImageBoxes& frame, bool video) {
-  const std::string stem = fs::path(frame.name).stem().string();
-  return video ? fmt::format("{}_{}", stem, frame.number + 1) : stem;
+  const fs::path bare = fs::path(frame.name).replace_extension();
+  return video ? fmt::format("{}_{}", bare.filename().string(), frame.number + 1) : bare.generic_string();
 }
 
 nlohmann::ordered_json CocoDocument(const std::vector<ImageBoxes>& frames,
@@ -65,7 +67,15 @@ nlohmann::ordered_json CocoDocument(const std::vector<ImageBoxes>& frames,
 void WriteFolder(const fs::path& path, const std::vector<ImageBoxes>& frames,
                  const std::vector<std::string>& names, bool video) {
   CreateResultFolder(path);
+  std::map<std::string, std::string> images;  // by the name of their file
   for (const ImageBoxes& frame : frames) {
+    const std::string name = NameOf(frame, video);
+    const auto [other, is_new] = images.emplace(name, frame.name);
+    ThrowIf<InputError>(!is_new && other->second != frame.name,
+                        "{}: {} and {} would share {}.txt, expected images with different names; "
+                        "--output-format coco keeps them apart",
+                        path.string(), other->second, frame.name, name);
+    fs::create_directories((path / name).parent_path());
     std::string text;
     for (const Detection& d : frame.detections) {
       const Box2d& b = d.box;
@@ -74,7 +84,7 @@ void WriteFolder(const fs::path& path, const std::vector<ImageBoxes>& frames,
                           (b.x + 0.5 * b.width) / image.width, (b.y + 0.5 * b.height) / image.height,
                           b.width / image.width, b.height / image.height, d.score);
     }
-    WriteFileAtomically(path / (NameOf(frame, video) + ".txt"), text);
+    WriteFileAtomically(path / (name + ".txt"), text);
   }
   WriteFileAtomically(path / "classes.txt", fmt::format("{}\n", fmt::join(names, "\n")));
 }

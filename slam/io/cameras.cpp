@@ -9,10 +9,10 @@
 #include <cmath>
 #include <memory>
 #include <numbers>
-#include <set>
 #include <sstream>
 #include <string>
 
+#include "slam/io/foreign_cameras.h"
 #include "slam/io/image_files.h"
 #include "slam/io/image_header.h"
 #include "slam/util/atomic_file.h"
@@ -24,92 +24,6 @@
 namespace sqslam {
 namespace {
 
-// ---- Calibrations of other programs
-
-// Refuses other words than these under a key.
-struct ForeignWords {
-  const char* key;
-  std::set<std::string> words;
-};
-
-// An entry of camera.yaml and its place in another program's file: a key, and the index in its list, or -1
-// for the whole value.
-struct ForeignEntry {
-  const char* name;
-  const char* key;
-  int index = -1;
-};
-
-struct ForeignNames {
-  std::vector<ForeignWords> models;
-  std::vector<ForeignEntry> entries;
-};
-
-// Kalibr and EuRoC
-const ForeignNames kIntrinsics = {
-    {{"camera_model", {"pinhole"}},
-     {"distortion_model", {"radtan", "radial-tangential", "none", "equidistant"}}},
-    {{"width", "resolution", 0},
-     {"height", "resolution", 1},
-     {"fx", "intrinsics", 0},
-     {"fy", "intrinsics", 1},
-     {"cx", "intrinsics", 2},
-     {"cy", "intrinsics", 3},
-     {"distortion", "distortion_coeffs"},
-     {"distortion", "distortion_coefficients"},
-     {"fps", "rate_hz"}}};
-const ForeignNames kRos = {{{"distortion_model", {"plumb_bob", "equidistant"}}},
-                           {{"width", "image_width"},
-                            {"height", "image_height"},
-                            {"fx", "camera_matrix", 0},
-                            {"cx", "camera_matrix", 2},
-                            {"fy", "camera_matrix", 4},
-                            {"cy", "camera_matrix", 5},
-                            {"distortion", "distortion_coefficients"}}};
-
-YAML::Node Convert(const ForeignNames& names, const YAML::Node& camera, const std::filesystem::path& path) {
-  for (const auto& [key, words] : names.models) {
-    const YAML::Node model = camera[key];
-    if (model && (!model.IsScalar() || !words.contains(model.Scalar()))) {
-      throw InputError("{}:{}: {} is {}, expected {}", path.string(), model.Mark().line + 1, key,
-                       model.IsScalar() ? model.Scalar() : "not a word", fmt::join(words, " or "));
-    }
-  }
-  YAML::Node own;
-  if (camera["distortion_model"] && camera["distortion_model"].Scalar() == "equidistant") {
-    own["distortion_model"] = "fisheye";
-  }
-  for (const auto& [name, key, index] : names.entries) {
-    const YAML::Node node = camera[key];
-    const YAML::Node value = node && node.IsMap() && node["data"] ? node["data"] : node;  // a matrix of ROS
-    if (!value) {
-      continue;
-    }
-    if (index < 0) {
-      own[name] = value;
-    } else if (value.IsSequence() && static_cast<std::size_t>(index) < value.size()) {
-      own[name] = value[index];
-    }
-  }
-  return own;
-}
-
-// Converts another program's calibration to the names of camera.yaml: Kalibr's camchain (its first camera,
-// cam0), EuRoC's sensor.yaml, and ROS' camera_info. Anything else is returned unchanged. Throws InputError
-// that begins with `path` for lens models other than radial-tangential and fisheye (equidistant).
-YAML::Node InOwnNames(const YAML::Node& root, const std::filesystem::path& path) {
-  if (root["cam0"] && root["cam0"].IsMap()) {
-    return Convert(kIntrinsics, root["cam0"], path);
-  }
-  if (root["intrinsics"]) {
-    return Convert(kIntrinsics, root, path);
-  }
-  if (root["camera_matrix"] && root["image_width"] && root["image_height"]) {
-    return Convert(kRos, root, path);
-  }
-  return root;
-}
-
 // ---- camera.yaml
 
 constexpr double kMaxReadout = 100.0;  // ms
@@ -119,11 +33,10 @@ class CameraReader {
   explicit CameraReader(const std::filesystem::path& path) : path_(path) {
     const std::string text = ReadText(path, "a camera description with width, height, fx, fy, cx, cy");
     try {
-      root_ = YAML::Load(text);
+      root_ = CameraInOwnNames(text, path);
       ThrowIf<InputError>(!root_.IsMap(),
                           "{}:1: expected lines 'name: value' (width, height, fx, fy, cx, cy)",
                           path.string());
-      root_ = InOwnNames(root_, path);
     } catch (const YAML::Exception& e) {
       throw InputError("{}:{}: invalid YAML: {}", path.string(), std::max(e.mark.line, 0) + 1, e.msg);
     }
@@ -235,8 +148,10 @@ CameraGuess WithFocal(int width, int height, double fps, double focal, std::stri
 
 }  // namespace
 
-Camera ReadCamera(const std::filesystem::path& path) {
+Camera ReadCamera(const std::filesystem::path& path, const std::function<cv::Size()>& images) {
   const CameraReader reader(path);
+  const bool states_size = reader.Optional("width") || reader.Optional("height");
+  const cv::Size size = images && !states_size ? images() : cv::Size();
   const auto side = [&](const std::string& key) {
     const double value = reader.Number(key, kMinImageSide, kMaxImageSide);
     if (value != std::floor(value)) {
@@ -246,8 +161,8 @@ Camera ReadCamera(const std::filesystem::path& path) {
     return static_cast<int>(value);
   };
   Camera camera;
-  camera.width = side("width");
-  camera.height = side("height");
+  camera.width = size.empty() ? side("width") : size.width;
+  camera.height = size.empty() ? side("height") : size.height;
   // Fields of view from 0.6 to 179 degrees: anything beyond is a mistake, not a lens.
   const double max_focal = 100.0 * std::max(camera.width, camera.height);
   camera.fx = reader.Number("fx", 0.005 * camera.width, max_focal);

@@ -25,6 +25,9 @@ inline constexpr std::array<std::string_view, 16> kIndoorNames = {
     "ball",    "box", "can",    "cereal_box", "cylinder", "globe", "jar", "lamp",
     "monitor", "mug", "pillow", "plate",      "speaker",  "table", "tin", "toy"};
 
+// Label of boxes whose file does not tell the class, as trackers write -1.
+inline constexpr std::string_view kUnknownClass = "unknown";
+
 // Returns true for a label in one of the two lists. Readers accept others with a warning, as they may be
 // typos.
 bool IsKnownLabel(std::string_view label);

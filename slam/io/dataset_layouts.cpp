@@ -1,19 +1,25 @@
 #include "slam/io/dataset_layouts.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 #include <yaml-cpp/yaml.h>
 
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
+#include <initializer_list>
 #include <opencv2/imgcodecs.hpp>
+#include <optional>
 #include <regex>
+#include <utility>
 
 #include "slam/io/cameras.h"
 #include "slam/io/image_files.h"
+#include "slam/io/time_unit.h"
 #include "slam/util/data_path.h"
-#include "slam/util/text_lines.h"
+#include "slam/util/text_table.h"
 #include "slam/util/throw_if.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -25,6 +31,84 @@ std::vector<fs::path> ImagesLike(const fs::path& folder, const char* pattern) {
 
 bool IsWholeNumber(const std::string& word) {
   return !word.empty() && word.find_first_not_of("0123456789") == std::string::npos;
+}
+
+// ---- rgb.txt
+
+bool IsTum(const fs::path& folder) { return fs::exists(folder / "rgb.txt"); }
+
+// Columns of the time and of the path; the path is the rest of the line if the columns have no names.
+struct ImageColumns {
+  std::size_t time = 0;
+  std::optional<std::size_t> path = std::nullopt;
+};
+
+ImageColumns ImageColumnsOf(const std::vector<std::string>& names) {
+  const auto find = [&](std::initializer_list<const char*> parts) {
+    const auto found = std::ranges::find_if(names, [&](const std::string& name) {
+      return std::ranges::any_of(parts, [&](const char* part) { return name.find(part) != name.npos; });
+    });
+    return static_cast<std::size_t>(found - names.begin());
+  };
+  const std::size_t time = find({"time", "stamp"});
+  const std::size_t path = find({"file", "path", "image", "rgb"});
+  return std::max(time, path) < names.size() && time != path ? ImageColumns{time, path} : ImageColumns{};
+}
+
+// Returns the path in a line of rgb.txt: the cell of its column, the rest behind the time, which may hold
+// blanks and commas, or the next cell if only that is a file.
+std::string PathIn(const fs::path& folder, const TextLine& row, const ImageColumns& columns) {
+  if (columns.path && *columns.path < row.words.size()) {
+    return row.words[*columns.path];
+  }
+  std::string rest = row.text.substr(std::min(row.text.find_first_of(" \t,;"), row.text.size()));
+  rest.erase(0, rest.find_first_not_of("\" \t,;"));
+  rest.erase(rest.find_last_not_of("\" \t") + 1);
+  const bool has_more =
+      row.words.size() > 2 && !fs::exists(folder / rest) && fs::exists(folder / row.words[1]);
+  return has_more ? row.words[1] : rest;
+}
+
+std::vector<SequenceFrame> ListTum(const fs::path& folder, double fps) {
+  const fs::path list = folder / "rgb.txt";
+  constexpr const char* kExpected = "'timestamp path'";
+  std::vector<SequenceFrame> frames;
+  TextTable table = ReadTextTable(list, "lines 'timestamp path'");
+  ThrowIf<InputError>(table.rows.empty(), "{}: lists no image, expected at least one line {}", list.string(),
+                      kExpected);
+  const ImageColumns columns = ImageColumnsOf(table.names);
+  int equal_times = 0;
+  bool whole = true;
+  for (TextLine& row : table.rows) {
+    std::vector<std::string> words = CellsOf(row.text, ' ');
+    if (!columns.path && ParseNumber<double>(words.front())) {  // commas and semicolons are of the path
+      row.words = std::move(words);
+    }
+    if (row.words.size() < 2) {
+      ThrowBadLine(list, row, kExpected);
+    }
+    const double timestamp = NumberAt(list, row, columns.time, kExpected);
+    whole = whole && IsWholeNumber(row.words[columns.time]);
+    if (!frames.empty() && timestamp == frames.back().timestamp) {
+      ++equal_times;
+    } else if (!frames.empty() && timestamp < frames.back().timestamp) {
+      ThrowBadLine(
+          list, row,
+          fmt::format("a timestamp after {:.6f}, that of the frame before", frames.back().timestamp));
+    } else {
+      frames.push_back({timestamp, folder / PathIn(folder, row, columns), {}});
+    }
+  }
+  if (equal_times > 0) {
+    spdlog::warn("{}: {} of {} images have the time of the image before, skipped", list.string(), equal_times,
+                 table.rows.size());
+  }
+  const TimeUnit unit = UnitOfTimes(ToVector(frames, &SequenceFrame::timestamp), whole, fps);
+  ReportTimeUnit(list.string(), unit);
+  for (SequenceFrame& frame : frames) {
+    frame.timestamp *= unit.seconds;
+  }
+  return frames;
 }
 
 // ---- Images whose names are frame numbers. Timestamps are these over fps, so that a missing image leaves a
@@ -119,15 +203,11 @@ std::vector<SequenceFrame> ListEuroc(const fs::path& path, double) {
   }
   const fs::path list = folder / "data.csv";
   std::vector<SequenceFrame> frames;
-  for (const TextLine& line : ReadTextLines(list, kExpected)) {
-    const std::size_t comma = line.text.find(',');
-    const std::string time = line.text.substr(0, comma);
-    if (comma == std::string::npos || !IsWholeNumber(time) || time.size() > 19) {
+  for (const TextLine& line : ReadTextTable(list, kExpected).rows) {
+    if (line.words.size() < 2 || !IsWholeNumber(line.words[0]) || line.words[0].size() > 19) {
       ThrowBadLine(list, line, kExpected);
     }
-    const std::size_t end = line.text.find_last_not_of(" \t\r");
-    frames.push_back(
-        {1e-9 * std::stod(time), folder / "data" / line.text.substr(comma + 1, end - comma), {}});
+    frames.push_back({1e-9 * std::stod(line.words[0]), folder / "data" / line.words[1], {}});
   }
   return frames;
 }
@@ -208,7 +288,8 @@ struct DatasetLayout {
 };
 
 // In the order of detection.
-constexpr std::array<DatasetLayout, 5> kLayouts = {{
+constexpr std::array<DatasetLayout, 6> kLayouts = {{
+    {SequenceFormat::kTum, IsTum, ListTum, "rgb.txt with lines 'timestamp path'", "time"},
     {SequenceFormat::kIclNuim, IsIcl, ListIcl, "names like rgb/0.png or scene_00_0000.png", "frame number"},
     {SequenceFormat::kEuroc, IsEuroc, ListEuroc, "mav0/cam0 with data.csv and images in data/", "time"},
     {SequenceFormat::kKitti, IsKitti, ListKitti, "times.txt beside image_2 with images", "time"},
@@ -226,9 +307,6 @@ SequenceFormat DetectFormat(const fs::path& path) {
                       path.string());
   if (!fs::is_directory(path)) {
     return SequenceFormat::kVideo;
-  }
-  if (fs::exists(path / "rgb.txt")) {
-    return SequenceFormat::kTum;
   }
   const auto* found =
       std::ranges::find_if(kLayouts, [&](const DatasetLayout& layout) { return layout.detect(path); });

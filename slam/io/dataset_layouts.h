@@ -30,9 +30,9 @@ std::string PresetOf(SequenceFormat format, const std::filesystem::path& folder)
 // for other layouts.
 std::optional<Camera> CameraOfDataset(SequenceFormat format, const std::filesystem::path& folder);
 
-// Lists the frames of a dataset's layout (icl-nuim to kitti). Timestamps are the dataset's own, or frame
-// numbers over fps, so that a missing image leaves a gap. Throws InputError if there are none, or if
-// timestamps do not rise.
+// Lists the frames of a dataset's layout (tum to kitti). Timestamps are the dataset's own, in the unit that
+// UnitOfTimes() recognises in rgb.txt, or frame numbers over fps, so that a missing image leaves a gap.
+// Throws InputError if there are none, or if timestamps do not rise.
 std::vector<SequenceFrame> ListDataset(SequenceFormat format, const std::filesystem::path& folder,
                                        double fps);
 

@@ -16,6 +16,7 @@
 
 #include "slam/io/box_formats.h"
 #include "slam/io/coco.h"
+#include "slam/io/time_unit.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/statistics.h"
 #include "slam/util/text_lines.h"
@@ -77,12 +78,33 @@ void WarnOfBoxes(const std::vector<std::string>& places, std::string_view what) 
   }
 }
 
+// Returns the image's name without folder and extension; a timestamp's fraction does not count as one.
+std::string ImageStem(const fs::path& name) {
+  const std::string ending = name.extension().string();
+  const bool fraction = ending.size() > 1 && ParseNumber<std::uint64_t>(ending.substr(1));
+  return (fraction ? name.filename() : name.stem()).string();
+}
+
+// Returns true if one path is the other, or its last part.
+bool EndsAlike(const fs::path& a, const fs::path& b) {
+  const fs::path x = a.lexically_normal();
+  const fs::path y = b.lexically_normal();
+  auto i = x.end();
+  auto j = y.end();
+  while (i != x.begin() && j != y.begin()) {
+    if (*--i != *--j) {
+      return false;
+    }
+  }
+  return true;
+}
+
 // Assigns the boxes of files to frames.
 class DetectionSorter {
  public:
   DetectionSorter(const std::vector<cv::Size>& images, const std::vector<double>& timestamps,
                   const std::vector<std::string>& names)
-      : images_(images), timestamps_(timestamps), frames_(timestamps.size()) {
+      : images_(images), timestamps_(timestamps), image_names_(names), frames_(timestamps.size()) {
     // A tenth of a frame interval: allows for rounded timestamps but never reaches the neighbour. The
     // median, since a pause in a recording raises the mean.
     std::vector<double> intervals;
@@ -92,13 +114,50 @@ class DetectionSorter {
     if (!intervals.empty()) {
       tolerance_ = std::max(tolerance_, 0.1 * UpperMedian(std::move(intervals)));
     }
+    std::set<std::string_view> listed;
     for (std::size_t i = 0; i < names.size(); ++i) {
-      const std::string stem = fs::path(names[i]).stem().string();
-      names_.emplace(stem, i);
+      if (!listed.insert(names[i]).second) {
+        continue;  // an image that is shown twice
+      }
+      const std::string stem = ImageStem(names[i]);
+      stems_.emplace(stem, i);
       if (const auto number = ParseNumber<std::int64_t>(stem)) {
-        numbers_.emplace(*number, i);
+        numbers_[*number].push_back(i);
       }
     }
+  }
+
+  // Converts times to seconds of the frames: in the unit, or as frame numbers, with which most boxes meet a
+  // frame.
+  void UseTimesOfFrames(const fs::path& path, std::vector<FileBox>& boxes) const {
+    std::vector<double> times;
+    for (const FileBox& box : boxes) {
+      if (const FrameTime* time = std::get_if<FrameTime>(&box.frame)) {
+        times.push_back(time->seconds);
+      }
+    }
+    times.erase(std::unique(times.begin(), times.end()), times.end());
+    const auto met = [&](const TimeUnit& unit) {
+      std::set<Frame> frames;  // not boxes: times in too small a unit all meet the first frame
+      for (const double time : times) {
+        frames.insert(FrameOf(FrameTime{unit.seconds * time}, ""));
+      }
+      return frames.size() - frames.count(std::nullopt);
+    };
+    const auto* const most = std::ranges::max_element(kTimeUnits, {}, met);
+    const auto* const unit = met(*most) > 1 ? most : kTimeUnits.begin();
+    const auto is_frame = [&](double time) {
+      return time == std::floor(time) && time >= 0.0 && time < static_cast<double>(frames_.size());
+    };
+    const bool numbers =
+        times.size() > 1 && 2 * met(*unit) < times.size() && std::ranges::all_of(times, is_frame);
+    for (FileBox& box : boxes) {
+      if (FrameTime* time = std::get_if<FrameTime>(&box.frame)) {
+        box.frame = numbers ? FrameKey(FrameNumber{static_cast<std::int64_t>(time->seconds)})
+                            : FrameKey(FrameTime{unit->seconds * time->seconds});
+      }
+    }
+    ReportTimeUnit(path.string(), numbers ? TimeUnit{0.0, "frame numbers"} : *unit);
   }
 
   void Add(const FileBox& box) {
@@ -150,26 +209,59 @@ class DetectionSorter {
                         "{}: image_id {} matches no image name, expected the file names under \"images\"",
                         place, image.number);
     const auto found = numbers_.find(image.number);
-    return found == numbers_.end() ? std::nullopt : Frame(found->second);
-  }
-  // Returns the image of that name; without images, frame NAME_NUMBER of a video (from 1) or the frame of
-  // that time.
-  Frame FrameOf(const std::string& name, const std::string& place) const {
-    if (const auto found = names_.find(name); found != names_.end()) {
-      return found->second;
+    if (found == numbers_.end()) {
+      return std::nullopt;
     }
-    const std::size_t before = name.rfind('_');
+    ThrowIfAmbiguous(std::to_string(image.number), place, found->second);
+    return found->second.front();
+  }
+  // Returns the image of that path or name; without images, frame NAME_NUMBER of a video (from 1) or the
+  // frame of that time.
+  Frame FrameOf(const std::string& name, const std::string& place) const {
+    const std::string stem = ImageStem(name);
+    if (stems_.contains(stem)) {
+      return ImageLike(name, stem, place);
+    }
+    const std::size_t before = stem.rfind('_');
     const auto number =
-        before == std::string::npos ? std::nullopt : ParseNumber<std::int64_t>(name.substr(before + 1));
-    if (names_.empty() && number && *number > 0) {
+        before == std::string::npos ? std::nullopt : ParseNumber<std::int64_t>(stem.substr(before + 1));
+    if (stems_.empty() && number && *number > 0) {
       return static_cast<std::size_t>(*number - 1);
     }
-    if (const auto time = ParseNumber<double>(name)) {
+    if (const auto time = ParseNumber<double>(stem)) {
       return FrameOf(FrameTime{*time}, place);
     }
-    ThrowIf<InputError>(names_.empty(),
+    ThrowIf<InputError>(stems_.empty(),
                         "{}: '{}' names no frame, expected NAME_NUMBER (from 1) or a timestamp", place, name);
     return std::nullopt;
+  }
+  // Returns the image of this stem whose path ends like that of the file (or the other way round), without or
+  // with the extension; the only one with the stem if none does.
+  Frame ImageLike(const std::string& name, const std::string& stem, const std::string& place) const {
+    const auto [begin, end] = stems_.equal_range(stem);
+    std::vector<std::size_t> alike;
+    std::vector<std::size_t> exact;
+    for (auto it = begin; it != end; ++it) {
+      const fs::path& image = image_names_[it->second];
+      if (EndsAlike(name, image)) {
+        exact.push_back(it->second);
+      } else if (EndsAlike(fs::path(name).parent_path() / stem, fs::path(image).replace_extension())) {
+        alike.push_back(it->second);
+      }
+    }
+    const std::vector<std::size_t>& found = exact.empty() ? alike : exact;
+    if (std::next(begin) == end) {
+      return begin->second;
+    }
+    ThrowIfAmbiguous(name, place,
+                     found.empty() ? std::vector{begin->second, std::next(begin)->second} : found);
+    return found.front();
+  }
+  void ThrowIfAmbiguous(const std::string& name, const std::string& place,
+                        const std::vector<std::size_t>& images) const {
+    ThrowIf<InputError>(images.size() > 1,
+                        "{}: '{}' may be {} or {}, expected the path of the image in the sequence", place,
+                        name, image_names_[images.front()], image_names_[images.back()]);
   }
 
   // Returns false if the box lies outside the image.
@@ -195,9 +287,10 @@ class DetectionSorter {
 
   const std::vector<cv::Size>& images_;
   const std::vector<double>& timestamps_;
-  double tolerance_ = 1e-3;                      // seconds
-  std::map<std::string, std::size_t> names_;     // of the images, without ending
-  std::map<std::int64_t, std::size_t> numbers_;  // of the images whose names are numbers
+  double tolerance_ = 1e-3;  // seconds
+  const std::vector<std::string>& image_names_;
+  std::multimap<std::string, std::size_t> stems_;             // of the images
+  std::map<std::int64_t, std::vector<std::size_t>> numbers_;  // of the images whose names are numbers
   std::vector<std::vector<Detection>> frames_;
   DetectionReport report_;
 };
@@ -208,7 +301,9 @@ CheckedDetections CheckDetections(const fs::path& path, const std::vector<cv::Si
                                   const std::vector<double>& frame_timestamps,
                                   const std::vector<std::string>& image_names) {
   DetectionSorter sorter(images, frame_timestamps, image_names);
-  for (const FileBox& box : ReadBoxFile(path)) {
+  std::vector<FileBox> boxes = ReadBoxFile(path);
+  sorter.UseTimesOfFrames(path, boxes);
+  for (const FileBox& box : boxes) {
     sorter.Add(box);
   }
   return sorter.Finish();
@@ -219,7 +314,8 @@ std::vector<std::vector<Detection>> ReadDetections(const fs::path& path, const s
                                                    const std::vector<std::string>& image_names) {
   CheckedDetections checked = CheckDetections(path, images, frame_timestamps, image_names);
   for (const auto& [label, places] : checked.report.unknown_labels) {
-    WarnOfBoxes(places, fmt::format("label '{}' is unknown, kept as it is", label));
+    WarnOfBoxes(places, label == kUnknownClass ? "box without a class, labelled 'unknown'"
+                                               : fmt::format("label '{}' is unknown, kept as it is", label));
   }
   WarnOfBoxes(checked.report.no_frame, "box of a frame that does not exist, ignored");
   WarnOfBoxes(checked.report.outside, "box outside the image, ignored");

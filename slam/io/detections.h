@@ -20,7 +20,9 @@ namespace sqslam {
 //
 // `path`: a file or folder in one of the formats of BoxFormat, detected by content. `frame_timestamps`:
 // ascending. `images`: sizes of the images (px), to which boxes refer, one for each frame or one for all.
-// `image_names`: file names of the images, empty for a video.
+// `image_names`: paths of the images in the sequence's folder (ImageNames), empty for a video. Boxes are
+// matched by path, or by the name without extension if only one image has it. Times are in seconds or, if
+// more of them meet a frame then, in another unit of kTimeUnits or frame numbers.
 //
 // Clips boxes to the image and drops those fully outside. Warns (spdlog), at most once per kind or label,
 // about boxes outside, boxes of missing frames, and unknown labels. Throws InputError that names file and

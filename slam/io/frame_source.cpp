@@ -10,6 +10,7 @@
 #include <condition_variable>
 #include <deque>
 #include <limits>
+#include <map>
 #include <mutex>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -42,13 +43,20 @@ bool IsCutOff(std::string_view text) {
   });
 }
 
-ShownImage DecodeFile(const std::filesystem::path& path, cv::Size frame) {
+ShownImage DecodeFile(const std::filesystem::path& path, cv::Size frame,
+                      const std::optional<ValueRange>& range) {
   const ImageFile file = ReadImageFile(path);
   if (!file.problem.empty() || IsCutOff(file.bytes)) {
     return {{{}, file.problem.empty() ? "is cut off" : file.problem}};
   }
-  return DecodeForFrame(file.bytes, frame, cv::IMREAD_COLOR);
+  return DecodeForFrame(file.bytes, frame, cv::IMREAD_COLOR, range);
 }
+
+// Frames that were skipped for one kind of problem.
+struct SkippedFrames {
+  int count = 0;
+  std::string first;  // the first of them, with its problem
+};
 
 }  // namespace
 
@@ -136,13 +144,16 @@ struct FrameSource::Impl {
   std::optional<Frame> Decode(std::int64_t index) {
     const SequenceFrame& listed = sequence.frames[static_cast<std::size_t>(index)];
     const cv::Size size(sequence.camera.width, sequence.camera.height);
-    ShownImage image = sequence.video_path.empty() ? DecodeFile(listed.image_path, size) : DecodeVideo(index);
+    ShownImage image = sequence.video_path.empty() ? DecodeFile(listed.image_path, size, sequence.value_range)
+                                                   : DecodeVideo(index);
     if (video_ended) {
       return std::nullopt;
     }
     auto& [decoded, shown, turns] = image;
     const cv::Size expected = FileSize(sequence);
+    std::string kind = decoded.problem;
     if (decoded.problem.empty() && !sequence.any_image_size && Turned(shown, turns) != expected) {
+      kind = "has another size";
       decoded.problem = fmt::format("is {}x{}, expected the camera's {}x{}", shown.width, shown.height,
                                     expected.width, expected.height);
     }
@@ -150,7 +161,10 @@ struct FrameSource::Impl {
       ++skipped;
       const std::filesystem::path& file =
           sequence.video_path.empty() ? listed.image_path : sequence.video_path;
-      spdlog::warn("frame {} skipped: {} {}", index, file.string(), decoded.problem);
+      SkippedFrames& alike = problems[kind];
+      if (alike.count++ == 0) {
+        alike.first = fmt::format("frame {} skipped: {} {}", index, file.string(), decoded.problem);
+      }
       return std::nullopt;
     }
     Frame frame;
@@ -204,6 +218,10 @@ struct FrameSource::Impl {
         break;
       }
     }
+    for (const auto& [kind, frames] : problems) {
+      spdlog::warn("{}{}", frames.first,
+                   frames.count > 1 ? fmt::format(" ({} such frames)", frames.count) : "");
+    }
     const std::lock_guard lock(mutex);
     finished = true;
     changed.notify_all();
@@ -224,9 +242,10 @@ struct FrameSource::Impl {
   const Sequence sequence;  // a copy: the source may outlive the caller's
   const FrameRange range;
   const std::size_t capacity;
-  cv::VideoCapture video;           // decoding thread only
-  std::int64_t video_position = 0;  // decoding thread only; frames read so far
-  bool video_ended = false;         // decoding thread only
+  cv::VideoCapture video;                         // decoding thread only
+  std::int64_t video_position = 0;                // decoding thread only; frames read so far
+  bool video_ended = false;                       // decoding thread only
+  std::map<std::string, SkippedFrames> problems;  // decoding thread only; by kind
   std::atomic<int> skipped = 0;
   std::mutex mutex;
   std::condition_variable_any changed;

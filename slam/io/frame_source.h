@@ -45,9 +45,9 @@ class FrameStream {
 };
 
 // Decodes the frames of a sequence ahead on a thread of its own (joined by the destructor) and returns them
-// in order. A photograph taken with the camera turned is turned back (QuarterTurnsTo). An image that is
-// missing, unreadable or not of the camera's size is skipped with a warning that names it; a video that ends
-// early causes one warning, and its missing frames count as skipped.
+// in order. A photograph taken with the camera turned is turned back (QuarterTurnsTo). Images
+// that are missing, unreadable or not of the camera's size are skipped, with one warning at the end for each
+// kind of problem; a video that ends early causes one warning, and its missing frames count as skipped.
 //
 //   FrameSource source(sequence, {.start = 0, .count = 100});
 //   while (std::optional<Frame> frame = source.Next()) { ... }

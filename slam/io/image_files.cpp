@@ -14,6 +14,7 @@
 
 #include "slam/io/image_header.h"
 #include "slam/util/limits.h"
+#include "slam/util/statistics.h"
 #include "slam/util/text_lines.h"
 #include "slam/util/throw_if.h"
 
@@ -37,7 +38,7 @@ std::string_view TakeNumber(std::string_view& text) {
 std::vector<fs::path> FilesWhere(const fs::path& folder, const auto& choose) {
   std::vector<fs::path> files;
   for (const auto& entry : fs::directory_iterator(folder)) {
-    if (entry.is_regular_file() && choose(entry.path())) {
+    if (!IsHidden(entry.path()) && entry.is_regular_file() && choose(entry.path())) {
       files.push_back(entry.path());
     }
   }
@@ -52,6 +53,8 @@ bool IsSide(double number) {
 }
 
 }  // namespace
+
+bool IsHidden(const fs::path& path) { return path.filename().string().starts_with('.'); }
 
 bool IsImage(const fs::path& path) {
   constexpr std::array<std::string_view, 9> kExtensions = {".png", ".jpg", ".jpeg", ".bmp", ".pgm",
@@ -98,6 +101,17 @@ std::optional<std::int64_t> LastNumber(std::string_view name) {
 std::vector<fs::path> FilesLike(const fs::path& folder, const std::regex& name) {
   return FilesWhere(folder,
                     [&](const fs::path& file) { return std::regex_match(file.filename().string(), name); });
+}
+
+std::string NamePattern(const fs::path& path) {
+  const std::string name = boost::algorithm::to_lower_copy(path.filename().string());
+  std::string pattern;
+  for (const char c : name) {
+    if (!IsDigit(c) || !pattern.ends_with('#')) {
+      pattern += IsDigit(c) ? '#' : c;
+    }
+  }
+  return pattern;
 }
 
 std::vector<fs::path> ListColorImages(const fs::path& folder) {
@@ -174,7 +188,84 @@ std::string EncodedImage(const std::string& extension, const cv::Mat& image,
   return {bytes.begin(), bytes.end()};
 }
 
-ShownImage DecodeForFrame(const std::string& bytes, cv::Size frame, cv::ImreadModes flag) {
+namespace {
+
+// Returns true for the formats that may have more than 8 bits; a PNG tells.
+bool MayBeDeep(const std::string& bytes) {
+  constexpr std::size_t kBitsOfPng = 24;  // byte of the header
+  if (bytes.starts_with("\x89PNG")) {
+    return bytes.size() > kBitsOfPng && bytes[kBitsOfPng] == 16;
+  }
+  return bytes.starts_with("P5") || bytes.starts_with("P6") || bytes.starts_with("II*") ||
+         bytes.starts_with("MM");
+}
+
+// Ignores one value in a thousand at both ends: dead pixels and reflections.
+ValueRange RangeOf(const cv::Mat& pixels) {
+  constexpr double kOutliers = 0.001;
+  constexpr std::size_t kMaxValues = 100000;
+  cv::Mat numbers;
+  pixels.reshape(1, pixels.rows).convertTo(numbers, CV_64F);
+  const std::size_t step = numbers.total() / kMaxValues + 1;
+  std::vector<double> values;
+  for (std::size_t i = 0; i < numbers.total(); i += step) {
+    const double value = numbers.ptr<double>()[i];
+    if (std::isfinite(value)) {
+      values.push_back(value);
+    }
+  }
+  if (values.empty()) {
+    return {};
+  }
+  return {LowerQuantile(values, kOutliers), LowerQuantile(values, 1.0 - kOutliers)};
+}
+
+cv::Mat InEightBits(const cv::Mat& pixels, const ValueRange& range) {
+  const double scale = 255.0 / std::max(1e-9, range.white - range.black);
+  cv::Mat shown;
+  pixels.convertTo(shown, CV_8U, scale, -range.black * scale);
+  return shown;
+}
+
+// Decodes to 8 bits.
+DecodedImage DecodeInRange(const std::string& bytes, int flag, const std::optional<ValueRange>& range) {
+  if (MayBeDeep(bytes)) {
+    DecodedImage deep = DecodeImage(bytes, flag | cv::IMREAD_ANYDEPTH);
+    if (!deep.pixels.empty() && deep.pixels.depth() != CV_8U) {
+      const ValueRange used = range ? *range : RangeOf(deep.pixels);
+      if (!used.IsWide() || deep.pixels.depth() != CV_16U) {
+        deep.pixels = InEightBits(deep.pixels, used);
+        return deep;
+      }
+    }
+  }
+  return DecodeImage(bytes, flag);
+}
+
+}  // namespace
+
+std::optional<ValueRange> FindValueRange(const std::vector<fs::path>& images) {
+  constexpr std::size_t kMaxSamples = 8;
+  const std::size_t count = std::min(kMaxSamples, images.size());
+  std::optional<ValueRange> range;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::string bytes = ReadImageFile(images[i * images.size() / count]).bytes;
+    if (bytes.empty()) {
+      continue;
+    }
+    const cv::Mat pixels =
+        MayBeDeep(bytes) ? DecodeImage(bytes, cv::IMREAD_COLOR | cv::IMREAD_ANYDEPTH).pixels : cv::Mat();
+    if (pixels.empty() || pixels.depth() == CV_8U) {
+      return range;
+    }
+    const ValueRange own = RangeOf(pixels);
+    range = range ? ValueRange{std::min(range->black, own.black), std::max(range->white, own.white)} : own;
+  }
+  return range;
+}
+
+ShownImage DecodeForFrame(const std::string& bytes, cv::Size frame, cv::ImreadModes flag,
+                          const std::optional<ValueRange>& range) {
   const std::optional<ImageHeader> jpeg = JpegHeader(bytes);
   const int turns = jpeg ? QuarterTurnsTo(frame, *jpeg) : 0;
   const cv::Size turned = jpeg ? Turned(jpeg->size, turns) : cv::Size();
@@ -182,14 +273,15 @@ ShownImage DecodeForFrame(const std::string& bytes, cv::Size frame, cv::ImreadMo
     const int half = flag == cv::IMREAD_COLOR ? cv::IMREAD_REDUCED_COLOR_2 : cv::IMREAD_REDUCED_GRAYSCALE_2;
     return {DecodeImage(bytes, half), jpeg->size, turns};
   }
-  ShownImage image{DecodeImage(bytes, flag)};
+  ShownImage image{DecodeInRange(bytes, flag, range)};
   image.size = image.decoded.pixels.size();
   image.quarter_turns = QuarterTurnsTo(frame, {image.size, jpeg ? jpeg->quarter_turns : 0});
   return image;
 }
 
-cv::Mat ReadImageInSize(const std::string& path, cv::Size size, cv::ImreadModes flag) {
-  const ShownImage image = DecodeForFrame(ReadImageFile(path).bytes, size, flag);
+cv::Mat ReadImageInSize(const std::string& path, cv::Size size, cv::ImreadModes flag,
+                        const std::optional<ValueRange>& range) {
+  const ShownImage image = DecodeForFrame(ReadImageFile(path).bytes, size, flag, range);
   return Resized(Turned(image.decoded.pixels, image.quarter_turns), size);
 }
 

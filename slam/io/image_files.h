@@ -14,6 +14,9 @@
 
 namespace sqslam {
 
+// Returns true for a name that begins with a dot, such as the ._000.jpg of macOS: never data.
+bool IsHidden(const std::filesystem::path& path);
+
 // Returns true for the extensions .png, .jpg, .jpeg, .bmp, .pgm, .ppm, .tif, .tiff or .webp, in any case.
 bool IsImage(const std::filesystem::path& path);
 
@@ -28,8 +31,11 @@ bool NumericLess(std::string_view a, std::string_view b);
 // Returns the last run of digits of a name: 12 for "00012-color.png" and "scene_00_0012.png".
 std::optional<std::int64_t> LastNumber(std::string_view name);
 
-// Lists the files of a folder whose names match, in numeric order.
+// Lists the files of a folder whose names match, in numeric order, without hidden ones.
 std::vector<std::filesystem::path> FilesLike(const std::filesystem::path& folder, const std::regex& name);
+
+// Returns the name with '#' for each run of digits, in lower case: equal for the images of one camera.
+std::string NamePattern(const std::filesystem::path& path);
 
 // Lists the images of a folder without depth images, in numeric order.
 std::vector<std::filesystem::path> ListColorImages(const std::filesystem::path& folder);
@@ -61,6 +67,19 @@ struct ImageFile {
 // block, and a device may never end.
 ImageFile ReadImageFile(const std::filesystem::path& path);
 
+// The values that become black and white where an image has more than 8 bits.
+struct ValueRange {
+  double black = 0.0;
+  double white = 65535.0;
+
+  // Returns true if a half of 16 bits is used: the upper 8 of them show everything then.
+  bool IsWide() const { return white - black >= 0.5 * 65535.0; }
+};
+
+// Returns one range for images of more than 8 bits, from some of them: cameras of 10 to 14 bits, and thermal
+// ones, use a small part of 16 bits. Returns nothing if the first one that can be read has 8 bits.
+std::optional<ValueRange> FindValueRange(const std::vector<std::filesystem::path>& images);
+
 // An image as people see it, and its way to a frame.
 struct ShownImage {
   DecodedImage decoded;   // half the size if frames are smaller still: decodes in half of the time
@@ -69,8 +88,9 @@ struct ShownImage {
 };
 
 // Decodes the bytes of an image file for a frame of this size with OpenCV's flag, cv::IMREAD_COLOR or
-// cv::IMREAD_GRAYSCALE.
-ShownImage DecodeForFrame(const std::string& bytes, cv::Size frame, cv::ImreadModes flag);
+// cv::IMREAD_GRAYSCALE, to 8 bits. `range`: of images with more bits; without it, the image's own.
+ShownImage DecodeForFrame(const std::string& bytes, cv::Size frame, cv::ImreadModes flag,
+                          const std::optional<ValueRange>& range = {});
 
 // Throws InputError that begins with the path if a side is too short or too long, or the image too large.
 void CheckImageSides(const std::filesystem::path& path, const cv::Size& size);
@@ -79,8 +99,9 @@ void CheckImageSides(const std::filesystem::path& path, const cv::Size& size);
 cv::Mat ReadImage(const std::filesystem::path& path, int flags);
 
 // Reads an image as a frame of this size: turned if the other side is longer (QuarterTurnsTo), and resized.
-// Empty if it cannot be read.
-cv::Mat ReadImageInSize(const std::string& path, cv::Size size, cv::ImreadModes flag);
+// Empty if it cannot be read. `range`: see DecodeForFrame().
+cv::Mat ReadImageInSize(const std::string& path, cv::Size size, cv::ImreadModes flag,
+                        const std::optional<ValueRange>& range = {});
 
 // Returns the bytes of a file of this extension, with OpenCV's parameters.
 std::string EncodedImage(const std::string& extension, const cv::Mat& image,

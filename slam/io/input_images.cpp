@@ -71,7 +71,7 @@ cv::Mat InputImages::Read(std::int64_t frame) {
   }
   if (sequence_->video_path.empty()) {
     return ReadImageInSize(sequence_->frames[static_cast<std::size_t>(frame)].image_path.string(),
-                           {camera_.width, camera_.height}, cv::IMREAD_COLOR);
+                           {camera_.width, camera_.height}, cv::IMREAD_COLOR, sequence_->value_range);
   }
   // A video opened anew is decoded from its start, but without handing out the frames on the way.
   if (!source_ || frame < next_ || frame - next_ > next_) {
@@ -88,8 +88,10 @@ cv::Mat InputImages::Read(std::int64_t frame) {
 }
 
 cv::Mat InputImages::Read(const std::string& file, std::int64_t frame) {
-  const cv::Mat image =
-      IsThere(file) ? ReadImageInSize(file, {camera_.width, camera_.height}, cv::IMREAD_COLOR) : cv::Mat();
+  const cv::Mat image = IsThere(file)
+                            ? ReadImageInSize(file, {camera_.width, camera_.height}, cv::IMREAD_COLOR,
+                                              sequence_ ? sequence_->value_range : std::nullopt)
+                            : cv::Mat();
   return image.empty() ? Read(frame) : image;
 }
 

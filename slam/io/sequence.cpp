@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cmath>
 #include <iterator>
 #include <map>
 #include <opencv2/imgcodecs.hpp>
@@ -40,94 +41,6 @@ bool ShouldGuessCamera(const SequenceRequest& request, SequenceFormat format) {
                                    (request.camera.empty() && own && !fs::exists(CameraBeside(request))));
 }
 
-// Returns the requested calibration, the sequence's own, or that of its dataset.
-Camera CameraOf(const SequenceRequest& request, SequenceFormat format) {
-  if (!request.camera.empty()) {
-    return ReadCamera(CameraFile(request.camera));
-  }
-  const fs::path beside = CameraBeside(request);
-  if (fs::exists(beside)) {
-    return ReadCamera(beside);
-  }
-  if (const std::optional<Camera> own = CameraOfDataset(format, request.path)) {
-    return *own;
-  }
-  const std::string preset = PresetOf(format, request.path);
-  if (preset.empty()) {
-    throw InputError(
-        "{}: does not exist, expected the camera's calibration there, or --camera FILE.yaml (sqslam "
-        "calibrate makes one), --camera PRESET ({}), or --camera auto, which guesses and refines it",
-        beside.string(), fmt::join(CameraPresetNames(), ", "));
-  }
-  spdlog::info("{}: {} layout without camera.yaml, taken with --camera {}", request.path.string(),
-               NameOf(format), preset);
-  return ReadCamera(CameraFile(preset));
-}
-
-std::vector<SequenceFrame> ListTum(const fs::path& folder) {
-  const fs::path list = folder / "rgb.txt";
-  constexpr const char* kExpected = "'timestamp path'";
-  std::vector<SequenceFrame> frames;
-  for (const TextLine& line : ReadTextLines(list, "lines 'timestamp path'")) {
-    if (line.words.size() < 2) {
-      ThrowBadLine(list, line, kExpected);
-    }
-    const double timestamp = NumberAt(list, line, 0, kExpected);
-    if (!frames.empty() && timestamp <= frames.back().timestamp) {
-      ThrowBadLine(
-          list, line,
-          fmt::format("a timestamp after {:.6f}, that of the frame before", frames.back().timestamp));
-    }
-    const std::size_t name =
-        line.text.find_first_not_of(" \t", line.words[0].size());  // a path may hold blanks
-    frames.push_back({timestamp, folder / line.text.substr(name), {}});
-  }
-  ThrowIf<InputError>(frames.empty(), "{}: lists no image, expected at least one line 'timestamp path'",
-                      list.string());
-  return frames;
-}
-
-// Suggests a subfolder with images; empty if there is none.
-std::string SuggestSubfolder(const fs::path& folder) {
-  std::vector<fs::path> below;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    if (entry.is_directory() &&
-        (DetectFormat(entry.path()) != SequenceFormat::kImages || !ListColorImages(entry.path()).empty())) {
-      below.push_back(entry.path());
-    }
-  }
-  std::ranges::sort(below);
-  return below.empty() ? "" : fmt::format("; did you mean {}?", below.front().string());
-}
-
-std::vector<SequenceFrame> ListImages(const fs::path& folder, double fps) {
-  std::vector<SequenceFrame> frames;
-  for (const fs::path& image : ListColorImages(folder)) {
-    frames.push_back({static_cast<double>(frames.size()) / fps, image, {}});
-  }
-  if (frames.empty()) {
-    throw InputError("{}: no rgb.txt and no image in it, expected at least one (.png, .jpg, ...){}",
-                     folder.string(), SuggestSubfolder(folder));
-  }
-  return frames;
-}
-
-// Returns the calibration of a video's pictures as shown. A calibration of the stored pictures, before a
-// phone's rotation flag is applied, is rotated with them.
-Camera VideoCamera(Camera camera, const VideoIndex& video, const fs::path& path) {
-  const auto [width, height] = video.ShownSize();
-  if (width != camera.width || height != camera.height) {
-    ThrowIf<InputError>(video.width != camera.width || video.height != camera.height,
-                        "{}: is {}x{}, expected the camera's {}x{}", path.string(), width, height,
-                        camera.width, camera.height);
-    spdlog::info("{}: rotated by {} degrees as its metadata says, together with its calibration",
-                 path.string(), 90 * video.quarter_turns);
-    camera = RotatedCamera(camera, video.quarter_turns);
-  }
-  camera.fps = video.fps;
-  return camera;
-}
-
 // An image with the size and orientation of most.
 struct TypicalImage {
   fs::path path;
@@ -158,6 +71,102 @@ std::optional<TypicalImage> FindTypicalImage(const std::vector<SequenceFrame>& f
   return most == sizes.end() ? std::nullopt : std::optional(most->first);
 }
 
+// Suggests a subfolder with images; empty if there is none.
+std::string SuggestSubfolder(const fs::path& folder) {
+  std::vector<fs::path> below;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.is_directory() &&
+        (DetectFormat(entry.path()) != SequenceFormat::kImages || !ListColorImages(entry.path()).empty())) {
+      below.push_back(entry.path());
+    }
+  }
+  std::ranges::sort(below);
+  return below.empty() ? "" : fmt::format("; did you mean {}?", below.front().string());
+}
+
+// Returns the images of a folder that are frames: those named like most, and others of the same size. A
+// cut-off frame keeps its number, and a thumbnail takes none.
+std::vector<fs::path> ListFrameImages(const fs::path& folder) {
+  const std::vector<fs::path> files = ListColorImages(folder);
+  std::map<std::string, std::vector<SequenceFrame>> by_pattern;
+  for (const fs::path& file : files) {
+    by_pattern[NamePattern(file)].push_back({0.0, file, {}});
+  }
+  const auto most =
+      std::ranges::max_element(by_pattern, {}, [](const auto& named) { return named.second.size(); });
+  const std::optional<TypicalImage> typical =
+      by_pattern.size() > 1 ? FindTypicalImage(most->second) : std::nullopt;
+  std::vector<fs::path> frames;
+  std::vector<fs::path> others;
+  for (const fs::path& file : files) {
+    const auto is_frame = [&] {
+      const std::optional<ImageHeader> header = ReadImageHeader(file);
+      return header &&
+             (header->size == typical->header.size || header->size == Turned(typical->header.size, 1));
+    };
+    (!typical || NamePattern(file) == most->first || is_frame() ? frames : others).push_back(file);
+  }
+  if (!others.empty()) {
+    spdlog::warn(
+        "{}: {} files are no images of the sequence, such as {}: named otherwise, and unreadable or not "
+        "{}x{}",
+        folder.string(), others.size(), others.front().filename().string(), typical->header.size.width,
+        typical->header.size.height);
+  }
+  return frames;
+}
+
+std::vector<SequenceFrame> ListImages(const fs::path& folder, double fps) {
+  std::vector<SequenceFrame> frames;
+  for (const fs::path& image : ListFrameImages(folder)) {
+    frames.push_back({static_cast<double>(frames.size()) / fps, image, {}});
+  }
+  if (frames.empty()) {
+    throw InputError("{}: no rgb.txt and no image in it, expected at least one (.png, .jpg, ...){}",
+                     folder.string(), SuggestSubfolder(folder));
+  }
+  return frames;
+}
+
+std::vector<SequenceFrame> ListFrames(SequenceFormat format, const fs::path& path, double fps) {
+  return format == SequenceFormat::kImages ? ListImages(path, fps) : ListDataset(format, path, fps);
+}
+
+// Returns the size of most images, as shown; empty if none can be read.
+cv::Size SizeOfImages(SequenceFormat format, const fs::path& path) {
+  if (format == SequenceFormat::kVideo) {
+    const auto [width, height] = IndexVideo(path).ShownSize();
+    return {width, height};
+  }
+  const std::optional<TypicalImage> typical = FindTypicalImage(ListFrames(format, path, Camera().fps));
+  return typical ? typical->header.size : cv::Size();
+}
+
+// Returns the requested calibration, the sequence's own, or that of its dataset.
+Camera CameraOf(const SequenceRequest& request, SequenceFormat format) {
+  const auto size = [&] { return SizeOfImages(format, request.path); };
+  if (!request.camera.empty()) {
+    return ReadCamera(CameraFile(request.camera), size);
+  }
+  const fs::path beside = CameraBeside(request);
+  if (fs::exists(beside)) {
+    return ReadCamera(beside, size);
+  }
+  if (const std::optional<Camera> own = CameraOfDataset(format, request.path)) {
+    return *own;
+  }
+  const std::string preset = PresetOf(format, request.path);
+  if (preset.empty()) {
+    throw InputError(
+        "{}: does not exist, expected the camera's calibration there, or --camera FILE.yaml (sqslam "
+        "calibrate makes one), --camera PRESET ({}), or --camera auto, which guesses and refines it",
+        beside.string(), fmt::join(CameraPresetNames(), ", "));
+  }
+  spdlog::info("{}: {} layout without camera.yaml, taken with --camera {}", request.path.string(),
+               NameOf(format), preset);
+  return ReadCamera(CameraFile(preset));
+}
+
 CameraGuess GuessFromImages(const std::vector<SequenceFrame>& frames,
                             const std::optional<TypicalImage>& typical, double fps) {
   if (const auto guess = typical ? GuessCamera(typical->path, fps) : std::nullopt) {
@@ -169,34 +178,60 @@ CameraGuess GuessFromImages(const std::vector<SequenceFrame>& frames,
   throw InputError("{}: cannot be read, expected an image to take the camera's size from", first.string());
 }
 
-// Rotates the calibration of the sensor's pixels if most images are shown rotated.
-Camera CameraAsShown(const Camera& camera, const std::optional<TypicalImage>& typical) {
-  const cv::Size size(camera.width, camera.height);
-  if (!typical || size == typical->header.size || size != Turned(typical->header.size, 1)) {
+// Returns the calibration of images of this size: scaled if they have the same aspect ratio.
+Camera CameraInSize(const Camera& camera, cv::Size image, const fs::path& sequence) {
+  if (image == cv::Size(camera.width, camera.height)) {
     return camera;
   }
-  const int exif = typical->header.quarter_turns;
-  const int turns = exif % 2 != 0 ? exif : QuarterTurnsTo(typical->header.size, {size});
-  spdlog::info("{}: most images are turned by {} degrees, the calibration with them", typical->path.string(),
-               90 * turns);
-  return RotatedCamera(camera, turns);
+  // A side that was rounded is up to a pixel off.
+  const double difference = std::abs(static_cast<double>(image.width) * camera.height -
+                                     static_cast<double>(image.height) * camera.width);
+  ThrowIf<InputError>(
+      difference > std::max(camera.width, camera.height),
+      "{}: is {}x{}, expected the camera's {}x{} or its aspect ratio; cropped or distorted images need "
+      "a calibration of their own (sqslam calibrate), or --camera auto",
+      sequence.string(), image.width, image.height, camera.width, camera.height);
+  spdlog::info("{}: is {}x{}, the calibration is of {}x{}: scaled to it", sequence.string(), image.width,
+               image.height, camera.width, camera.height);
+  return ResizedCamera(camera, image.width, image.height);
+}
+
+// Returns the calibration of most images: rotated if they are shown rotated to the sensor, and scaled to
+// their size.
+Camera CameraAsShown(Camera camera, const TypicalImage& typical, const fs::path& sequence) {
+  const cv::Size size(camera.width, camera.height);
+  const cv::Size shown = typical.header.size;
+  CheckImageSides(sequence, size);
+  if ((size.width > size.height) != (shown.width > shown.height) && size.width != size.height &&
+      shown.width != shown.height) {
+    const int exif = typical.header.quarter_turns;
+    const int turns = exif % 2 != 0 ? exif : QuarterTurnsTo(shown, {size});
+    spdlog::info("{}: most images are turned by {} degrees, the calibration with them", typical.path.string(),
+                 90 * turns);
+    camera = RotatedCamera(camera, turns);
+  }
+  return CameraInSize(camera, shown, sequence);
+}
+
+// Returns the calibration of a video's pictures as shown. A calibration of the stored pictures, before a
+// phone's rotation flag is applied, is rotated with them.
+Camera VideoCamera(Camera camera, const VideoIndex& video, const fs::path& path) {
+  const auto [width, height] = video.ShownSize();
+  const bool portrait = camera.height > camera.width;
+  if (video.quarter_turns % 2 != 0 && portrait == (video.height > video.width) && width != height) {
+    spdlog::info("{}: rotated by {} degrees as its metadata says, together with its calibration",
+                 path.string(), 90 * video.quarter_turns);
+    camera = RotatedCamera(camera, video.quarter_turns);
+  }
+  camera = CameraInSize(camera, {width, height}, path);
+  camera.fps = video.fps;
+  return camera;
 }
 
 // Returns the size of the images in files, turned as the frames are.
 cv::Size SizeInFiles(const Camera& camera, const std::optional<TypicalImage>& typical) {
   const cv::Size size(camera.width, camera.height);
   return typical ? Turned(typical->header.size, QuarterTurnsTo(size, typical->header)) : size;
-}
-
-std::vector<SequenceFrame> ListFrames(SequenceFormat format, const fs::path& path, double fps) {
-  switch (format) {
-    case SequenceFormat::kTum:
-      return ListTum(path);
-    case SequenceFormat::kImages:
-      return ListImages(path, fps);
-    default:
-      return ListDataset(format, path, fps);
-  }
 }
 
 // Lists frames and camera, both as in the files.
@@ -220,9 +255,10 @@ void ListSequence(const SequenceRequest& request, Sequence& sequence) {
     const std::optional<TypicalImage> typical = FindTypicalImage(sequence.frames);
     if (guess) {
       use_guess(GuessFromImages(sequence.frames, typical, camera.fps));
-    } else if (!request.known_camera) {
-      sequence.camera = CameraAsShown(camera, typical);
+    } else if (!request.known_camera && typical) {
+      sequence.camera = CameraAsShown(camera, *typical, sequence.path);
     }
+    sequence.value_range = FindValueRange(ToVector(sequence.frames, &SequenceFrame::image_path));
     use_size(request.known_camera ? SizeInFiles(camera, typical)
                                   : cv::Size(sequence.camera.width, sequence.camera.height));
     return;
@@ -346,6 +382,12 @@ Sequence OpenSequence(const SequenceRequest& given) {
   ListSequence(request, sequence);
   sequence.any_image_size = request.known_camera.has_value();
   if (!request.known_camera) {
+    if (const std::optional<ValueRange>& range = sequence.value_range; range && !range->IsWide()) {
+      spdlog::info(
+          "{}: its images have more than 8 bits and use the values {:.6g} to {:.6g}: mapped as black to "
+          "white",
+          sequence.path.string(), range->black, range->white);
+    }
     const cv::Size file(sequence.camera.width, sequence.camera.height);
     CheckImageSides(sequence.path, file);
     if (const ImageResize resize = ResizeOf(request, sequence.camera); resize.Changes()) {
@@ -372,7 +414,8 @@ std::vector<std::string> ImageNames(const Sequence& sequence) {
   std::vector<std::string> names;
   for (const SequenceFrame& frame : sequence.frames) {
     if (!frame.image_path.empty()) {
-      names.push_back(frame.image_path.filename().string());
+      const fs::path below = frame.image_path.lexically_relative(sequence.path);
+      names.push_back((below.empty() ? frame.image_path : below).generic_string());
     }
   }
   return names;

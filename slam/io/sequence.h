@@ -10,6 +10,7 @@
 
 #include "slam/geometry/box2.h"
 #include "slam/geometry/camera.h"
+#include "slam/io/image_files.h"
 #include "slam/io/image_header.h"
 #include "slam/util/enum_names.h"
 
@@ -39,7 +40,8 @@ struct Sequence {
   int quarter_turns = 0;         // clockwise, applied to a video's pictures
   int image_width = 0;           // px, of the images in the files, turned but not resized; 0: the camera's
   int image_height = 0;
-  bool any_image_size = false;  // images of any size are resized
+  bool any_image_size = false;                 // images of any size are resized
+  std::optional<ValueRange> value_range = {};  // of images with more than 8 bits
   std::vector<SequenceFrame> frames;
   bool has_detections = false;
 };
@@ -69,21 +71,22 @@ inline constexpr int kMaxMappedSide = 1280;
 inline constexpr const char* kAutoCamera = "auto";
 
 // Lists the frames of a folder with rgb.txt, of a dataset layout (dataset_layouts.h), of a folder of images
-// (in numeric order, timestamps from the camera's fps, without depth images), or of a video file (timestamps
-// of the container). Calibration and boxes refer to the images in the files, as people see them; both are
-// resized with the frames. A calibration of the stored pixels of a video or of portrait photographs is
-// rotated with them. Most of the images decide whether frames are portrait or landscape; the others are
-// turned (QuarterTurnsTo). Ground truth is never read. Throws InputError that names file, line and what was
-// expected: broken lines, timestamps that do not rise, a broken or missing camera, a video of another size,
-// no frame at all; UsageError for an unknown camera preset. Images are not decoded here (FrameSource skips
-// unusable ones), except one to guess a camera.
+// (in numeric order, timestamps from the camera's fps, without depth images, hidden files, and files of
+// another name and size than most), or of a video file (timestamps of the container). Calibration and boxes
+// refer to the images in the files, as people see them; both are resized with the frames. A calibration of
+// another size with the same aspect ratio is scaled to most of the images. A calibration of the stored pixels
+// of a video or of portrait photographs is rotated with them. Most of the images decide whether frames are
+// portrait or landscape; the others are turned (QuarterTurnsTo). Ground truth is never read. Throws
+// InputError that names file, line and what was expected: broken lines, timestamps that do not rise, a broken
+// or missing camera, images of another aspect ratio, no frame at all; UsageError for an unknown camera
+// preset. Images are not decoded here (FrameSource skips unusable ones), except one to guess a camera.
 Sequence OpenSequence(const SequenceRequest& request);
 
 // Returns true if the sequence has a frame of this number, counted from 0. Numbers that were recorded may be
 // beyond the end of a sequence that has changed since.
 bool HasFrame(const Sequence& sequence, std::int64_t frame);
 
-// Return the timestamps of the frames, and the file names of their images (none for a video).
+// Return the timestamps of the frames, and the paths of their images below the sequence (none for a video).
 std::vector<double> Timestamps(const Sequence& sequence);
 std::vector<std::string> ImageNames(const Sequence& sequence);
 

@@ -9,10 +9,11 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 
+#include "slam/io/dataset_layouts.h"
 #include "slam/io/image_files.h"
 #include "slam/io/video_index.h"
-#include "slam/util/text_lines.h"
 #include "slam/util/throw_if.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -25,22 +26,14 @@ constexpr int kViewHeight = 480;
 bool IsDepth(const fs::path& path) { return IsDepthImage(path) || path.parent_path().filename() == "depth"; }
 
 std::vector<fs::path> ListSequence(const fs::path& folder) {
-  constexpr const char* kExpected = "'timestamp path'";
-  std::vector<fs::path> images;
-  for (const TextLine& line : ReadTextLines(folder / "rgb.txt", kExpected)) {
-    if (line.words.size() < 2) {
-      ThrowBadLine(folder / "rgb.txt", line, kExpected);
-    }
-    const std::size_t name = line.text.find_first_not_of(" \t", line.words[0].size());
-    images.push_back(folder / line.text.substr(name));  // a path may hold blanks
-  }
-  return images;
+  return ToVector(ListDataset(SequenceFormat::kTum, folder, 0.0), &SequenceFrame::image_path);
 }
 
 std::vector<fs::path> ListFolder(const fs::path& folder) {
   std::vector<fs::path> images;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
-    if (entry.is_regular_file() && IsImage(entry.path()) && !IsDepth(entry.path())) {
+    if (entry.is_regular_file() && !IsHidden(entry.path()) && IsImage(entry.path()) &&
+        !IsDepth(entry.path())) {
       images.push_back(entry.path());
     }
   }

@@ -1,5 +1,6 @@
 #include "slam/io/box_formats.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -61,6 +62,32 @@ TEST_F(BoxFormats, ReadsLabellingToolsFolderOfImages) {
 TEST_F(BoxFormats, ReadsPixelsByTime) {
   folder_.Write("boxes/0.1.txt", "41 10 20 30 40 0.5\n");
   ExpectBox(Read(folder_.Path() / "boxes")[1], "cup", 0.5, {10, 20, 30, 40});
+}
+
+// As Ultralytics writes tracks, and masks with save_txt.
+TEST_F(BoxFormats, ReadsTrackIdsAndPolygonsOfUltralytics) {
+  const auto read = [&](const std::string& line) {
+    fs::remove_all(folder_.Path() / "labels");
+    folder_.Write("labels/001.txt", line);
+    return Read(folder_.Path() / "labels", images_)[1];
+  };
+  const Box2d box{90, 40, 20, 20};
+  ExpectBox(read("41 0.5 0.5 0.1 0.2 7\n"), "cup", 1.0, box);
+  ExpectBox(read("41 0.5 0.5 0.1 0.2 1\n"), "cup", 1.0, box);
+  ExpectBox(read("41 0.5 0.5 0.1 0.2 0.75 7\n"), "cup", 0.75, box);
+  ExpectBox(read("41 0.45 0.4 0.55 0.5 0.5 0.6\n"), "cup", 1.0, box);
+  ExpectBox(read("41 0.45 0.4 0.55 0.5 0.5 0.6 0.75\n"), "cup", 0.75, box);
+  ExpectBox(read("41 0.45 0.4 0.55 0.5 0.5 0.6 7\n"), "cup", 1.0, box);
+  ExpectBox(read("41 0.45 0.4 0.55 0.4 0.55 0.6 0.45 0.6 0.75 7\n"), "cup", 0.75, box);
+  ExpectBox(read("-1 0.5 0.5 0.1 0.2 0.75\n"), "unknown", 0.75, box);
+  EXPECT_THAT(ErrorOf(folder_.Write("pixels/001.txt", "41 10 20 30 20 30 40\n").parent_path(), images_),
+              HasSubstr("001.txt:1: "));
+}
+
+TEST_F(BoxFormats, IgnoresHiddenFiles) {
+  folder_.Write("labels/._001.txt", std::string("\0\5\26\7\0\2\0\0Mac OS X", 16));
+  folder_.Write("labels/001.txt", "41 0.5 0.5 0.1 0.2 0.75\n");
+  ExpectBox(Read(folder_.Path() / "labels", images_)[1], "cup", 0.75, {90, 40, 20, 20});
 }
 
 TEST_F(BoxFormats, RefusesPixelsWithoutScore) {
@@ -137,7 +164,7 @@ TEST_F(BoxFormats, NamesBrokenAnnotation) {
 TEST_F(BoxFormats, ReadsMotChallengeTracks) {
   const auto file = folder_.Write("det.txt", "2,-1,11,21,30,40,0.5,-1,-1,-1\n3,5,1,1,200,100,1,3,1\n");
   const auto frames = Read(file);
-  ExpectBox(frames[1], "person", 0.5, {10, 20, 30, 40});
+  ExpectBox(frames[1], "unknown", 0.5, {10, 20, 30, 40});
   ExpectBox(frames[2], "car", 1.0, {0, 0, 200, 100});
   EXPECT_THAT(ErrorOf(folder_.Write("bad.txt", "0,-1,11,21,30,40,0.5\n")), HasSubstr("bad.txt:1: "));
 }
@@ -149,10 +176,64 @@ TEST_F(BoxFormats, ReadsTablesByColumnNames) {
                                "image; label; cx; cy; w; h\n\"002.png\"; \"tea pot\"; 0.5; 0.5; 0.1; 0.2\n"),
                  images_)[2],
             "tea_pot", 1.0, {90, 40, 20, 20});
-  EXPECT_THAT(ErrorOf(folder_.Write("c.csv", "frame,label,x,y\n1,cup,1,2\n")), HasSubstr("c.csv:1: "));
+  EXPECT_THAT(ErrorOf(folder_.Write("c.csv", "frame,label,x,y\n1,cup,1,2\n")),
+              HasSubstr("c.csv: its first line names"));
   EXPECT_THAT(ErrorOf(folder_.Write("d.csv", "frame,label,x,y,w,h\n1,cup,1,2,3\n")), HasSubstr("d.csv:2: "));
   ExpectBox(Read(folder_.Write("b.csv", "frame,class,x,cx,cy,w,h\n1,cup,7,25,40,30,40\n"))[1], "cup", 1.0,
             {10, 20, 30, 40});
+}
+
+TEST_F(BoxFormats, ReadsTracksWithoutClassOrScore) {
+  ExpectBox(Read(folder_.Write("a.txt", "2,41,11,21,30,40,-1,-1,-1,-1\n"))[1], "unknown", 1.0,
+            {10, 20, 30, 40});
+  ExpectBox(Read(folder_.Write("b.txt", "2 41 11 21 30 40 0.5 3 -1 -1\n"))[1], "car", 0.5, {10, 20, 30, 40});
+}
+
+TEST_F(BoxFormats, ReadsTablesOfPandasAndSpreadsheets) {
+  ExpectBox(Read(folder_.Write("a.csv",
+                               ",xmin,ymin,xmax,ymax,confidence,class,name,frame\n"
+                               "0,10,20,40,60,0.5,41,tea pot,1\n1,,,,,,,,2\n"))[1],
+            "tea_pot", 0.5, {10, 20, 30, 40});
+  ExpectBox(Read(folder_.Write("b.csv",
+                               "\xEF\xBB\xBF"
+                               "frame,label,score,x,y,w,h\r\n1,\"cup, small\",,10,20,30,40\r\n"))[1],
+            "cup,_small", 1.0, {10, 20, 30, 40});
+  ExpectBox(Read(folder_.Write("c.csv", "frame,class,conf,x,y,w,h\n1,41,-1,10,20,30,40\n"))[1], "cup", 1.0,
+            {10, 20, 30, 40});
+  ExpectBox(Read(folder_.Write("d.csv", "frame;class_id;conf;x;y;w;h\n1;41;0,5;10,0;20;30;40\n"))[1], "cup",
+            0.5, {10, 20, 30, 40});
+  ExpectBox(Read(folder_.Write("e.csv", "0.1,cup,0.5,10,20,30,40\n"))[1], "cup", 0.5, {10, 20, 30, 40});
+}
+
+TEST_F(BoxFormats, RecognisesUnitOfTimes) {
+  for (const char* zeros : {"", "000", "000000", "000000000"}) {
+    const bool seconds = zeros[0] == '\0';
+    const auto at = [&](const char* tenths) {
+      return seconds ? fmt::format("0.{} cup 0.5 10 20 30 40\n", tenths)
+                     : fmt::format("{}{} cup 0.5 10 20 30 40\n", tenths, zeros + 1);
+    };
+    const auto frames = Read(folder_.Write("boxes.txt", at("1") + at("2")));
+    EXPECT_TRUE(frames[0].empty());
+    ExpectBox(frames[1], "cup", 0.5, {10, 20, 30, 40});
+    ExpectBox(frames[2], "cup", 0.5, {10, 20, 30, 40});
+  }
+  const auto frames = Read(folder_.Write("boxes.txt", "1 cup 0.5 10 20 30 40\n2 cup 0.5 10 20 30 40\n"));
+  ExpectBox(frames[1], "cup", 0.5, {10, 20, 30, 40});
+  ExpectBox(frames[2], "cup", 0.5, {10, 20, 30, 40});
+}
+
+TEST_F(BoxFormats, MatchesImagesByPathBeforeName) {
+  const std::vector<std::string> images = {"left/000.png", "right/000.png", "right/001.png"};
+  folder_.Write("labels/right/000.txt", "41 0.5 0.5 0.1 0.2 0.75\n");
+  ExpectBox(Read(folder_.Path() / "labels", images)[1], "cup", 0.75, {90, 40, 20, 20});
+  const auto table = [&](const std::string& image) {
+    return folder_.Write("a.csv", "image,label,x,y,w,h\n" + image + ",cup,10,20,30,40\n");
+  };
+  ExpectBox(Read(table("right/000.png"), images)[1], "cup", 1.0, {10, 20, 30, 40});
+  ExpectBox(Read(table("/data/seq/right/000.png"), images)[1], "cup", 1.0, {10, 20, 30, 40});
+  ExpectBox(Read(table("elsewhere/001.jpg"), images)[2], "cup", 1.0, {10, 20, 30, 40});
+  EXPECT_THAT(ErrorOf(table("000.png"), images),
+              HasSubstr("'000.png' may be left/000.png or right/000.png, expected the path"));
 }
 
 TEST_F(BoxFormats, AcceptsCommaInLabel) {
@@ -169,7 +250,7 @@ TEST_F(BoxFormats, RefusesInvalidScores) {
 TEST_F(BoxFormats, ReadsPipes) {
   for (const std::string text :
        {R"([{"image_id": 1, "category_id": 1, "bbox": [10, 20, 30, 40], "score": 0.5}])",
-        "0.1 person 0.5 10 20 30 40\n", "2,-1,11,21,30,40,0.5\n",
+        "0.1 person 0.5 10 20 30 40\n", "2,-1,11,21,30,40,0.5,1\n",
         "frame,class,conf,xmin,ymin,xmax,ymax\n1,person,0.5,10,20,40,60\n"}) {
     std::array<int, 2> ends{};
     ASSERT_EQ(::pipe(ends.data()), 0);
@@ -196,6 +277,12 @@ TEST_P(WrittenBoxes, ReadBackUnchanged) {
   ExpectBox(read[0], "cup", 0.5, {10, 20, 30, 40});
   EXPECT_TRUE(read[1].empty());
   ExpectBox(read[2], "tea_pot", 0.25, {0, 0, 200, 100});
+}
+
+TEST_F(BoxFormats, RefusesToWriteTwoImagesToOneFile) {
+  const std::vector<ImageBoxes> frames{{0.0, 0, "a/0.png", kImage, {}}, {0.1, 1, "a/0.jpg", kImage, {}}};
+  EXPECT_THAT(InputErrorOf([&] { WriteBoxFile(folder_.Path() / "w", BoxFormat::kFolder, false, frames); }),
+              HasSubstr("a/0.png and a/0.jpg would share a/0.txt"));
 }
 
 INSTANTIATE_TEST_SUITE_P(Formats, WrittenBoxes,

@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <map>
 #include <opencv2/imgcodecs.hpp>
+#include <string_view>
 
 #include "slam/io/cameras.h"
 #include "slam/io/image_files.h"
@@ -298,6 +300,93 @@ TEST(ForeignCameras, ReadsEquidistantAsFisheye) {
       "distortion_coefficients:\n  rows: 1\n  cols: 4\n  data: [-0.007, 0.043, -0.041, 0.007]\n"));
   EXPECT_EQ(ros.lens, LensModel::kFisheye);
   EXPECT_EQ(ros.distortion[3], 0.007);
+}
+
+// The same camera in the words of other programs.
+TEST(ForeignCameras, ReadsSlamAndReconstructionPrograms) {
+  const TemporaryFolder folder;
+  const std::string orb =
+      "%YAML:1.0\n---\nCamera.type: \"PinHole\"\nCamera.fx: 500.0\nCamera.fy: 510.0\n"
+      "Camera.cx: 319.5\nCamera.cy: 239.5\nCamera.k1: 0.1\nCamera.k2: 0.2\nCamera.p1: 0.01\n"
+      "Camera.p2: 0.02\nCamera.fps: 25.0\n";
+  const std::string orb_size = "Camera.width: 640\nCamera.height: 480\n";
+  std::string orb3 = orb;
+  for (std::size_t at = 0; (at = orb3.find("Camera.", at)) != orb3.npos; at += 8) {
+    const bool of_lens = std::string_view(orb3).substr(at + 7, 1).find_first_of("fckp") == 0 &&
+                         orb3.compare(at + 7, 3, "fps") != 0;
+    orb3.replace(at, 7, of_lens ? "Camera1." : "Camera.");
+  }
+  const std::map<std::string, std::string> files = {
+      {"orb2.yaml", orb + orb_size},
+      {"orb3.yaml", orb3 + orb_size},
+      {"stella.yaml",
+       "Camera:\n  model: \"perspective\"\n  fx: 500\n  fy: 510\n  cx: 319.5\n  cy: 239.5\n  k1: 0.1\n"
+       "  k2: 0.2\n  p1: 0.01\n  p2: 0.02\n  k3: 0\n  fps: 25\n  cols: 640\n  rows: 480\n"},
+      {"cameras.txt", "# Camera list\n1 OPENCV 640 480 500 510 320 240 0.1 0.2 0.01 0.02\n"},
+      {"opencv.yml",
+       "%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\ncamera_matrix: !!opencv-matrix\n   rows: 3\n"
+       "   cols: 3\n   dt: d\n   data: [ 5.0e+02, 0., 319.5, 0., 510., 239.5, 0., 0., 1. ]\n"
+       "distortion_coefficients: !!opencv-matrix\n   rows: 1\n   cols: 8\n   dt: d\n"
+       "   data: [ 0.1, 0.2, 0.01, 0.02, 0., 0., 0., 0. ]\n"},
+      {"script.json",
+       R"({"image_width": 640, "image_height": 480, "dist_coeff": [[0.1, 0.2, 0.01, 0.02, 0.0]],
+                          "camera_matrix": [[500, 0, 319.5], [0, 510, 239.5], [0, 0, 1]]})"},
+      {"transforms.json",
+       "{\t\"camera_model\": \"OPENCV\", \"w\": 640, \"h\": 480, \"fl_x\": 500, \"fl_y\": 510,"
+       "\t\"cx\": 320, \"cy\": 240, \"k1\": 0.1, \"k2\": 0.2, \"p1\": 0.01, \"p2\": 0.02,"
+       "\t\"frames\": [{\"file_path\": \"images/0.png\"}]}"},
+  };
+  for (const auto& [name, text] : files) {
+    const Camera camera = ReadCamera(folder.Write(name, text));
+    EXPECT_EQ(camera.width, 640) << name;
+    EXPECT_EQ(camera.height, 480) << name;
+    EXPECT_EQ(camera.fx, 500.0) << name;
+    EXPECT_EQ(camera.fy, 510.0) << name;
+    EXPECT_EQ(camera.cx, 319.5) << name;
+    EXPECT_EQ(camera.cy, 239.5) << name;
+    EXPECT_THAT(camera.distortion, ::testing::ElementsAre(0.1, 0.2, 0.01, 0.02, 0.0)) << name;
+    EXPECT_EQ(camera.lens, LensModel::kRadialTangential) << name;
+  }
+  EXPECT_EQ(ReadCamera(folder.Path() / "orb3.yaml").fps, 25.0);
+  EXPECT_THAT(InputErrorOf([&] { ReadCamera(folder.Write("old.yaml", orb)); }),
+              HasSubstr("width is missing"));
+  EXPECT_EQ(ReadCamera(folder.Path() / "old.yaml", [] { return cv::Size(640, 480); }).height, 480);
+}
+
+TEST(ForeignCameras, ReadsFisheyesOfSlamAndReconstructionPrograms) {
+  const TemporaryFolder folder;
+  for (const auto& [name, text] : std::map<std::string, std::string>{
+           {"orb3.yaml",
+            "%YAML:1.0\nCamera.type: \"KannalaBrandt8\"\nCamera1.fx: 190\nCamera1.fy: 190\nCamera1.cx: 255\n"
+            "Camera1.cy: 255\nCamera1.k1: 0.1\nCamera1.k2: 0.2\nCamera1.k3: 0.3\nCamera1.k4: 0.4\n"
+            "Camera.width: 512\nCamera.height: 512\n"},
+           {"cameras.txt", "1 OPENCV_FISHEYE 512 512 190 190 255.5 255.5 0.1 0.2 0.3 0.4\n"},
+           {"transforms.json",
+            R"({"camera_model": "OPENCV_FISHEYE", "frames": [{"w": 512, "h": 512, "fl_x": 190,
+               "fl_y": 190, "cx": 255.5, "cy": 255.5, "k1": 0.1, "k2": 0.2, "k3": 0.3, "k4": 0.4}]})"}}) {
+    const Camera camera = ReadCamera(folder.Write(name, text));
+    EXPECT_EQ(camera.lens, LensModel::kFisheye) << name;
+    EXPECT_EQ(camera.cx, 255.0) << name;
+    EXPECT_THAT(camera.distortion, ::testing::ElementsAre(0.1, 0.2, 0.3, 0.4, 0.0)) << name;
+  }
+}
+
+TEST(ForeignCameras, RefusesOtherModelsOfReconstructionPrograms) {
+  const TemporaryFolder folder;
+  const auto error_of = [&](const std::string& name, const std::string& text) {
+    return InputErrorOf([&] { ReadCamera(folder.Write(name, text)); });
+  };
+  EXPECT_THAT(error_of("cameras.txt", "1 FULL_OPENCV 64 48 50 50 32 24 0 0 0 0 0 0.1 0 0\n"),
+              HasSubstr("cameras.txt:1: k4, k5 and k6"));
+  EXPECT_THAT(error_of("cameras.txt", "1 PINHOLE 64 48 50 50 32 24\n2 PINHOLE 64 48 51 50 32 24\n"),
+              HasSubstr("cameras.txt:2: a camera that differs"));
+  EXPECT_THAT(error_of("cameras.txt", "1 PINHOLE 64 48 50 50 32\n"), HasSubstr("cameras.txt:1: "));
+  EXPECT_THAT(error_of("stella.yaml", "Camera:\n  model: equirectangular\n  fx: 1\n"),
+              HasSubstr("stella.yaml:2: model is equirectangular, expected perspective or fisheye"));
+  EXPECT_THAT(error_of("transforms.json", R"({"fl_x": 50, "camera_model": "EQUIRECTANGULAR"})"),
+              HasSubstr("transforms.json: camera_model is EQUIRECTANGULAR"));
+  EXPECT_THAT(error_of("transforms.json", R"({"frames": [{"fl_x": 50}, {"fl_x": 51}]})"),
+              HasSubstr("transforms.json: fl_x differs between its frames"));
 }
 
 TEST(ForeignCameras, RefusesOtherLensModels) {

@@ -1,4 +1,5 @@
 // Folders of photographs of any size, taken with the camera upright or on its side.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -9,6 +10,7 @@
 #include "slam/io/frame_source.h"
 #include "slam/io/input_images.h"
 #include "slam/io/sequence.h"
+#include "tests/io/captured_log.h"
 #include "tests/io/photograph.h"
 
 namespace sqslam {
@@ -47,6 +49,70 @@ class Photographs : public ::testing::Test {
 
   TemporaryFolder folder_;
 };
+
+// Hidden files, thumbnails and unreadable files beside the images.
+TEST_F(Photographs, KeepTheirNumbersBesideOtherFiles) {
+  for (int i = 0; i < 6; ++i) {
+    cv::imwrite((folder_.Path() / fmt::format("{}.png", i)).string(), SensorPixels());
+  }
+  folder_.Write("._0.png", "Mac OS X");
+  folder_.Write("0 (damaged).png", "no image");
+  cv::imwrite((folder_.Path() / "0_thumb.png").string(), cv::Mat(24, 32, CV_8UC3, cv::Scalar::all(0)));
+  cv::imwrite((folder_.Path() / "0-copy.png").string(), SensorPixels());
+  folder_.Write("2.png", "a frame that was lost");
+  cv::imwrite((folder_.Path() / "3.png").string(), cv::Mat(24, 32, CV_8UC3, cv::Scalar::all(0)));
+  const CapturedLog log;
+  const Sequence sequence = OpenSequence({.path = folder_.Path()});
+  std::vector<std::string> names;
+  for (const SequenceFrame& frame : sequence.frames) {
+    names.push_back(frame.image_path.filename().string());
+  }
+  EXPECT_THAT(names,
+              ::testing::ElementsAre("0-copy.png", "0.png", "1.png", "2.png", "3.png", "4.png", "5.png"));
+  EXPECT_EQ(sequence.camera.width, 64);
+  EXPECT_THAT(log.Text(), ::testing::HasSubstr("2 files are no images of the sequence"));
+}
+
+TEST_F(Photographs, ScaleCalibrationOfSameAspectRatio) {
+  for (int i = 0; i < 3; ++i) {
+    cv::imwrite((folder_.Path() / fmt::format("{}.png", i)).string(), SensorPixels());
+  }
+  folder_.Write("camera.yaml", "width: 640\nheight: 480\nfx: 500\nfy: 510\ncx: 319.5\ncy: 239.5\n");
+  const Sequence sequence = OpenSequence({.path = folder_.Path()});
+  EXPECT_EQ(sequence.camera.width, 64);
+  EXPECT_NEAR(sequence.camera.fy, 51.0, 1e-9);
+  EXPECT_NEAR(sequence.camera.cx, 31.5, 1e-9);
+  EXPECT_EQ(Play(sequence).size(), 3U);
+  // A sensor's calibration, and images that were shown upright.
+  folder_.Write("camera.yaml", "width: 480\nheight: 640\nfx: 500\nfy: 510\ncx: 239.5\ncy: 319.5\n");
+  EXPECT_NEAR(OpenSequence({.path = folder_.Path()}).camera.fx, 51.0, 1e-9);
+  folder_.Write("camera.yaml", "width: 640\nheight: 360\nfx: 500\nfy: 510\ncx: 319.5\ncy: 179.5\n");
+  EXPECT_THAT(InputErrorOf([&] { OpenSequence({.path = folder_.Path()}); }),
+              ::testing::HasSubstr("is 64x48, expected the camera's 640x360 or its aspect ratio"));
+}
+
+TEST_F(Photographs, UseTheRangeOfMoreThanEightBits) {
+  for (int i = 0; i < 4; ++i) {
+    cv::Mat deep(48, 64, CV_16UC1, cv::Scalar(29500));
+    deep(cv::Rect(6, 10, 20, 8)).setTo(i == 3 ? 30100 : 30500);
+    cv::imwrite((folder_.Path() / fmt::format("{}.png", i)).string(), deep);
+  }
+  const Sequence sequence = OpenSequence({.path = folder_.Path()});
+  const std::vector<Frame> frames = Play(sequence);
+  EXPECT_EQ(frames[0].gray.at<std::uint8_t>(0, 0), 0);
+  EXPECT_EQ(frames[0].gray.at<std::uint8_t>(12, 10), 255);
+  EXPECT_NEAR(frames[3].gray.at<std::uint8_t>(12, 10), 153, 1) << "one range for the sequence";
+  InputImages images(sequence);
+  EXPECT_EQ(cv::norm(frames[3].bgr, images.Read(3), cv::NORM_INF), 0.0);
+  // All of the 16 bits: the upper 8 of them, as before.
+  cv::Mat wide(48, 64, CV_16UC1, cv::Scalar(100 * 256));
+  wide(cv::Rect(0, 0, 64, 8)).setTo(65535);
+  wide(cv::Rect(0, 40, 64, 8)).setTo(0);
+  for (int i = 0; i < 4; ++i) {
+    cv::imwrite((folder_.Path() / fmt::format("{}.png", i)).string(), wide);
+  }
+  EXPECT_EQ(Play(OpenSequence({.path = folder_.Path()}))[0].gray.at<std::uint8_t>(20, 10), 100);
+}
 
 TEST_F(Photographs, TurnToPixelsOfTheSensor) {
   WriteMixed();

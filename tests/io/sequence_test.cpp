@@ -114,6 +114,30 @@ TEST(Sequence, ListsFramesOfATumFolderWithItsBoxes) {
   EXPECT_TRUE(sequence.has_detections);
 }
 
+// Images at 0, 0.1 and 0.2 s.
+TEST(Sequence, ReadsListsOfOtherPrograms) {
+  const TemporaryFolder folder;
+  folder.Write("camera.yaml", std::string(kCameraFile) + "fps: 10\n");
+  folder.Write("rgb/c.png", "");
+  for (const char* text : {
+           "0 rgb/a, b.png\n0.1 rgb/b.png\n0.2 rgb/c.png\n",
+           "\xEF\xBB\xBFtimestamp,filename\r\n0,\"rgb/a, b.png\"\r\n0.1,rgb/b.png\r\n0.2,rgb/c.png\r\n",
+           ",file,time\n0,\"rgb/a, b.png\",0\n1,rgb/b.png,0.1\n2,rgb/c.png,0.2\n",
+           "0 rgb/a, b.png\n0 rgb/again.png\n0.1 rgb/b.png\n0.2 rgb/c.png 0.2 depth/c.png\n",
+           "0 rgb/a, b.png\n100 rgb/b.png\n200 rgb/c.png\n",
+           "0 rgb/a, b.png\n100000000 rgb/b.png\n200000000 rgb/c.png\n",
+           "0 rgb/a, b.png\n1 rgb/b.png\n2 rgb/c.png\n",
+       }) {
+    folder.Write("rgb.txt", text);
+    const Sequence sequence = OpenSequence({.path = folder.Path()});
+    ASSERT_EQ(sequence.frames.size(), 3U) << text;
+    EXPECT_EQ(sequence.frames[0].image_path, sequence.path / "rgb/a, b.png") << text;
+    EXPECT_EQ(sequence.frames[2].image_path, sequence.path / "rgb/c.png") << text;
+    EXPECT_NEAR(sequence.frames[1].timestamp, 0.1, 1e-9) << text;
+    EXPECT_NEAR(sequence.frames[2].timestamp, 0.2, 1e-9) << text;
+  }
+}
+
 TEST(Sequence, ReportsBrokenLinesByNumber) {
   const TemporaryFolder folder;
   folder.Write("camera.yaml", kCameraFile);
@@ -125,7 +149,7 @@ TEST(Sequence, ReportsBrokenLinesByNumber) {
   EXPECT_THAT(message("0.0 a.png\nnan b.png\n"), HasSubstr("rgb.txt:2:"));
   EXPECT_THAT(message("0.2 a.png\n0.1 b.png\n"),
               HasSubstr("rgb.txt:2: '0.1 b.png', expected a timestamp after 0.2"));
-  EXPECT_THAT(message("0.2 a.png\n0.2 b.png\n"), HasSubstr("rgb.txt:2:"));
+  EXPECT_THAT(message("0.2 a.png\n0.1 b.png\n"), HasSubstr("rgb.txt:2:"));
   EXPECT_THAT(message("# nothing\n"), HasSubstr("lists no image"));
 }
 

@@ -87,9 +87,15 @@ TEST_P(VideoTest, PlaysFramesByStartAndStride) {
   EXPECT_FALSE(source.Next());
 }
 
-TEST_P(VideoTest, RefusesAnotherSizeThanCalibration) {
-  EXPECT_THAT(InputErrorOf([&] { OpenSequence({.path = Path(), .camera = "kinect-v1"}); }),
-              HasSubstr("is 160x120, expected the camera's 640x480"));
+TEST_P(VideoTest, ScalesCalibrationOfSameAspectRatio) {
+  const Camera camera = OpenSequence({.path = Path(), .camera = "kinect-v1"}).camera;
+  EXPECT_EQ(camera.width, 160);
+  EXPECT_NEAR(camera.fx, 0.25 * ReadCamera(CameraFile("kinect-v1")).fx, 1e-9);
+  const fs::path wide = Path().parent_path() / "wide.yaml";
+  std::ofstream(wide) << "width: 640\nheight: 360\nfx: 500\nfy: 500\ncx: 320\ncy: 180\n";
+  EXPECT_THAT(InputErrorOf([&] { OpenSequence({.path = Path(), .camera = wide.string()}); }),
+              AllOf(HasSubstr("is 160x120, expected the camera's 640x360 or its aspect ratio"),
+                    HasSubstr("--camera auto")));
 }
 
 TEST_P(VideoTest, PlaysFirstPartWhenCutOff) {
