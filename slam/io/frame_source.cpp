@@ -14,13 +14,13 @@
 #include <mutex>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <opencv2/videoio.hpp>
 #include <string>
 #include <string_view>
 #include <thread>
 
 #include "slam/io/image_files.h"
 #include "slam/io/image_header.h"
+#include "slam/io/video_reader.h"
 #include "slam/util/image_decoding.h"
 #include "slam/util/text_lines.h"
 #include "slam/util/throw_if.h"
@@ -119,25 +119,17 @@ struct FrameSource::Impl {
         range(range_in),
         capacity(static_cast<std::size_t>(std::max(1, decoded_ahead))) {
     if (!sequence.video_path.empty()) {
-      // Rotated here, because not all versions of the reader support every way to do so.
-      video.open(sequence.video_path.string(), cv::CAP_FFMPEG);
-      video.set(cv::CAP_PROP_ORIENTATION_AUTO, 0);
+      video = std::make_unique<VideoReader>(sequence.video_path, sequence.video_times);
     }
     thread = std::jthread([this](const std::stop_token& stop) { Run(stop); });
   }
 
   ShownImage DecodeVideo(std::int64_t index) {
-    cv::Mat pixels;
-    // Seeking in videos is inexact with many codecs; reading on is exact and, with strides of a few, as fast.
-    while (video_position < index && video.grab()) {
-      ++video_position;
+    const std::optional<cv::Mat> read = video->Read(index);
+    if (!read) {
+      return {{{}, "cannot be decoded"}};
     }
-    if (video_position != index || !video.read(pixels)) {
-      video_ended = true;
-      return {};
-    }
-    ++video_position;
-    pixels = Turned(pixels, sequence.quarter_turns);
+    const cv::Mat pixels = Turned(*read, sequence.quarter_turns);
     return {{pixels}, pixels.size()};
   }
 
@@ -146,7 +138,7 @@ struct FrameSource::Impl {
     const cv::Size size(sequence.camera.width, sequence.camera.height);
     ShownImage image = sequence.video_path.empty() ? DecodeFile(listed.image_path, size, sequence.value_range)
                                                    : DecodeVideo(index);
-    if (video_ended) {
+    if (video && video->Ended()) {
       return std::nullopt;
     }
     auto& [decoded, shown, turns] = image;
@@ -211,9 +203,9 @@ struct FrameSource::Impl {
         queue.push_back(std::move(*frame));
         changed.notify_all();
       }
-      if (video_ended) {
+      if (video && video->Ended()) {
         spdlog::warn("{}: ends after {} of its {} frames; it may be damaged or cut off",
-                     sequence.video_path.string(), video_position, sequence.frames.size());
+                     sequence.video_path.string(), video->Decoded(), sequence.frames.size());
         skipped += static_cast<int>(size - i);
         break;
       }
@@ -242,9 +234,7 @@ struct FrameSource::Impl {
   const Sequence sequence;  // a copy: the source may outlive the caller's
   const FrameRange range;
   const std::size_t capacity;
-  cv::VideoCapture video;                         // decoding thread only
-  std::int64_t video_position = 0;                // decoding thread only; frames read so far
-  bool video_ended = false;                       // decoding thread only
+  std::unique_ptr<VideoReader> video;             // decoding thread only; null for image files
   std::map<std::string, SkippedFrames> problems;  // decoding thread only; by kind
   std::atomic<int> skipped = 0;
   std::mutex mutex;

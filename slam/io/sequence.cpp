@@ -217,6 +217,9 @@ Camera CameraAsShown(Camera camera, const TypicalImage& typical, const fs::path&
 // phone's rotation flag is applied, is rotated with them.
 Camera VideoCamera(Camera camera, const VideoIndex& video, const fs::path& path) {
   const auto [width, height] = video.ShownSize();
+  if (cv::Size(camera.width, camera.height) == video.stored) {
+    camera = ResizedCamera(camera, video.width, video.height);  // pixels become square
+  }
   const bool portrait = camera.height > camera.width;
   if (video.quarter_turns % 2 != 0 && portrait == (video.height > video.width) && width != height) {
     spdlog::info("{}: rotated by {} degrees as its metadata says, together with its calibration",
@@ -269,6 +272,7 @@ void ListSequence(const SequenceRequest& request, Sequence& sequence) {
   }
   sequence.video_path = sequence.path;
   sequence.quarter_turns = video.quarter_turns;
+  sequence.video_times = video.times;
   if (guess) {
     use_guess(GuessCamera(video.ShownSize().first, video.ShownSize().second, video.fps));
   } else if (!request.known_camera) {

@@ -38,7 +38,8 @@ struct Sequence {
   std::string guessed_by;        // source of the focal length of --camera auto; empty: a calibration
   double guess_deviation = 0.0;  // standard deviation of the log focal length, if it is guessed
   int quarter_turns = 0;         // clockwise, applied to a video's pictures
-  int image_width = 0;           // px, of the images in the files, turned but not resized; 0: the camera's
+  std::vector<std::int64_t> video_times = {};  // of a video's frames (VideoIndex::times)
+  int image_width = 0;  // px, of the images in the files, turned but not resized; 0: the camera's
   int image_height = 0;
   bool any_image_size = false;                 // images of any size are resized
   std::optional<ValueRange> value_range = {};  // of images with more than 8 bits

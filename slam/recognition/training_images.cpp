@@ -7,11 +7,11 @@
 #include <cmath>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <opencv2/videoio.hpp>
 
 #include "slam/io/dataset_layouts.h"
 #include "slam/io/image_files.h"
 #include "slam/io/video_index.h"
+#include "slam/io/video_reader.h"
 #include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
 
@@ -42,13 +42,13 @@ std::vector<fs::path> ListFolder(const fs::path& folder) {
 }
 
 std::int64_t VisitVideo(const fs::path& path, int stride, const std::function<void(const cv::Mat&)>& visit) {
-  cv::VideoCapture video(FfmpegName(path));
+  const VideoIndex index = IndexVideo(path);
+  VideoReader video(path, index.times);
   std::int64_t used = 0;
-  cv::Mat frame;
   cv::Mat gray;
-  for (std::int64_t i = 0; video.grab(); ++i) {
-    if (i % stride == 0 && video.retrieve(frame)) {
-      cv::cvtColor(frame, gray, cv::COLOR_BGR2GRAY);
+  for (std::int64_t i = 0; i < std::ssize(index.timestamps) && !video.Ended(); i += stride) {
+    if (const std::optional<cv::Mat> frame = video.Read(i)) {
+      cv::cvtColor(*frame, gray, cv::COLOR_BGR2GRAY);
       visit(gray);
       ++used;
     }
@@ -68,9 +68,7 @@ TrainingSource ListTrainingImages(const fs::path& path) {
   } else if (IsImage(path)) {
     source.images = {path};
   } else {
-    cv::VideoCapture video(FfmpegName(path));
-    ThrowIf<InputError>(!video.isOpened(), "{}: cannot be read, expected {}", path.string(), kExpected);
-    source.frames = static_cast<std::int64_t>(video.get(cv::CAP_PROP_FRAME_COUNT));
+    source.frames = std::ssize(IndexVideo(path).timestamps);
     return source;
   }
   source.frames = static_cast<std::int64_t>(source.images.size());
