@@ -154,7 +154,9 @@ FileBox BoxOf(std::string place, const Json& entry, const CocoTables& tables) {
   } else {
     throw InputError("{}: image_id {} is not among the images", place, id.get<std::int64_t>());
   }
-  const Detection detection{LabelFrom(place, label), entry.value("score", 1.0), box};
+  const Json score = entry.value("score", Json());
+  const bool scored = !score.is_null() && score.get<double>() != -1.0;
+  const Detection detection{LabelFrom(place, label), scored ? score.get<double>() : 1.0, box};
   return {std::move(place), std::move(frame), detection};
 }
 

@@ -139,8 +139,10 @@ struct BoxTable {
     return Has("image") ? FrameKey(line.words[columns.at("image")]) : otherwise;
   }
   std::string LabelIn(const TextLine& line, const std::string& place) const {
-    return Has("label") ? LabelFrom(place, line.words[columns.at("label")])
-                        : ClassName(names, WholeNumber(line, "class_number", -1));
+    const std::string label = Has("label") ? line.words[columns.at("label")] : "";
+    return !label.empty() ? LabelFrom(place, label)
+           : Has("label") ? std::string(kUnknownClass)
+                          : ClassName(names, WholeNumber(line, "class_number", -1));
   }
   // Returns 1 if the score is not given: no column, an empty cell, NaN, or -1.
   double ScoreIn(const TextLine& line) const {
@@ -331,7 +333,8 @@ Columns ColumnsOf(const fs::path& path, const TextTable& table) {
 void UseClassNumbers(const TextTable& table, Columns& columns) {
   const auto label = columns.find("label");
   const auto is_number = [&](const TextLine& row) {
-    return label->second < row.words.size() && ParseNumber<std::int64_t>(row.words[label->second]);
+    const std::optional<double> number = NumberIn(row, label->second);
+    return number && *number == std::floor(*number);
   };
   if (label != columns.end() && !table.rows.empty() && std::ranges::all_of(table.rows, is_number)) {
     columns["class_number"] = label->second;

@@ -76,6 +76,16 @@ const ForeignNames kMatrix = {{{"distortion_model", {"plumb_bob", "equidistant"}
                                {"distortion", "dist_coeff"},
                                {"distortion", "dist_coeffs"}}};
 
+// The message sensor_msgs/CameraInfo of ROS 1 and 2
+const ForeignNames kCameraInfo = {{{"distortion_model", {"plumb_bob", "equidistant", ""}}},
+                                  {{"width", "width"},
+                                   {"height", "height"},
+                                   {"fx", "k", 0},
+                                   {"cx", "k", 2},
+                                   {"fy", "k", 4},
+                                   {"cy", "k", 5},
+                                   {"distortion", "d"}}};
+
 // Returns the root with its keys in lower case.
 YAML::Node InLowerCase(const YAML::Node& root) {
   YAML::Node lower;
@@ -199,7 +209,12 @@ bool IsFisheye(const YAML::Node& model, const std::set<std::string>& pinhole,
   return fisheye.contains(word);
 }
 
+// Also reads OpenVSLAM's files, from which stella_vslam comes.
 YAML::Node FromOrbSlam(const YAML::Node& root, const fs::path& path) {
+  if (const YAML::Node model = root["Camera.model"]) {
+    return WithPrefixes(root, {"Camera."},
+                        IsFisheye(model, {"perspective"}, {"fisheye"}, "Camera.model", path));
+  }
   const bool fisheye = IsFisheye(root["Camera.type"], {"PinHole", "Pinhole", "Rectified"}, {"KannalaBrandt8"},
                                  "Camera.type", path);
   return WithPrefixes(root, {"Camera1.", "Camera."}, fisheye);
@@ -328,6 +343,11 @@ YAML::Node FromYaml(const YAML::Node& root, const fs::path& path) {
   }
   if (root["intrinsics"]) {
     return Convert(kIntrinsics, root, path);
+  }
+  for (const char* key : {"K", "k"}) {
+    if (root[key] && root[key].IsSequence() && root["width"]) {
+      return Convert(kCameraInfo, InLowerCase(root), path);
+    }
   }
   if (root["camera_matrix"] || root["Camera_Matrix"]) {
     return Convert(kMatrix, InLowerCase(root), path);

@@ -119,13 +119,20 @@ struct FrameSource::Impl {
         range(range_in),
         capacity(static_cast<std::size_t>(std::max(1, decoded_ahead))) {
     if (!sequence.video_path.empty()) {
-      video = std::make_unique<VideoReader>(sequence.video_path, sequence.video_times);
+      try {
+        video = std::make_unique<VideoReader>(sequence.video_path, sequence.video_times);
+      } catch (
+          const InputError& error) {  // removed or changed since it was listed: ends before its first frame
+        spdlog::warn(error.what());
+      }
     }
     thread = std::jthread([this](const std::stop_token& stop) { Run(stop); });
   }
 
+  bool VideoEnded() const { return !sequence.video_path.empty() && (!video || video->Ended()); }
+
   ShownImage DecodeVideo(std::int64_t index) {
-    const std::optional<cv::Mat> read = video->Read(index);
+    const std::optional<cv::Mat> read = video ? video->Read(index) : std::nullopt;
     if (!read) {
       return {{{}, "cannot be decoded"}};
     }
@@ -138,7 +145,7 @@ struct FrameSource::Impl {
     const cv::Size size(sequence.camera.width, sequence.camera.height);
     ShownImage image = sequence.video_path.empty() ? DecodeFile(listed.image_path, size, sequence.value_range)
                                                    : DecodeVideo(index);
-    if (video && video->Ended()) {
+    if (VideoEnded()) {
       return std::nullopt;
     }
     auto& [decoded, shown, turns] = image;
@@ -203,9 +210,9 @@ struct FrameSource::Impl {
         queue.push_back(std::move(*frame));
         changed.notify_all();
       }
-      if (video && video->Ended()) {
+      if (VideoEnded()) {
         spdlog::warn("{}: ends after {} of its {} frames; it may be damaged or cut off",
-                     sequence.video_path.string(), video->Decoded(), sequence.frames.size());
+                     sequence.video_path.string(), video ? video->Decoded() : 0, sequence.frames.size());
         skipped += static_cast<int>(size - i);
         break;
       }

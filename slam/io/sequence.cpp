@@ -75,7 +75,7 @@ std::optional<TypicalImage> FindTypicalImage(const std::vector<SequenceFrame>& f
 std::string SuggestSubfolder(const fs::path& folder) {
   std::vector<fs::path> below;
   for (const auto& entry : fs::directory_iterator(folder)) {
-    if (entry.is_directory() &&
+    if (entry.is_directory() && !IsHidden(entry.path()) &&
         (DetectFormat(entry.path()) != SequenceFormat::kImages || !ListColorImages(entry.path()).empty())) {
       below.push_back(entry.path());
     }
@@ -361,6 +361,9 @@ std::optional<fs::path> OnlyVideoIn(const fs::path& folder) {
   }
   std::vector<fs::path> videos;
   for (const auto& entry : fs::directory_iterator(folder)) {
+    if (IsHidden(entry.path())) {
+      continue;
+    }
     std::string extension = entry.path().extension().string();
     std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
     if (std::ranges::find(kExtensions, extension) != kExtensions.end()) {

@@ -25,10 +25,12 @@ TimeUnit UnitOfTimes(const std::vector<double>& times, bool written_whole, doubl
     steps.push_back(times[i] - times[i - 1]);
   }
   const double step = UpperMedian(std::move(steps));
-  constexpr double kMaxStep = 4.0;       // seconds; four milliseconds are 250 images a second
-  constexpr double kMaxMilliStep = 4e3;  // four thousand milliseconds, or microseconds at 250 images a second
+  // Four milliseconds are 250 images a second. With a decimal point, as much may be seconds between few
+  // images.
+  const double max_seconds = written_whole ? 4.0 : 15.0;
+  constexpr double kMaxMilliStep = 4e3;  // four seconds, or microseconds at 250 images a second
   constexpr double kMaxMicroStep = 4e6;
-  if (step >= kMaxStep) {
+  if (step >= max_seconds) {
     return kTimeUnits[step < kMaxMilliStep ? 1 : step < kMaxMicroStep ? 2 : 3];
   }
   return written_whole && fps > 0.0 ? TimeUnit{1.0 / fps, "frame numbers"} : kTimeUnits.front();

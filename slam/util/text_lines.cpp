@@ -237,7 +237,7 @@ std::vector<TextLine> TextLinesIn(std::string_view text) {
     const std::string_view whole = text.substr(0, text.find('\n'));
     text.remove_prefix(std::min(whole.size() + 1, text.size()));
     const std::size_t begin = whole.find_first_not_of(" \t\r");
-    if (begin == std::string_view::npos || whole[begin] == '#') {
+    if (begin == std::string_view::npos || whole[begin] == '#' || whole.substr(begin).starts_with("//")) {
       continue;
     }
     const std::size_t end = whole.find_last_not_of(" \t\r") + 1;

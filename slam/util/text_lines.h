@@ -62,8 +62,8 @@ struct TextLine {
   std::vector<std::string> words;  // separated by blanks or tabs
 };
 
-// Reads all data lines of a file (ReadText); '#' at the start of a line begins a comment. Throws InputError
-// if the file cannot be read.
+// Reads all data lines of a file (ReadText); '#' or, as CloudCompare writes it, '//' at the start of a line
+// begins a comment. Throws InputError if the file cannot be read.
 std::vector<TextLine> ReadTextLines(const std::filesystem::path& path, std::string_view expected);
 
 // Same for text.

@@ -80,10 +80,11 @@ std::string_view CommentBefore(std::string_view text) {
     const std::string_view line = text.substr(0, text.find('\n'));
     text.remove_prefix(std::min(line.size() + 1, text.size()));
     const std::string_view trimmed = Trimmed(line);
-    if (!trimmed.empty() && trimmed[0] != '#') {
+    const std::size_t mark = trimmed.starts_with("//") ? 2 : trimmed.starts_with('#') ? 1 : 0;
+    if (!trimmed.empty() && mark == 0) {
       break;
     }
-    comment = trimmed.empty() ? comment : trimmed.substr(1);
+    comment = trimmed.empty() ? comment : trimmed.substr(mark);
   }
   return comment;
 }

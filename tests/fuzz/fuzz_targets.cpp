@@ -197,12 +197,31 @@ constexpr std::array kTargets{
               R"({"images": [{"id": 7, "file_name": "0.033.png"}], "categories": [{"id": 3, "name": "pot"}],
  "annotations": [{"id": 1, "image_id": 7, "category_id": 3, "bbox": [10, 12, 20, 22], "score": 0.5}]})");
         }},
+    FuzzTarget{
+        "boxes_folder", "labels/film_1.txt", [](const fs::path& file) { ReadBoxes(file.parent_path()); },
+        [] { return std::string("41 0.5 0.5 0.1 0.2 0.75 1\n0 0.4 0.4 0.5 0.4 0.5 0.6 0.4 0.6 0.5 2\n"); }},
     FuzzTarget{"boxes_table", "boxes.csv", ReadBoxes,
                [] { return std::string("frame;class;conf;xmin;ymin;xmax;ymax\n1;cup;0.5;10;12;30;40\n"); }},
     FuzzTarget{"boxes_tracks", "boxes.txt", ReadBoxes,
                [] { return std::string("1,-1,11,12,20,22,0.5,-1,-1,-1\n2,4,1,1,60,40,1,3,1\n"); }},
     FuzzTarget{"camera", "camera.yaml", [](const fs::path& file) { ReadCamera(file); },
                [] { return FileOfProject("configs/cameras/tum-freiburg1.yaml"); }},
+    FuzzTarget{"camera_colmap", "cameras.txt", [](const fs::path& file) { ReadCamera(file); },
+               [] { return std::string("# cameras\n1 OPENCV 640 480 500 500 320 240 0.1 0.2 0 0\n"); }},
+    FuzzTarget{
+        "camera_orb_slam", "orb.yaml", [](const fs::path& file) { ReadCamera(file); },
+        [] {
+          return std::string(
+              "%YAML:1.0\nCamera.type: \"PinHole\"\nCamera1.fx: 500.0\nCamera1.fy: 500.0\nCamera1.cx: 319.5\n"
+              "Camera1.cy: 239.5\nCamera1.k1: 0.1\nCamera.width: 640\nCamera.height: 480\n");
+        }},
+    FuzzTarget{
+        "camera_transforms", "transforms.json", [](const fs::path& file) { ReadCamera(file); },
+        [] {
+          return std::string(
+              R"({"camera_model": "OPENCV", "w": 640, "h": 480, "fl_x": 500, "fl_y": 500, "cx": 320, "cy": 240,
+ "frames": [{"file_path": "images/0.png", "k1": 0.1}]})");
+        }},
     FuzzTarget{"camera_path", "tour.yaml", [](const fs::path& file) { ReadCameraPath(file, 30.0); },
                [] { return FileOfProject("configs/camera_paths/tour.yaml"); }},
     FuzzTarget{"classes", "classes.yaml", [](const fs::path& file) { ClassPriors::Read(file); },
@@ -250,6 +269,8 @@ constexpr std::array kTargets{
                      "blue\nelement face "
                      "0\nproperty list uchar int vertex_indices\nend_header\n0 1 2 3 4 5\n1 2 3 4 5 6\n");
                }},
+    FuzzTarget{"point_cloud_text", "cloud.csv", [](const fs::path& file) { ReadPointCloud(file); },
+               [] { return std::string("\xEF\xBB\xBFx;y;z\r\n0,5;1;2\r\n1;2;3\r\n"); }},
     FuzzTarget{"recording", "map.sqmap", ReadRecording, DensifiedRecording},
     FuzzTarget{"scene", "scene.yaml", [](const fs::path& file) { ReadScene(file); }, SmallScene},
     FuzzTarget{"sequence", "rgb.txt",
@@ -308,6 +329,7 @@ const FuzzTarget& FindFuzzTarget(std::string_view name) {
 
 std::string ReadFuzzed(const FuzzTarget& target, const fs::path& folder, std::string_view bytes) {
   const fs::path file = folder / target.file;
+  fs::create_directories(file.parent_path());
   std::ofstream(file, std::ios::binary) << target.wrap(bytes);
   try {
     target.read(file);

@@ -200,6 +200,10 @@ TEST_F(BoxFormats, ReadsTablesOfPandasAndSpreadsheets) {
             "cup,_small", 1.0, {10, 20, 30, 40});
   ExpectBox(Read(folder_.Write("c.csv", "frame,class,conf,x,y,w,h\n1,41,-1,10,20,30,40\n"))[1], "cup", 1.0,
             {10, 20, 30, 40});
+  ExpectBox(Read(folder_.Write("c.csv", "frame,class,conf,x,y,w,h\n1,41.0,0.5,10,20,30,40\n"))[1], "cup", 0.5,
+            {10, 20, 30, 40});
+  ExpectBox(Read(folder_.Write("c.csv", "frame,label,conf,x,y,w,h\n1,,0.5,10,20,30,40\n"))[1], "unknown", 0.5,
+            {10, 20, 30, 40});
   ExpectBox(Read(folder_.Write("d.csv", "frame;class_id;conf;x;y;w;h\n1;41;0,5;10,0;20;30;40\n"))[1], "cup",
             0.5, {10, 20, 30, 40});
   ExpectBox(Read(folder_.Write("e.csv", "0.1,cup,0.5,10,20,30,40\n"))[1], "cup", 0.5, {10, 20, 30, 40});

@@ -328,6 +328,13 @@ TEST(ForeignCameras, ReadsSlamAndReconstructionPrograms) {
        "   cols: 3\n   dt: d\n   data: [ 5.0e+02, 0., 319.5, 0., 510., 239.5, 0., 0., 1. ]\n"
        "distortion_coefficients: !!opencv-matrix\n   rows: 1\n   cols: 8\n   dt: d\n"
        "   data: [ 0.1, 0.2, 0.01, 0.02, 0., 0., 0., 0. ]\n"},
+      {"openvslam.yaml",
+       "Camera.model: \"perspective\"\nCamera.fx: 500\nCamera.fy: 510\nCamera.cx: 319.5\nCamera.cy: 239.5\n"
+       "Camera.k1: 0.1\nCamera.k2: 0.2\nCamera.p1: 0.01\nCamera.p2: 0.02\nCamera.cols: 640\n"
+       "Camera.rows: 480\n"},
+      {"camera_info.yaml",
+       "header:\n  seq: 1\nheight: 480\nwidth: 640\ndistortion_model: \"plumb_bob\"\n"
+       "D: [0.1, 0.2, 0.01, 0.02, 0.0]\nK: [500.0, 0.0, 319.5, 0.0, 510.0, 239.5, 0.0, 0.0, 1.0]\n---\n"},
       {"script.json",
        R"({"image_width": 640, "image_height": 480, "dist_coeff": [[0.1, 0.2, 0.01, 0.02, 0.0]],
                           "camera_matrix": [[500, 0, 319.5], [0, 510, 239.5], [0, 0, 1]]})"},

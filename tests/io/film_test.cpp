@@ -46,6 +46,8 @@ TEST_F(FilmTest, OpensFolderWithOneFilm) {
   const Sequence sequence = OpenSequence({.path = folder_.Path()});
   EXPECT_EQ(sequence.video_path, Path());
   EXPECT_EQ(sequence.frames.size(), 5U);
+  folder_.Write("._film.mp4", "Mac OS X");
+  EXPECT_EQ(OpenSequence({.path = folder_.Path()}).video_path, Path());
   WriteFilm(folder_.Path() / "second.mp4", EvenTimes(5), Picture);
   EXPECT_THROW(OpenSequence({.path = folder_.Path()}), InputError) << "which of the two?";
 }

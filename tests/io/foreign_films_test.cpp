@@ -126,7 +126,7 @@ TEST_F(ForeignFilms, HaveTheColoursOfTheirMatrixAndRange) {
   }
 }
 
-TEST_F(ForeignFilms, AreShownUprightWithSquarePixels) {
+TEST_F(ForeignFilms, ShowSquarePixelsUpright) {
   const Sequence wide =
       OpenSequence({.path = Film("wide.mp4", kFilmSize, "-vf setsar=3/2," + kYuv + " " + kExact)});
   EXPECT_EQ(wide.camera.width, 240);

@@ -21,6 +21,8 @@ TEST(UnitOfTimes, RecognisesUnixTime) {
 TEST(UnitOfTimes, RecognisesSteps) {
   EXPECT_EQ(NameOfUnit({0.0, 0.033, 0.067}), "seconds");
   EXPECT_EQ(NameOfUnit({0.0, 33.3, 66.7}), "milliseconds");
+  EXPECT_EQ(NameOfUnit({0, 8, 17, 25}, true), "milliseconds");
+  EXPECT_EQ(NameOfUnit({0.5, 8.5, 17.0, 25.5}), "seconds") << "few images of a long film";
   EXPECT_EQ(NameOfUnit({0, 33333, 66667}), "microseconds");
   EXPECT_EQ(NameOfUnit({0, 33333333, 66666667, 9e9}), "nanoseconds");
   EXPECT_EQ(NameOfUnit({17}), "seconds");

@@ -41,6 +41,7 @@ TEST(TableIn, SeparatesAsFirstRowDoes) {
 TEST(TableIn, FindsNamesOfColumns) {
   EXPECT_THAT(TableIn(",Frame,X_min\n0,1,2\n").names, ElementsAre("", "frame", "x_min"));
   EXPECT_THAT(TableIn("# by a tracker\n# time x\n0 1\n").names, ElementsAre("time", "x"));
+  EXPECT_THAT(TableIn("//X Y Z\n0 1 2\n").names, ElementsAre("x", "y", "z"));
   EXPECT_THAT(TableIn("# a comment of words\n0 1\n").names, IsEmpty());
   EXPECT_THAT(TableIn("nan inf\n0 1\n").names, IsEmpty());
   EXPECT_THAT(TableIn("rgb/0.png 0.5\n").names, IsEmpty());
