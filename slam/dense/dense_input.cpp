@@ -23,9 +23,7 @@ namespace fs = std::filesystem;
 
 MovingMask::MovingMask(const fs::path& result, const Sequence& sequence,
                        const std::vector<std::string>& labels) {
-  const fs::path found = result / "boxes.txt";
-  const fs::path given = sequence.path / "boxes.txt";
-  const fs::path file = fs::exists(found) ? found : given;
+  const fs::path file = result / "boxes.txt";
   if (labels.empty() || !fs::exists(file)) {
     return;
   }

@@ -21,7 +21,7 @@ class MovingMask {
  public:
   MovingMask() = default;
 
-  // Reads boxes.txt of the result folder, or else that of the sequence; without either, nothing is masked.
+  // Reads boxes.txt of the result folder, which every run with boxes writes; without it, nothing is masked.
   // `sequence`: opened with the camera of the map.
   MovingMask(const std::filesystem::path& result, const Sequence& sequence,
              const std::vector<std::string>& labels);

@@ -396,6 +396,15 @@ void DetectionWriter::Finish() {
   fs::remove(part_, error);
 }
 
+void WriteBoxes(const fs::path& path, const std::string& settings, const std::vector<double>& timestamps,
+                const std::vector<std::vector<Detection>>& boxes) {
+  DetectionWriter writer(path, settings);
+  for (std::size_t i = 0; i < timestamps.size(); ++i) {
+    writer.Add(timestamps[i], boxes[i]);
+  }
+  writer.Finish();
+}
+
 std::string LimitBoxes(const std::filesystem::path& boxes, int count) {
   const std::vector<TextLine> lines = ReadTextLines(boxes, "a boxes.txt");
   constexpr std::size_t kLabel = 1;

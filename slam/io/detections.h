@@ -89,6 +89,11 @@ class DetectionWriter {
   std::ofstream out_;
 };
 
+// Writes the boxes of all frames to a new boxes.txt. `boxes`: of each frame, in pixels of the image in the
+// file.
+void WriteBoxes(const std::filesystem::path& path, const std::string& settings,
+                const std::vector<double>& timestamps, const std::vector<std::vector<Detection>>& boxes);
+
 // Returns the lines of boxes.txt of the `count` objects with the most boxes, told apart by object ids if
 // every line has one, otherwise by labels.
 std::string LimitBoxes(const std::filesystem::path& boxes, int count);

@@ -1,12 +1,15 @@
 #include "slam/run/map_to_extend.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <optional>
+#include <set>
 #include <string>
+#include <utility>
 
 #include "slam/io/cameras.h"
 #include "slam/io/result_files.h"
@@ -15,6 +18,7 @@
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"
+#include "slam/util/text_lines.h"
 #include "slam/util/throw_if.h"
 
 namespace sqslam {
@@ -78,9 +82,11 @@ void CheckSameCamera(const fs::path& source, const Camera& camera, const MapToEx
   const bool same_size = camera.width == known.width && camera.height == known.height;
   ThrowIf<InputError>(
       !same_size || LargestShift(camera, known) > kMaxShift * known.width,
-      "{}: its camera ({}) differs from that of {}, expected {}{}", source.string(), CameraText(camera),
+      "{}: its camera ({}) differs from that of {}, expected {} ({})", source.string(), CameraText(camera),
       map.recording.string(), CameraText(known),
-      same_size ? "" : fmt::format(" (--resize {},{} changes the size)", known.width, known.height));
+      same_size ? fmt::format("an uncalibrated film of the same camera: map it again with --camera {}",
+                              (map.recording.parent_path() / "camera.yaml").string())
+                : fmt::format("--resize {},{} changes the size", known.width, known.height));
 }
 
 Sequence OpenSequenceFor(const MapToExtend& map, const SequenceRequest& request) {
@@ -156,6 +162,26 @@ fs::path WriteJoinedSequence(const fs::path& result, const fs::path& first, cons
   WriteCamera(folder / "camera.yaml", camera);
   WriteFileAtomically(folder / "rgb.txt", text);
   return fs::absolute(folder);
+}
+
+void WriteJoinedBoxes(const fs::path& result, const fs::path& first, const fs::path& second,
+                      const AddedFrames& added) {
+  std::set<std::string> boxes;  // a sequence that was mapped in two parts has the same boxes twice
+  for (const auto& [folder, shift] : {std::pair(first, 0.0), std::pair(second, added.time_shift)}) {
+    const fs::path file = folder / "boxes.txt";
+    if (!fs::exists(file)) {
+      continue;
+    }
+    for (const TextLine& line : ReadTextLines(file, "boxes of a result")) {
+      const double time = NumberAt(file, line, 0, "'timestamp label score x y w h'");
+      boxes.insert(fmt::format("{:.6f}{}\n", time + shift, line.text.substr(line.words[0].size())));
+    }
+  }
+  if (!boxes.empty()) {
+    WriteFileAtomically(
+        result / "boxes.txt",
+        fmt::format("# boxes of two sequences, at the times of the map\n{}", fmt::join(boxes, "")));
+  }
 }
 
 }  // namespace sqslam

@@ -43,4 +43,9 @@ std::filesystem::path WriteJoinedSequence(const std::filesystem::path& result,
                                           const std::filesystem::path& second, const AddedFrames& added,
                                           const Camera& camera);
 
+// Writes boxes.txt of a map made from two sequences: the boxes of both results, those of the second at their
+// times in the joined sequence. Writes nothing if neither has boxes. `result` may be `second`.
+void WriteJoinedBoxes(const std::filesystem::path& result, const std::filesystem::path& first,
+                      const std::filesystem::path& second, const AddedFrames& added);
+
 }  // namespace sqslam

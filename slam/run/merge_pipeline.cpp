@@ -31,6 +31,7 @@ FinishedRun MergeResults(const fs::path& first, const fs::path& second, const fs
                                      RecordingReader(b.recording).Info().sequence_path, *run.result.added,
                                      CameraInFiles(a))
                      .string();
+  WriteJoinedBoxes(output, a.recording.parent_path(), b.recording.parent_path(), *run.result.added);
   run.stats = StatsOf(run.result);
   run.stats.wall_seconds = stopwatch.Seconds();
   AttemptAll({[&] { WriteCamera(output / "camera.yaml", CameraInFiles(a)); },

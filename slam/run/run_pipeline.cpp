@@ -44,6 +44,24 @@ DetectionFeed MakeFeed(const RunRequest& request, const RunInput& input, RunHost
            FileSize(input.sequence)}};
 }
 
+// Stores the boxes that came with the sequence, as a detector's are: densify masks moving things by them.
+void StoreBoxes(const RunInput& input, const fs::path& output) {
+  const Sequence& sequence = input.sequence;
+  if (!sequence.has_detections || input.detector) {
+    return;
+  }
+  const cv::Size frame(sequence.camera.width, sequence.camera.height);
+  const std::vector<ImageHeader> headers = ImageHeaders(sequence);
+  std::vector<std::vector<Detection>> boxes;
+  for (std::size_t i = 0; i < sequence.frames.size(); ++i) {
+    const int turns = QuarterTurnsTo(frame, headers[i]);
+    boxes.push_back(
+        InFilePixels(sequence.frames[i].detections, frame, Turned(headers[i].size, turns), turns));
+  }
+  WriteBoxes(output / "boxes.txt", fmt::format("boxes of {}, as given", sequence.path.string()),
+             Timestamps(sequence), boxes);
+}
+
 // A camera that is only guessed is refined in the run. A recording is mapped in step.
 SystemOptions OptionsFor(const RunRequest& request, const AutoCamera& camera) {
   SystemOptions options = request.options;
@@ -259,6 +277,7 @@ void JoinSequences(const RunInput& input, FinishedRun& run) {
                                      InFilePixels(run.result.kept.camera, input.sequence))
                      .string();
   SetSequencePath(run.output / "map.sqmap", run.sequence);
+  WriteJoinedBoxes(run.output, input.known->recording.parent_path(), run.output, *run.result.added);
 }
 
 }  // namespace
@@ -325,7 +344,8 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
     host.Say(CompletionText(run.stats.counters));
   }
   AttemptAll({[&] { WriteCamera(run.output / "camera.yaml", in_files.camera, in_files.Text()); },
-              [&] { WriteMapFiles(run.output, run.result); }, [&] { recorder.Close(); },
+              [&] { WriteMapFiles(run.output, run.result); }, [&] { StoreBoxes(input, run.output); },
+              [&] { recorder.Close(); },
               [&] { SaveMapInRecording(run.output / "map.sqmap", run.result.kept); },
               [&] { JoinSequences(input, run); }, [&] { Scale(request, input, run, host); },
               [&] {

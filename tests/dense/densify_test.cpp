@@ -10,6 +10,7 @@
 #include "slam/io/point_cloud.h"
 #include "slam/snapshot/depth_recording.h"
 #include "slam/snapshot/recording.h"
+#include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 #include "tests/dense/true_result.h"
 #include "tests/io/captured_log.h"
@@ -97,7 +98,7 @@ TEST(Densify, LeavesBoxesOfPeopleWithoutDepth) {
   for (int i = 0; i < kFrames; ++i) {
     boxes += std::to_string(i / 30.0) + " person 0.9 100 60 80 100\n";
   }
-  result.Images().Write("boxes.txt", boxes);
+  WriteFileAtomically(result.Path() / "boxes.txt", boxes);
   MakeDense(result.Path());
   const DepthMap map = DepthRecording(result.Path() / "map.sqmap").Kept(106);
   EXPECT_EQ(cv::countNonZero(map.depth(cv::Rect(50, 30, 40, 50)) > 0.0), 0);

@@ -2,6 +2,7 @@
 
 #include "slam/io/sequence.h"
 #include "slam/run/map_to_extend.h"
+#include "slam/util/text_lines.h"
 #include "tests/io/temporary_folder.h"
 
 namespace sqslam {
@@ -64,6 +65,17 @@ TEST(JoinedSequence, OmitsImagesWhenFramesDisagree) {
       WriteJoinedSequence(folder.Path() / "result", a, folder.Path() / "gone", {.first = 10}, kJoinedCamera)
           .empty());
   EXPECT_FALSE(fs::exists(folder.Path() / "result"));
+}
+
+TEST(JoinedBoxes, HaveTimesOfTheMap) {
+  const TemporaryFolder folder;
+  folder.Write("a/boxes.txt", "# boxes\n0.5 cup 0.9 1 2 3 4\n");
+  folder.Write("b/boxes.txt", "0.25 cup 0.9 5 6 7 8\n");
+  WriteJoinedBoxes(folder.Path(), folder.Path() / "a", folder.Path() / "b", {.first = 10, .time_shift = 2.0});
+  EXPECT_TRUE(ReadFile(folder.Path() / "boxes.txt", "boxes")
+                  .ends_with("\n0.500000 cup 0.9 1 2 3 4\n2.250000 cup 0.9 5 6 7 8\n"));
+  WriteJoinedBoxes(folder.Path() / "a", folder.Path() / "none", folder.Path() / "nothing", {});
+  EXPECT_TRUE(ReadFile(folder.Path() / "a/boxes.txt", "boxes").starts_with("# boxes\n"));
 }
 
 }  // namespace

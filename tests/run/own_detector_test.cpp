@@ -4,6 +4,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
+#include "slam/dense/dense_input.h"
 #include "slam/io/image_header.h"
 #include "slam/run/run_pipeline.h"
 #include "slam/snapshot/recording.h"
@@ -62,6 +63,28 @@ TEST_F(OwnDetectorTest, ReplacesBoxesOfTheSequence) {
   EXPECT_THAT(boxes, StartsWith("# boxes of " + sequence_.Path().string() + ", constant"));
   EXPECT_THAT(boxes, HasSubstr(" panel "));
   EXPECT_THAT(boxes, Not(HasSubstr(" cup ")));
+}
+
+// densify masks moving things by the boxes of the result, whatever way they came.
+TEST_F(OwnDetectorTest, StoresGivenBoxes) {
+  RunRequest request = Request();
+  sequence_.Write("boxes.csv",
+                  "frame,label,score,x,y,w,h\n0,cup,0.5,80,60,128,96\n5,cup,0.5,80,60,128,96\n");
+  request.sequence.detections = sequence_.Path() / "boxes.csv";
+  request.sequence.resize = "0.5";
+  RunHost host;
+  const FinishedRun run = RunPipeline(request, host);
+  const std::string boxes = ReadFile(run.output / "boxes.txt", "boxes");
+  EXPECT_THAT(boxes, StartsWith("# boxes of " + sequence_.Path().string() + ", as given"));
+  EXPECT_THAT(boxes, HasSubstr("\n0.000000 cup 0.500 80.0 60.0 128.0 96.0\n0.166667 cup "));
+  const Sequence mapped = OpenSequence(
+      {.path = sequence_.Path(), .known_camera = RecordingReader(run.output / "map.sqmap").Last()->camera});
+  DepthMap map;
+  map.frame_index = 5;
+  map.depth = cv::Mat(120, 160, CV_32FC1, cv::Scalar(1.0));
+  MovingMask(run.output, mapped, {"cup"}).Apply(map);
+  EXPECT_EQ(map.depth.at<float>(54, 72), 0.0F);
+  EXPECT_EQ(map.depth.at<float>(54, 20), 1.0F);
 }
 
 // The detector sees the photograph as people do, and its boxes are written in pixels of the file.
