@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
+#include <system_error>
 #include <utility>
 
 #include "app/command_line/command.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam::app {
 
@@ -14,6 +17,16 @@ void PrintSummary(bool quiet, fmt::format_string<Values...> text, Values&&... va
   if (!quiet) {
     fmt::print(text, std::forward<Values>(values)...);
   }
+}
+
+// Creates the folder of an output file, with those above it. Throws InputError if it cannot be created.
+inline void CreateFolderOf(const std::filesystem::path& output) {
+  std::error_code error;
+  if (output.has_parent_path()) {
+    std::filesystem::create_directories(output.parent_path(), error);
+  }
+  ThrowIf<InputError>(static_cast<bool>(error), "{}: its folder cannot be created ({})", output.string(),
+                      error.message());
 }
 
 // Each adds one command with its options, help and examples. Commands return their exit code, or throw an

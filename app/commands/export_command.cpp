@@ -34,10 +34,12 @@ struct ExportArguments {
   ObjectArguments objects;
   bool meshes = false;
   bool surface = false;
+  std::optional<UpAxis> up;
   std::string ground_truth;
   std::optional<ModelFormat> format;
   std::string images;
   bool masks = false;
+  bool link = false;
   StyleArguments style;
   bool quiet = false;
 };
@@ -48,6 +50,7 @@ void CheckArguments(const ExportArguments& a, const std::string& extension) {
                       "--output {}: unknown extension, expected {}", a.output, fmt::join(kExtensions, ", "));
   for (const auto& [given, option, only] : {std::tuple(a.meshes, "--meshes", ".ply"),
                                             {a.surface, "--surface", ".glb"},
+                                            {a.up.has_value(), "--up", ".obj"},
                                             {!a.ground_truth.empty(), "--ground-truth", ".html"}}) {
     ThrowIf<UsageError>(given && extension != only,
                         "{0}: applies to a {1} only, expected --output FILE{1} instead of {2}", option, only,
@@ -99,7 +102,7 @@ void ExportForPrograms(const ExportArguments& a) {
       NameOf(*a.format));
   Progress progress(a.quiet, "image");
   const ModelSummary summary =
-      ExportModel({a.map, a.images, a.output, *a.format, a.masks}, std::ref(progress));
+      ExportModel({a.map, a.images, a.output, *a.format, a.masks, a.link}, std::ref(progress));
   PrintSummary(a.quiet, "{} images, {} points, mean reprojection error {:.3f} px\nwritten: {}\n",
                summary.images, summary.points, summary.error, a.output);
   if (summary.of_other_sequence > 0) {
@@ -115,7 +118,8 @@ void Export(const ExportArguments& a) {
     ExportForPrograms(a);
     return;
   }
-  for (const auto& [given, option] : {std::pair(!a.images.empty(), "--images"), {a.masks, "--masks"}}) {
+  for (const auto& [given, option] :
+       {std::pair(!a.images.empty(), "--images"), {a.masks, "--masks"}, {a.link, "--link"}}) {
     ThrowIf<UsageError>(given, "{}: applies to --format only, expected --format colmap or nerfstudio",
                         option);
   }
@@ -123,6 +127,7 @@ void Export(const ExportArguments& a) {
   const fs::path output = a.output;
   const std::string extension = output.extension().string();
   CheckArguments(a, extension);
+  CreateFolderOf(output);
   if (extension == ".html") {
     WriteViewPage(a, map_path);
     return;
@@ -134,13 +139,16 @@ void Export(const ExportArguments& a) {
                         MapGlb(*map, TrackedPoses(map_path, *map), SurfaceToExport(a, map_path),
                                ReadHistory(reader).first_seen, "sqslam " SQSLAM_VERSION, a.style.Load()));
   } else if (extension == ".obj" || a.meshes) {
-    WriteObjectMeshes(output, map->objects, LabelColors(a.style.Load().objects.colors));
+    WriteObjectMeshes(
+        output, map->objects,
+        {LabelColors(a.style.Load().objects.colors), a.up.value_or(UpAxis::kY), FrameOf(*map).Text()});
   } else if (extension == ".ply") {
-    WritePoints(output, map->points);
+    WritePoints(output, map->points, FrameOf(*map));
   } else if (extension == ".json") {
-    WriteObjects(output, map->objects);
+    WriteObjects(output, map->objects, FrameOf(*map));
   } else {
-    WriteTrajectory(output, KeyframeTrajectory(*map));
+    const std::optional<MapScale>& scale = reader.Info().scale;
+    WriteTrajectory(output, KeyframeTrajectory(*map), scale ? scale->metres : 1.0, map->gravity_known);
   }
 }
 
@@ -152,7 +160,7 @@ By extension:
          of its class, with half_size, e1, e2, label, id and observations as extras; points; camera path;
          a camera for each keyframe; an animation in which the camera "flight" follows the path and
          objects appear when first seen; with --surface the mesh of sqslam densify
-  .obj   superquadrics as meshes, one named object each, with colours in a .mtl file
+  .obj   superquadrics as closed meshes, one named object each, with colours in a .mtl file; y up
   .ply   points (x y z red green blue object_id); with --meshes the superquadrics as one coloured mesh
   .json  objects with all their parameters
   .txt   keyframe poses (TUM)
@@ -161,8 +169,8 @@ With --format, a new folder with the keyframes of a finished run and their image
               distortion; images/
   nerfstudio  transforms.json, points.ply, images/
 With --masks also masks/NAME.png for each image NAME, black outside the objects: both programs ignore what is black.
-images/ is a link to the sequence if its images are files of the mapped size; frames of a video or of a resized
-sequence are written. All but .glb use the map frame, z up. With --edits, hidden objects are exported, deleted ones not.
+images/ holds copies of the keyframes' image files (--link: links), with underscores for blanks in their names; frames
+of a video, and images that are turned, mirrored or of more than 8 bits, are written as JPEG. All but .glb and .obj use the map frame, z up. With --edits, hidden objects are exported, deleted ones not.
 Pages and meshes take the colours of classes (objects.colors) from the style, pages and .glb also cameras.size, .glb
 cameras.color.
 
@@ -195,7 +203,10 @@ void AddExportCommand(Command& program) {
   command.Option("--format NAME", a.format, "Instead, write a folder with keyframes, tracks and images");
   command.Option("--images PATH", a.images, "With --format: the sequence that was mapped, if it has moved");
   command.Flag("--masks", a.masks, "With --format: also a mask of the objects for each image");
+  command.Flag("--link", a.link, "With --format: link the image files instead of copying them");
   command.Flag("--meshes", a.meshes, "In a .ply: superquadrics as meshes instead of points");
+  command.Option("--up NAME", a.up,
+                 "In a .obj: the axis that points up, y as in .glb or z as in the map (y)");
   command.Flag("--surface", a.surface, "In a .glb: also the coloured mesh of a densified result");
   command.Option("--ground-truth SEQUENCE", a.ground_truth,
                  "In a .html: also the true camera path of this sequence; auto: of the mapped one");

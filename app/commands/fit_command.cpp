@@ -118,7 +118,7 @@ void Fit(const FitArguments& arguments) {
     if (output.extension() == ".json") {
       WriteObjects(output, objects);
     } else {
-      WriteObjectMeshes(output, objects);
+      WriteObjectMeshes(output, objects, {.frame = "frame of the cloud"});
     }
   }
 }

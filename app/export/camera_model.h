@@ -75,13 +75,15 @@ struct ModelRequest {
   std::filesystem::path folder;    // new
   ModelFormat format = ModelFormat::kColmap;
   bool masks = false;  // also masks/, one PNG an image: white where the map has an object, black elsewhere
+  bool link = false;   // links image files by their absolute paths instead of copying them
 };
 
 // Writes the live map of a result into a new folder: sparse/0 for COLMAP, transforms.json and points.ply for
-// nerfstudio, and images/ for both, all in the pixels of the images in the files. images/ is a link to the
-// sequence if its images are files of one size; otherwise (videos, photographs taken with the camera turned)
-// the images are written. Keyframes without an image are omitted. `progress` is called after each written
-// image. Throws InputError, and UsageError if the folder is not empty.
+// nerfstudio, and images/ for both, all in the pixels of the images in the files. Image files that show the
+// mapped pixels to programs that ignore EXIF are copied, with underscores for blanks in their names; others
+// (videos, photographs taken with the camera turned, more than 8 bits) are written as JPEG. Keyframes without
+// an image are omitted. `progress` is called after each written image. Throws InputError, and UsageError if
+// the folder is not empty.
 ModelSummary ExportModel(const ModelRequest& request,
                          const std::function<void(int done, int total)>& progress);
 

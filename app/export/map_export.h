@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <map>
@@ -13,6 +14,7 @@
 #include "slam/dense/depth_fusion.h"
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/snapshot.h"
+#include "slam/util/enum_names.h"
 
 namespace sqslam::app {
 
@@ -48,10 +50,21 @@ std::optional<SurfaceMesh> SurfaceOf(const std::filesystem::path& recording, int
 // Writes that mesh to dense.glb in the result folder; returns false, and keeps the file, if cancelled.
 bool WriteSurface(const std::filesystem::path& result, int threads, const DensifyProgress& progress);
 
-// Writes superquadrics as quad meshes in the map frame (Eq. 1 on a regular grid) with normals, in the colours
-// of their classes. The extension selects the format: .obj (one named object each, with a .mtl file of the
-// colours beside it) or .ply (ASCII, all objects in one mesh). Throws UsageError on any other extension.
+// Axis of a file that points up: that of the map, or that of programs which turn z up files wrongly.
+enum class UpAxis { kY, kZ };
+constexpr auto EnumNames(UpAxis) { return std::array{"y", "z"}; }
+
+struct MeshFileOptions {
+  LabelColors colors = {};
+  UpAxis up = UpAxis::kZ;           // of a .obj; with y up, (x, y, z) of the map is (x, z, -y)
+  std::string frame = "map frame";  // and unit, for the comment
+};
+
+// Writes superquadrics as closed meshes of quads and triangles (Eq. 1 on a regular grid, whose vertices are
+// merged where they coincide) with normals, in the colours of their classes. The extension selects the
+// format: .obj (one named object each, with a .mtl file of the colours beside it) or .ply (ASCII, all objects
+// in one mesh). Throws UsageError on any other extension.
 void WriteObjectMeshes(const std::filesystem::path& path, const std::vector<SnapshotObject>& objects,
-                       const LabelColors& colors = {});
+                       const MeshFileOptions& options = {});
 
 }  // namespace sqslam::app

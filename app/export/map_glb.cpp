@@ -11,6 +11,7 @@
 #include "render/scene/style.h"
 #include "render/solids/tessellation.h"
 #include "slam/dense/surface_fusion.h"
+#include "slam/io/map_frame.h"
 #include "slam/snapshot/recording.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/options.h"
@@ -170,8 +171,10 @@ class MapWriter {
     GlbJson root = {{"name", "map"}};
     const double half = std::sqrt(0.5);
     root["rotation"] = {-half, 0.0, 0.0, half};  // a quarter turn about x turns z up into y up
-    root["extras"] = {
-        {"frame", map_.frame_index}, {"timestamp", map_.timestamp}, {"z_up", map_.gravity_known}};
+    root["extras"] = {{"frame", map_.frame_index},
+                      {"timestamp", map_.timestamp},
+                      {"z_up", map_.gravity_known},
+                      {"unit", FrameOf(map_).Unit()}};
     if (!children_.empty()) {
       root["children"] = children_;
     }

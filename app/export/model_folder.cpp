@@ -2,11 +2,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <map>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
+#include <set>
 #include <string>
+#include <utility>
 
 #include "app/export/camera_model.h"
 #include "slam/geometry/silhouette.h"
@@ -48,23 +51,68 @@ const fs::path& FileOf(const Sequence& sequence, std::int64_t frame) {
   return sequence.frames[static_cast<std::size_t>(frame)].image_path;
 }
 
-// Returns true if the sequence's image files can be linked as they are: of one size, inside its folder, and
-// not rotated by EXIF, which COLMAP ignores.
-bool CanLinkFiles(const Sequence& sequence, const ImageFiles& files) {
-  return sequence.video_path.empty() && std::ranges::all_of(files, [&](const auto& file) {
-           const fs::path& path = FileOf(sequence, file.first);
-           const std::optional<ImageHeader> header = ReadImageHeader(path);
-           const fs::path below = path.lexically_relative(sequence.path);
-           return header && header->size == FileSize(sequence) && header->quarter_turns == 0 &&
-                  !below.empty() && *below.begin() != "..";
-         });
+// Returns true if a program that ignores EXIF reads the pixels that were mapped from the image file: 8 bits,
+// not transparent, in the size of most, neither rotated nor mirrored.
+bool ShowsMappedPixels(const Sequence& sequence, std::int64_t frame) {
+  const std::string bytes = ReadImageFile(FileOf(sequence, frame)).bytes;
+  const cv::Mat raw = DecodeImage(bytes, cv::IMREAD_UNCHANGED).pixels;
+  if (raw.size() != FileSize(sequence) || (raw.type() != CV_8UC3 && raw.type() != CV_8UC1)) {
+    return false;
+  }
+  const cv::Mat shown =
+      DecodeImage(bytes, raw.type() == CV_8UC3 ? cv::IMREAD_COLOR : cv::IMREAD_GRAYSCALE).pixels;
+  return shown.size() == raw.size() && cv::norm(raw, shown, cv::NORM_INF) == 0.0;
+}
+
+// Returns the name of an image in the folder of images: its path in the sequence, with underscores for
+// blanks, which COLMAP's text files cannot hold.
+std::string ExportedName(const Sequence& sequence, std::int64_t frame) {
+  const fs::path& path = FileOf(sequence, frame);
+  const fs::path below = path.lexically_relative(sequence.path);
+  const bool inside = !below.empty() && *below.begin() != "..";
+  std::string name = (inside ? below : path.filename()).generic_string();
+  std::ranges::replace_if(
+      name, [](unsigned char c) { return std::isspace(c) != 0; }, '_');
+  return name;
+}
+
+// Names the images, and returns the frames whose files can be used as they are. Two images never share a
+// name.
+std::set<std::int64_t> NameImages(const Sequence& sequence, ImageFiles& files) {
+  std::set<std::int64_t> as_they_are;
+  std::set<std::string> names;
+  for (auto& [frame, name] : files) {
+    if (sequence.video_path.empty() && ShowsMappedPixels(sequence, frame)) {
+      name = ExportedName(sequence, frame);
+      as_they_are.insert(frame);
+    }
+    if (name.empty() || !names.insert(name).second) {
+      name = fmt::format("{:06}{}", frame,
+                         as_they_are.contains(frame) ? FileOf(sequence, frame).extension().string() : ".jpg");
+      names.insert(name);
+    }
+  }
+  return as_they_are;
+}
+
+// Copies or links the files of these frames.
+void CopyImages(const Sequence& sequence, const ImageFiles& files, const std::set<std::int64_t>& frames,
+                bool link, const fs::path& folder) {
+  for (const std::int64_t frame : frames) {
+    const fs::path target = folder / files.at(frame);
+    fs::create_directories(target.parent_path());
+    if (link) {
+      fs::create_symlink(fs::absolute(FileOf(sequence, frame)), target);
+    } else {
+      fs::copy_file(FileOf(sequence, frame), target, fs::copy_options::overwrite_existing);
+    }
+  }
 }
 
 // Writes the images at the camera's size as JPEG, turned as they were mapped. Returns those that can be read.
 ImageFiles WriteImages(const Sequence& sequence, const ImageFiles& files, const fs::path& folder,
                        const std::function<void(int, int)>& progress) {
   constexpr int kQuality = 95;
-  fs::create_directories(folder);
   const std::int64_t first = files.begin()->first;
   FrameSource source(sequence, {first, files.rbegin()->first - first + 1, 1});
   ImageFiles written;
@@ -77,6 +125,22 @@ ImageFiles WriteImages(const Sequence& sequence, const ImageFiles& files, const 
     }
   }
   return written;
+}
+
+// Fills the folder of images: files that show the mapped pixels are copied or linked, the others written.
+// Returns the images by frame, without those that cannot be read.
+ImageFiles PutImages(const Sequence& sequence, ImageFiles files, bool link, const fs::path& folder,
+                     const std::function<void(int, int)>& progress) {
+  fs::create_directories(folder);
+  const std::set<std::int64_t> as_they_are = NameImages(sequence, files);
+  CopyImages(sequence, files, as_they_are, link, folder);
+  ImageFiles to_write = files;
+  std::erase_if(to_write, [&](const auto& file) { return as_they_are.contains(file.first); });
+  std::erase_if(files, [&](const auto& file) { return !as_they_are.contains(file.first); });
+  if (!to_write.empty()) {
+    files.merge(WriteImages(sequence, to_write, folder, progress));
+  }
+  return files;
 }
 
 // Writes NAME.png for each image NAME.
@@ -138,19 +202,10 @@ ModelSummary ExportModel(const ModelRequest& request, const std::function<void(i
   };
   check_any();
   CreateResultFolder(folder);
-  const bool linked = CanLinkFiles(sequence, files);
-  for (auto& [frame, name] : files) {
-    name = linked ? FileOf(sequence, frame).lexically_relative(sequence.path).generic_string()
-                  : fmt::format("{:06}.jpg", frame);
-  }
-  if (linked) {
-    fs::create_directory_symlink(fs::absolute(sequence.path), folder / "images");
-  } else {
-    const std::size_t listed = files.size();
-    files = WriteImages(sequence, files, folder / "images", progress);
-    summary.unreadable += static_cast<int>(listed - files.size());
-    check_any();
-  }
+  const std::size_t listed = files.size();
+  files = PutImages(sequence, std::move(files), request.link, folder / "images", progress);
+  summary.unreadable += static_cast<int>(listed - files.size());
+  check_any();
   CameraModel model = ModelOf(map, known.map.camera, sequence.camera, files);
   if (const std::optional<MapScale> scale = ReadMapScale(known.recording)) {
     model.Scale(scale->metres);
@@ -162,7 +217,7 @@ ModelSummary ExportModel(const ModelRequest& request, const std::function<void(i
     fs::create_directories(folder / "sparse" / "0");
     WriteColmap(folder / "sparse" / "0", model);
   } else {
-    WritePoints(folder / "points.ply", CloudOf(model));
+    WritePoints(folder / "points.ply", CloudOf(model), FrameOf(*RecordingReader(known.recording).Last()));
     WriteTransforms(folder / "transforms.json", model, "points.ply", request.masks ? kMasks : "");
   }
   summary.images = static_cast<int>(model.images.size());

@@ -133,12 +133,12 @@ void VisitStats(Stats& stats, Visit&& visit) {
 
 }  // namespace
 
-void WritePoints(const fs::path& path, const std::vector<SnapshotPoint>& points) {
+void WritePoints(const fs::path& path, const std::vector<SnapshotPoint>& points, const MapFrame& frame) {
   const std::string header = fmt::format(
-      "ply\nformat binary_little_endian 1.0\ncomment map frame, z up; object_id -1: no object\n"
+      "ply\nformat binary_little_endian 1.0\ncomment {}; object_id -1: no object\n"
       "element vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
       "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty int object_id\nend_header\n",
-      points.size());
+      frame.Text(), points.size());
   ByteWriter body;
   for (const SnapshotPoint& point : points) {
     body(point.p_map, point.rgb, point.object_id);
@@ -146,9 +146,16 @@ void WritePoints(const fs::path& path, const std::vector<SnapshotPoint>& points)
   WriteFileAtomically(path, header + body.Take());
 }
 
-void WriteObjects(const fs::path& path, const std::vector<SnapshotObject>& objects) {
-  const auto list = ToVector(objects, [](const SnapshotObject& object) { return ToJson(object); });
-  WriteJsonFile(path, Json{{"format", "sqslam-objects"}, {"version", 1}, {"objects", list}});
+void WriteObjects(const fs::path& path, const std::vector<SnapshotObject>& objects,
+                  const std::optional<MapFrame>& frame) {
+  Json root = {{"format", "sqslam-objects"}, {"version", 1}};
+  if (frame) {
+    root["unit"] = frame->Unit();
+    root["frame"] = "map";
+    root["gravity_aligned"] = frame->upright;
+  }
+  root["objects"] = ToVector(objects, [](const SnapshotObject& object) { return ToJson(object); });
+  WriteJsonFile(path, root);
 }
 
 std::vector<SnapshotObject> ReadObjects(const fs::path& path) {

@@ -2,9 +2,11 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "slam/io/map_frame.h"
 #include "slam/snapshot/object_account.h"
 #include "slam/snapshot/snapshot.h"
 #include "slam/util/run_counters.h"
@@ -18,12 +20,15 @@ inline std::filesystem::path ResultFile(const std::filesystem::path& result, con
 }
 
 // points.ply: binary little-endian PLY with x y z red green blue object_id (-1 for none).
-void WritePoints(const std::filesystem::path& path, const std::vector<SnapshotPoint>& points);
+void WritePoints(const std::filesystem::path& path, const std::vector<SnapshotPoint>& points,
+                 const MapFrame& frame);
 
-// objects.json: {"format": "sqslam-objects", "version": 1, "objects": [...]}, angles in radians, T_map_object
-// as four rows. Reading accepts the matrix as rows or as 16 numbers, and throws InputError that names the
-// broken object.
-void WriteObjects(const std::filesystem::path& path, const std::vector<SnapshotObject>& objects);
+// objects.json: {"format": "sqslam-objects", "version": 1, "unit": "map units" or "metres", "frame": "map",
+// "gravity_aligned": true or false, "objects": [...]}, angles in radians, T_map_object as four rows. Without
+// `frame` (objects of a cloud in a file) the three are left out. Reading accepts the matrix as rows or as 16
+// numbers, and throws InputError that names the broken object.
+void WriteObjects(const std::filesystem::path& path, const std::vector<SnapshotObject>& objects,
+                  const std::optional<MapFrame>& frame = {});
 std::vector<SnapshotObject> ReadObjects(const std::filesystem::path& path);
 
 // The contents of stats.json.

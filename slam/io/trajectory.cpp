@@ -13,6 +13,7 @@
 #include <string_view>
 #include <utility>
 
+#include "slam/io/map_frame.h"
 #include "slam/io/sequence.h"
 #include "slam/snapshot/map_scale.h"
 #include "slam/util/atomic_file.h"
@@ -156,11 +157,12 @@ PosesByFrame ReadPosesByFrame(const std::filesystem::path& trajectory, const Seq
   return poses;
 }
 
-void WriteTrajectory(const std::filesystem::path& path, const Trajectory& trajectory,
-                     double metres_per_unit) {
+void WriteTrajectory(const std::filesystem::path& path, const Trajectory& trajectory, double metres_per_unit,
+                     bool upright) {
   const std::string unit = UnitComment(metres_per_unit);
-  std::string text = fmt::format("# timestamp tx ty tz qx qy qz qw (T_map_camera){}{}\n",
-                                 unit.empty() ? "" : "; metres, ", unit);
+  std::string text =
+      fmt::format("# timestamp tx ty tz qx qy qz qw (T_map_camera); {}{}; {}\n",
+                  unit.empty() ? "map units" : "metres, ", unit, MapFrame{.upright = upright}.Frame());
   for (const TimedPose& pose : trajectory) {
     const auto& [rotation, translation] = pose.T_map_camera;
     fmt::format_to(std::back_inserter(text), "{:.6f} {:.9f} {:.9f}\n", pose.timestamp,

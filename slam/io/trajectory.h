@@ -21,10 +21,11 @@ using Trajectory = std::vector<TimedPose>;
 // TUM format: "timestamp tx ty tz qx qy qz qw". Reading accepts the cells of any TextTable, in the order that
 // the names of its columns give, and further columns. Rows without a pose (NaN, or a quaternion of zeros) and
 // all but the first of equal times are skipped with a warning that counts them. Throws InputError that names
-// file and line. `metres_per_unit`: for the comment of a trajectory in metres (UnitComment).
+// file and line. `metres_per_unit`: for the comment of a trajectory in metres (UnitComment). `upright`: of
+// the map, for the comment.
 Trajectory ReadTrajectory(const std::filesystem::path& path);
 void WriteTrajectory(const std::filesystem::path& path, const Trajectory& trajectory,
-                     double metres_per_unit = 1.0);
+                     double metres_per_unit = 1.0, bool upright = false);
 
 // Returns the poses of a map's keyframes.
 Trajectory KeyframeTrajectory(const MapSnapshot& map);

@@ -105,7 +105,7 @@ LocalizedRun LocalizeSequence(const LocalizeRequest& request, RunHost& host) {
   }
   WriteTrajectory(request.output / "trajectory.txt",
                   ToVector(run.result.poses | std::views::values, [](const TimedPose& pose) { return pose; }),
-                  scale ? scale->metres : 1.0);
+                  scale ? scale->metres : 1.0, last->gravity_known);
   WriteCamera(request.output / "camera.yaml", InFilePixels(sequence.camera, sequence));
   RecordingInfo info = recording.Info();
   info.sequence_path = sequence.path.string();

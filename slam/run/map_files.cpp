@@ -22,10 +22,11 @@ namespace {
 
 // trajectory.txt, keyframes.txt, points.ply and objects.json.
 void WriteOneMap(const fs::path& folder, const FinishedMap& map) {
-  AttemptAll({[&] { WriteTrajectory(folder / "trajectory.txt", map.trajectory); },
-              [&] { WriteTrajectory(folder / "keyframes.txt", map.keyframes); },
-              [&] { WritePoints(folder / "points.ply", map.snapshot->points); },
-              [&] { WriteObjects(folder / "objects.json", map.snapshot->objects); }});
+  const MapFrame frame = FrameOf(*map.snapshot);
+  AttemptAll({[&] { WriteTrajectory(folder / "trajectory.txt", map.trajectory, 1.0, frame.upright); },
+              [&] { WriteTrajectory(folder / "keyframes.txt", map.keyframes, 1.0, frame.upright); },
+              [&] { WritePoints(folder / "points.ply", map.snapshot->points, frame); },
+              [&] { WriteObjects(folder / "objects.json", map.snapshot->objects, frame); }});
 }
 
 void WriteSubmaps(const fs::path& folder, const RunResult& result) {
@@ -109,11 +110,11 @@ void ScalePoses(double factor, Trajectory& trajectory) {
 }
 
 // The files name the scale of their lengths (MetresPerUnitIn): a repeated call leaves them as they are.
-void RescaleTrajectory(const fs::path& file, double metres) {
+void RescaleTrajectory(const fs::path& file, double metres, bool upright) {
   const std::string text = ReadFile(file, "a trajectory in TUM format");
   Trajectory trajectory = ReadTrajectory(file);
   ScalePoses(metres / MetresPerUnitIn(text), trajectory);
-  WriteTrajectory(file, trajectory, metres);
+  WriteTrajectory(file, trajectory, metres, upright);
 }
 
 void RescaleCloud(const fs::path& file, double metres) {
@@ -139,11 +140,14 @@ void ScaleResult(const fs::path& result, const std::optional<MapScale>& scale) {
       }
     };
   };
-  const auto rescale_trajectory = [&](const fs::path& file) { RescaleTrajectory(file, metres); };
-  AttemptAll({renew("trajectory.txt", rescale_trajectory), renew("keyframes.txt", rescale_trajectory),
-              renew("points.ply", [&](const fs::path& file) { WritePoints(file, map->points); }),
-              renew("objects.json", [&](const fs::path& file) { WriteObjects(file, map->objects); }),
-              renew("dense.ply", [&](const fs::path& file) { RescaleCloud(file, metres); })});
+  const auto rescale_trajectory = [&](const fs::path& file) {
+    RescaleTrajectory(file, metres, map->gravity_known);
+  };
+  AttemptAll(
+      {renew("trajectory.txt", rescale_trajectory), renew("keyframes.txt", rescale_trajectory),
+       renew("points.ply", [&](const fs::path& file) { WritePoints(file, map->points, FrameOf(*map)); }),
+       renew("objects.json", [&](const fs::path& file) { WriteObjects(file, map->objects, FrameOf(*map)); }),
+       renew("dense.ply", [&](const fs::path& file) { RescaleCloud(file, metres); })});
 }
 
 void ScaleRun(const MapScale& scale, FinishedRun& run) {

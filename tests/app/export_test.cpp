@@ -15,6 +15,8 @@
 #include <cstring>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <sstream>
+#include <utility>
 
 #include "app/export/glb_file.h"
 #include "render/scene/style.h"
@@ -312,6 +314,79 @@ TEST_F(ExportTest, WritesObjWithNamesAndColours) {
     EXPECT_THAT(mtl, HasSubstr("newmtl " + object.label + "\n"));
   }
 }
+
+// Faces of a .obj by object, as indices of its own vertices.
+struct ObjObject {
+  std::vector<Eigen::Vector3d> points;
+  std::vector<std::vector<std::size_t>> faces;
+};
+
+std::vector<ObjObject> ReadObj(const std::string& file) {
+  std::vector<ObjObject> objects;
+  std::size_t before = 0;
+  std::istringstream lines(Slurp(file));
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    std::string kind;
+    words >> kind;
+    if (kind == "o") {
+      before += objects.empty() ? 0 : objects.back().points.size();
+      objects.emplace_back();
+    } else if (kind == "v") {
+      Eigen::Vector3d p;
+      words >> p.x() >> p.y() >> p.z();
+      objects.back().points.push_back(p);
+    } else if (kind == "f") {
+      objects.back().faces.emplace_back();
+      for (std::string corner; words >> corner;) {
+        objects.back().faces.back().push_back(std::stoul(corner) - 1 - before);
+      }
+    }
+  }
+  return objects;
+}
+
+TEST_F(ExportTest, WritesClosedMeshesWithoutDegenerateTriangles) {
+  map_.objects[0].superquadric.shape = {{0.6, 0.4, 0.01}, 0.1, 0.1};  // a table top
+  Write(map_);
+  const std::vector<ObjObject> objects = ReadObj(Export("closed.obj"));
+  ASSERT_EQ(objects.size(), map_.objects.size());
+  for (std::size_t k = 0; k < objects.size(); ++k) {
+    const auto& [points, faces] = objects[k];
+    std::map<std::pair<std::size_t, std::size_t>, int> edges;
+    double volume = 0.0;
+    for (const std::vector<std::size_t>& face : faces) {
+      ASSERT_GE(face.size(), 3U);
+      for (std::size_t i = 0; i < face.size(); ++i) {
+        ++edges[std::pair(face[i], face[(i + 1) % face.size()])];
+      }
+      for (std::size_t i = 2; i < face.size(); ++i) {
+        const Eigen::Vector3d &a = points[face[0]], &b = points[face[i - 1]], &c = points[face[i]];
+        EXPECT_GT((b - a).cross(c - a).norm(), 1e-12);
+        volume += a.dot(b.cross(c)) / 6.0;
+      }
+    }
+    for (const auto& [edge, count] : edges) {
+      EXPECT_EQ(count, 1);
+      EXPECT_EQ(edges.count(std::pair(edge.second, edge.first)), 1U) << "an edge of one face only";
+    }
+    EXPECT_NEAR(volume / map_.objects[k].superquadric.shape.Volume(), 1.0, 0.02);
+  }
+}
+
+TEST_F(ExportTest, TurnsObjUpright) {
+  const ObjObject up_y = ReadObj(Export("y.obj")).front();
+  const ObjObject up_z = ReadObj(Export("z.obj", "--up z")).front();
+  EXPECT_THAT(Slurp(folder_.Path() / "y.obj"), HasSubstr("; in this file y up\n"));
+  for (std::size_t i = 0; i < up_z.points.size(); ++i) {
+    EXPECT_LT((InFile(up_z.points[i]) - up_y.points[i]).norm(), 1e-6);
+  }
+  const auto run = RunProgram("export " + folder_.Path().string() + " --output x.glb --up z");
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.err, HasSubstr("--up: applies to a .obj only"));
+}
+
+TEST_F(ExportTest, MakesFolderOfOutput) { EXPECT_NE(Slurp(Export("new/folder/points.ply")), ""); }
 
 TEST_F(ExportTest, WritesPointsOrMeshesToPly) {
   EXPECT_THAT(Slurp(Export("points.ply")).substr(0, 200), HasSubstr("element vertex 400\n"));

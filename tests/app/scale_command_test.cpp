@@ -33,7 +33,7 @@ class ScaleCommand : public ::testing::Test {
     WriteTrajectory(folder_.Path() / "trajectory.txt", KeyframeTrajectory(map));
     WriteObjects(folder_.Path() / "objects.json", map.objects);
     const MapSnapshotPtr recorded = RecordingReader(folder_.Path() / "map.sqmap").Last();
-    WritePoints(folder_.Path() / "points.ply", recorded->points);
+    WritePoints(folder_.Path() / "points.ply", recorded->points, FrameOf(*recorded));
   }
   std::string Map() const { return folder_.Path().string(); }
   double CupHeight() const {

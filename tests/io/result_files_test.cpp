@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <tuple>
 
+#include "slam/io/trajectory.h"
+#include "slam/util/json_file.h"
 #include "slam/util/limits.h"
 #include "slam/util/text_lines.h"
 #include "tests/io/temporary_folder.h"
@@ -27,6 +30,29 @@ SnapshotObject Chair() {
   object.superquadric.T_map_object = {Eigen::Quaterniond(Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitZ())),
                                       {1.0, -2.0, 0.5}};
   return object;
+}
+
+TEST(ResultFiles, StateUnitAndFrame) {
+  const TemporaryFolder folder;
+  const auto text = [&](const char* name) { return ReadFile(folder.Path() / name, "a result"); };
+  for (const auto& [frame, unit, aligned] :
+       {std::tuple(MapFrame{}, "map units", false),
+        std::tuple(MapFrame{.metric = true, .upright = true}, "metres", true)}) {
+    WriteObjects(folder.Path() / "objects.json", {Chair()}, frame);
+    const auto json = ReadJsonFile(folder.Path() / "objects.json", "objects");
+    EXPECT_EQ(json.at("unit"), unit);
+    EXPECT_EQ(json.at("frame"), "map");
+    EXPECT_EQ(json.at("gravity_aligned"), aligned);
+    EXPECT_THAT(ReadObjects(folder.Path() / "objects.json"), ::testing::SizeIs(1));
+    WritePoints(folder.Path() / "points.ply", {}, frame);
+    EXPECT_THAT(text("points.ply"),
+                ::testing::HasSubstr(aligned ? "comment metres; map frame, z up;"
+                                             : "comment map units; map frame, not aligned with gravity;"));
+    WriteTrajectory(folder.Path() / "t.txt", {}, aligned ? 2.5 : 1.0, aligned);
+    EXPECT_THAT(text("t.txt"),
+                ::testing::HasSubstr(aligned ? "; metres, 1 map unit = 2.5 m; map frame, z up"
+                                             : "; map units; map frame, not aligned with gravity"));
+  }
 }
 
 TEST(ObjectsJson, ReadsWhatItWrote) {
@@ -85,7 +111,7 @@ TEST(ObjectsJson, NamesBrokenObject) {
 TEST(PointsPly, HoldsDocumentedColumns) {
   const TemporaryFolder folder;
   WritePoints(folder.Path() / "p.ply",
-              {{{1.0F, 2.0F, 3.0F}, {10, 20, 30}, -1}, {{4.0F, 5.0F, 6.0F}, {1, 2, 3}, 9}});
+              {{{1.0F, 2.0F, 3.0F}, {10, 20, 30}, -1}, {{4.0F, 5.0F, 6.0F}, {1, 2, 3}, 9}}, {});
   const std::string bytes = ReadFile(folder.Path() / "p.ply", "");
   EXPECT_THAT(bytes, HasSubstr("element vertex 2\n"));
   const std::size_t data = bytes.find("end_header\n") + 11;
