@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <optional>
 #include <string>
 
@@ -86,7 +87,13 @@ void PrintInspection(const Sequence& sequence, const FilmInspection& inspection)
     with_some += moment.things > 0 ? 1 : 0;
     things += std::max(0, moment.things);
   }
-  if (looked > 0) {
+  if (sequence.has_detections) {
+    const auto boxes =
+        ToVector(sequence.frames, [](const SequenceFrame& frame) { return frame.detections.size(); });
+    fmt::print("  the sequence has {} boxes in {} of {} frames\n",
+               std::accumulate(boxes.begin(), boxes.end(), 0UL),
+               boxes.size() - static_cast<std::size_t>(std::ranges::count(boxes, 0UL)), boxes.size());
+  } else if (looked > 0) {
     fmt::print("  the detector found {} objects in {} of {} frames\n", things, with_some, looked);
   } else {
     fmt::print("  no detector: scripts/fetch-detector.sh downloads one, or provide your own boxes\n");
@@ -152,7 +159,7 @@ int Examine(const DoctorArguments& a) {
   const FrameRange range = a.sequence.Range();
   range.CheckHasFrames(sequence);
   std::optional<Detector> detector;
-  if (a.detector != "none") {
+  if (a.detector != "none" && !sequence.has_detections) {
     if (const std::optional<NetworkOptions> network = ChooseNetwork(a.detector)) {
       detector.emplace(*network);
     }
@@ -191,8 +198,9 @@ void AddDoctorCommand(Command& program) {
       "doctor", "Check whether a video can be mapped, and if not, why", kDoctorNotes, Examine);
   a.sequence.AddTo(command, "Sequence folder, folder of images, or video").Required();
   command.Group("Inspection");
-  command.Option("--detector NAME", a.detector,
-                 "Count objects in a few frames with this detector (see `sqslam detect`), or none");
+  command.Option(
+      "--detector NAME", a.detector,
+      "Count objects in a few frames without boxes with this detector (see `sqslam detect`), or none");
   command.Option("--set KEY=VALUE", a.set, "Override one limit: " + LimitNames() + "; may be repeated");
   command.Group("Output");
   command.Option("--output,-o FILE", a.output, "Write all samples and findings to this JSON file");

@@ -102,6 +102,7 @@ void DrawFigure(const FigureEntry& figure, FigureArguments& a) {
       return OpenMap(recording, a.objects, HiddenObjects::kLeaveOut);
     };
   }
+  CreateFolderOf(a.output);
   Progress progress(a.quiet, "picture");
   a.request.page.progress = std::ref(progress);
   WriteFigure(figure.draw(a.request), a.output);

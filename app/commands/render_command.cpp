@@ -46,9 +46,12 @@ int CompareWithReference(const RenderArguments& a, const cv::Mat& image) {
   const cv::Mat reference = ReadImage(a.reference, cv::IMREAD_UNCHANGED);
   ThrowIf<InputError>(reference.empty(), "{}: cannot be read, expected the reference picture", a.reference);
   if (image.size() != reference.size() || image.type() != reference.type()) {
-    PrintNotice(fmt::format("sqslam: {}: {}x{} with {} channels, expected {}x{} with {} as the picture has",
-                            a.reference, reference.cols, reference.rows, reference.channels(), image.cols,
-                            image.rows, image.channels()));
+    PrintNotice(fmt::format(
+        "sqslam: {}: {}x{} with {} channels, expected {}x{} with {} as the picture has{}", a.reference,
+        reference.cols, reference.rows, reference.channels(), image.cols, image.rows, image.channels(),
+        image.size() == reference.size()
+            ? ""
+            : fmt::format("; --resolution {},{} draws it in that size", reference.cols, reference.rows)));
     return 5;
   }
   const double difference = PictureDifference(image, reference);
@@ -228,6 +231,7 @@ int RenderOnSlurm(const RenderArguments& a) {
 
 int Render(const RenderArguments& a) {
   CheckRenderArguments(a);
+  CreateFolderOf(a.output);
   return a.cluster.OnSlurm() ? RenderOnSlurm(a) : RenderHere(a);
 }
 

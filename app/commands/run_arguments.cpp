@@ -55,11 +55,13 @@ Argument& SequenceArguments::AddTo(Command& command, const std::string& input_he
   Argument& positional = command.Positional("INPUT", input, input_help);
   command.Option("--format NAME", format, "Layout of INPUT; auto: detect it from file names");
   if (with_camera) {
-    command.Option("--camera NAME", camera,
-                   "Calibration: FILE.yaml; a preset of configs/cameras (" +
-                       ConfigNameList("configs/cameras") +
-                       "); or auto: guess the focal length and refine it from the images. Default: "
-                       "camera.yaml in the sequence folder, else the dataset's preset");
+    command.Option(
+        "--camera NAME", camera,
+        "Calibration, scaled to the images: FILE.yaml, also of Kalibr, ROS, OpenCV, ORB-SLAM, stella_vslam, "
+        "COLMAP (cameras.txt) or nerfstudio (transforms.json); a preset of configs/cameras (" +
+            ConfigNameList("configs/cameras") +
+            "); or auto: guess the focal length and refine it from the images. Default: "
+            "camera.yaml in the sequence folder, else the dataset's preset");
   }
   command.Option(
       "--resize SIZE", resize,

@@ -11,6 +11,7 @@
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/recording.h"
 #include "slam/snapshot/saved_map.h"
+#include "slam/util/atomic_file.h"
 #include "tests/app/run_program.h"
 #include "tests/app/written_sequence.h"
 #include "tests/support/textured_world.h"
@@ -111,7 +112,13 @@ TEST_F(BadInput, RejectsNonEmptyOutputFolder) {
 TEST_F(BadInput, RejectsSequenceWithoutUsableImage) {
   const WrittenSequence sequence = TinySequence();
   for (int i = 0; i < 2; ++i) {
-    cv::imwrite(sequence.Image(i).string(), cv::Mat(24, 32, CV_8UC3, cv::Scalar()));
+    cv::imwrite(sequence.Image(i).string(), cv::Mat(24, 36, CV_8UC3, cv::Scalar()));
+  }
+  const ProgramRun other_size = Run(sequence);
+  EXPECT_EQ(other_size.exit_code, 3);
+  EXPECT_THAT(other_size.ErrorLines(), ElementsAre(HasSubstr("is 36x24, expected the camera's 320x240")));
+  for (int i = 0; i < 2; ++i) {
+    WriteFileAtomically(sequence.Image(i), "no image");
   }
   const ProgramRun run = Run(sequence);
   EXPECT_EQ(run.exit_code, 3);

@@ -81,9 +81,10 @@ TEST(Hostile, NamesBrokenLinesOfGroundTruth) {
                        (sequence.Path() / "result").string())
                 .exit_code,
             1);
-  sequence.Write("groundtruth.txt", ReadFile(kHostile / "gtseq_6_groundtruth.txt", ""));
+  const WrittenSequence other = TinySequence();
+  other.Write("groundtruth.txt", ReadFile(kHostile / "gtseq_6_groundtruth.txt", ""));
   try {
-    ReadGroundTruth(sequence.Path());
+    ReadGroundTruth(other.Path());
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(), HasSubstr("groundtruth.txt:"));
   }
