@@ -1,10 +1,11 @@
 #include "slam/geometry/similarity_alignment.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+
+#include "slam/geometry/eigen_system.h"
 
 namespace sqslam {
 namespace {

@@ -38,7 +38,8 @@ class CameraReader {
                           "{}:1: expected lines 'name: value' (width, height, fx, fy, cx, cy)",
                           path.string());
     } catch (const YAML::Exception& e) {
-      throw InputError("{}:{}: invalid YAML: {}", path.string(), std::max(e.mark.line, 0) + 1, e.msg);
+      throw InputError("{}:{}: invalid YAML: {}", path.string(), std::max(e.mark.line, 0) + 1,
+                       VisibleText(e.msg));
     }
   }
 

@@ -293,6 +293,8 @@ YAML::Node FromColmap(const std::vector<TextLine>& lines, const fs::path& path) 
 
 // Reads the intrinsics of transforms.json at the top, or those that all of its frames share.
 YAML::Node FromTransforms(const nlohmann::ordered_json& root, const fs::path& path) {
+  ThrowIf<InputError>(!root.is_object(), "{}: expected the transforms.json of nerfstudio, an object",
+                      path.string());
   constexpr std::array kKeys = {"w", "h", "fl_x", "fl_y", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4"};
   const nlohmann::ordered_json frames = root.value("frames", nlohmann::ordered_json::array());
   const auto find = [&](const char* key, const auto& frame) {

@@ -108,10 +108,9 @@ std::vector<fs::path> ListFrameImages(const fs::path& folder) {
   }
   if (!others.empty()) {
     spdlog::warn(
-        "{}: {} files are no images of the sequence, such as {}: named otherwise, and unreadable or not "
-        "{}x{}",
-        folder.string(), others.size(), others.front().filename().string(), typical->header.size.width,
-        typical->header.size.height);
+        "{}: {} of {} files left out, such as {}: named otherwise than most, and unreadable or not {}x{}",
+        folder.string(), others.size(), files.size(), others.front().filename().string(),
+        typical->header.size.width, typical->header.size.height);
   }
   return frames;
 }

@@ -232,15 +232,16 @@ std::vector<TextLine> ReadTextLines(const std::filesystem::path& path, std::stri
 }
 
 std::vector<TextLine> TextLinesIn(std::string_view text) {
+  constexpr std::string_view kStreamBlanks = " \t\r\v\f";  // what separates the words of a stream
   std::vector<TextLine> lines;
   for (int number = 1; !text.empty(); ++number) {
     const std::string_view whole = text.substr(0, text.find('\n'));
     text.remove_prefix(std::min(whole.size() + 1, text.size()));
-    const std::size_t begin = whole.find_first_not_of(" \t\r");
+    const std::size_t begin = whole.find_first_not_of(kStreamBlanks);
     if (begin == std::string_view::npos || whole[begin] == '#' || whole.substr(begin).starts_with("//")) {
       continue;
     }
-    const std::size_t end = whole.find_last_not_of(" \t\r") + 1;
+    const std::size_t end = whole.find_last_not_of(kStreamBlanks) + 1;
     TextLine line{number, std::string(whole.substr(begin, end - begin)), {}};
     std::istringstream words(line.text);
     line.words.assign(std::istream_iterator<std::string>(words), {});

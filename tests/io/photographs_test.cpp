@@ -70,7 +70,7 @@ TEST_F(Photographs, KeepTheirNumbersBesideOtherFiles) {
   EXPECT_THAT(names,
               ::testing::ElementsAre("0-copy.png", "0.png", "1.png", "2.png", "3.png", "4.png", "5.png"));
   EXPECT_EQ(sequence.camera.width, 64);
-  EXPECT_THAT(log.Text(), ::testing::HasSubstr("2 files are no images of the sequence"));
+  EXPECT_THAT(log.Text(), ::testing::HasSubstr("2 of 9 files left out"));
 }
 
 TEST_F(Photographs, ScaleCalibrationOfSameAspectRatio) {

@@ -68,8 +68,7 @@ TEST_F(OwnDetectorTest, ReplacesBoxesOfTheSequence) {
 // densify masks moving things by the boxes of the result, whatever way they came.
 TEST_F(OwnDetectorTest, StoresGivenBoxes) {
   RunRequest request = Request();
-  sequence_.Write("boxes.csv",
-                  "frame,label,score,x,y,w,h\n0,cup,0.5,80,60,128,96\n5,cup,0.5,80,60,128,96\n");
+  sequence_.Write("boxes.csv", "frame,label,score,x,y,w,h\n0,cup,0.5,80,60,128,96\n5,cup,0.5,80,60,128,96\n");
   request.sequence.detections = sequence_.Path() / "boxes.csv";
   request.sequence.resize = "0.5";
   RunHost host;

@@ -38,6 +38,10 @@ TEST(TableIn, SeparatesAsFirstRowDoes) {
   EXPECT_THAT(RowsOf(TableIn("1\ttea pot\t3\n")), ElementsAre(Row{"1", "tea pot", "3"}));
 }
 
+TEST(TableIn, SkipsLinesOfBlanks) {
+  EXPECT_THAT(RowsOf(TableIn("\f\n \t\v\r\n1 2\n")), ElementsAre(Row{"1", "2"}));
+}
+
 TEST(TableIn, FindsNamesOfColumns) {
   EXPECT_THAT(TableIn(",Frame,X_min\n0,1,2\n").names, ElementsAre("", "frame", "x_min"));
   EXPECT_THAT(TableIn("# by a tracker\n# time x\n0 1\n").names, ElementsAre("time", "x"));
