@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <iterator>
 #include <utility>
 
@@ -41,9 +42,18 @@ Owned<AVCodecContext> OpenDecoder(const std::filesystem::path& path, const AVStr
   return decoder;
 }
 
+// Returns the number of an enumerator that decoders read from the file: it may be none of the known ones.
+template <typename Enum>
+int EnumNumber(const Enum& value) {
+  int number = 0;
+  static_assert(sizeof(value) == sizeof(number));
+  std::memcpy(&number, &value, sizeof(number));
+  return number;
+}
+
 // Returns swscale's number of the matrix from YUV to RGB.
 int MatrixOf(const AVFrame& frame) {
-  switch (frame.colorspace) {
+  switch (EnumNumber(frame.colorspace)) {
     case AVCOL_SPC_BT709:
       return SWS_CS_ITU709;
     case AVCOL_SPC_FCC:
@@ -65,7 +75,7 @@ bool IsFullRange(const AVFrame& frame) {
   const bool jpeg_format = frame.format == AV_PIX_FMT_YUVJ420P || frame.format == AV_PIX_FMT_YUVJ422P ||
                            frame.format == AV_PIX_FMT_YUVJ444P || frame.format == AV_PIX_FMT_YUVJ440P ||
                            frame.format == AV_PIX_FMT_YUVJ411P;
-  return jpeg_format || frame.color_range == AVCOL_RANGE_JPEG;
+  return jpeg_format || EnumNumber(frame.color_range) == AVCOL_RANGE_JPEG;
 }
 
 }  // namespace
