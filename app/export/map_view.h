@@ -57,7 +57,7 @@ struct MapViewOptions {
 
 // Additional content that the recording does not hold.
 struct MapViewExtras {
-  std::string title;
+  std::string title{};
   double metres = 0.0;  // per unit of the recording as read; 0: as the recording says
   std::vector<std::vector<Eigen::Vector3d>> true_path;  // map frame, split at gaps
   std::shared_ptr<const MapTruth> truth{};              // may be null

@@ -20,7 +20,7 @@ Spread SpreadOf(std::vector<double> values);
 // One cell: text, or a measured number with its spread.
 struct Cell {
   std::string text;
-  Spread spread;
+  Spread spread{};
   int decimals = -1;  // digits of the number after the point; below 0: the cell is text
   bool best = false;  // the median is set in bold in Markdown and LaTeX
 
