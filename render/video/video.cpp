@@ -246,8 +246,7 @@ std::vector<ViewCamera> ViewsOf(const MapSnapshot& map, const VideoOptions& opti
   }
 }
 
-// What a frame of a growth video shows: a state of the map, and the share of the way to it from the one
-// before.
+// State of the map that a frame of a growth video shows, and the share of the way to it from the one before.
 struct GrowthMoment {
   int snapshot = 0;
   double share = 1.0;

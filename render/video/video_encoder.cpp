@@ -41,7 +41,7 @@ struct Free {
 template <typename T>
 using Owned = std::unique_ptr<T, Free>;
 
-// What a kind of file holds.
+// Container and codecs of one kind of file.
 struct VideoFormat {
   const char* muxer;
   std::array<const char*, 2> encoders;  // the first that this FFmpeg has

@@ -162,7 +162,7 @@ struct VideoReader::Impl {
   static constexpr int kScaling = SWS_BICUBIC;  // within 2 grey levels; SWS_ACCURATE_RND takes 70 % longer
 
   const std::vector<std::int64_t> times;
-  // Of a frame's time to the one in the index. Decoders give exact times; some files of old codecs do not.
+  // Tolerates a quarter of a frame between a decoded time and the index: some old codecs give inexact times.
   const std::int64_t tolerance = times.size() > 1 ? (times.back() - times.front()) / std::ssize(times) / 4
                                                   : 0;
   VideoStream video;
