@@ -143,7 +143,10 @@ struct VideoReader::Impl {
 
   cv::Mat Convert() {
     const int width = SquarePixels(*video.stream, {frame->width, frame->height}).width;
-    cv::Mat bgr(frame->height, width, CV_8UC3);
+    // The scaler writes whole registers, past the end of the last row where the width is no multiple of
+    // theirs.
+    const int spare_rows = 1 + kRegisterBytes / (3 * width);
+    const cv::Mat bgr = cv::Mat(frame->height + spare_rows, width, CV_8UC3).rowRange(0, frame->height);
     scaler.reset(sws_getCachedContext(scaler.release(), frame->width, frame->height,
                                       static_cast<AVPixelFormat>(frame->format), width, frame->height,
                                       AV_PIX_FMT_BGR24, kScaling, nullptr, nullptr, nullptr));
@@ -159,6 +162,7 @@ struct VideoReader::Impl {
     return bgr;
   }
 
+  static constexpr int kRegisterBytes = 64;
   static constexpr int kScaling = SWS_BICUBIC;  // within 2 grey levels; SWS_ACCURATE_RND takes 70 % longer
 
   const std::vector<std::int64_t> times;

@@ -126,6 +126,20 @@ TEST_F(ForeignFilms, HaveTheColoursOfTheirMatrixAndRange) {
   }
 }
 
+// Rows whose bytes are no multiple of a register: the decoder must not write behind the picture.
+TEST_F(ForeignFilms, StayInTheirMemoryAtAnyWidth) {
+  for (const cv::Size size : {cv::Size(600, 400), cv::Size(626, 200), cv::Size(90, 50)}) {
+    const std::string name = fmt::format("{}.mp4", size.width);
+    const Sequence sequence = OpenSequence({.path = Film(name, size, "-vf " + kYuv + " " + kExact)});
+    FrameSource source(sequence);
+    std::vector<Frame> frames;  // kept, so that a new picture lies behind the last, where damage shows
+    while (std::optional<Frame> frame = source.Next()) {
+      frames.push_back(*std::move(frame));
+    }
+    EXPECT_EQ(std::ssize(frames), kPictures) << size;
+  }
+}
+
 TEST_F(ForeignFilms, ShowSquarePixelsUpright) {
   const Sequence wide =
       OpenSequence({.path = Film("wide.mp4", kFilmSize, "-vf setsar=3/2," + kYuv + " " + kExact)});
