@@ -12,6 +12,7 @@
 #include "app/terminal/terminal.h"
 #include "slam/detection/detector.h"
 #include "slam/inspection/film_inspection.h"
+#include "slam/io/fixed_regions.h"
 #include "slam/run/trial_run.h"
 #include "slam/util/json_file.h"
 #include "slam/util/options.h"
@@ -53,6 +54,7 @@ Sequence OpenSmall(const SequenceArguments& arguments) {
     request.resize = std::to_string(kWidth);
     sequence = OpenSequence(request);
   }
+  sequence.fixed_regions = FindFixedRegions(sequence);
   return sequence;
 }
 

@@ -16,7 +16,7 @@ struct Frame {
   std::string image_path;  // absolute; empty if there is no file
   cv::Mat bgr;             // 8UC3, as recorded (distorted)
   cv::Mat gray;            // 8UC1
-  cv::Mat ignored;         // 8UC1, nonzero where a mask forbids tracking; may be empty
+  cv::Mat ignored;         // 8UC1, nonzero where nothing is tracked: masked or fixed regions; may be empty
   int quarter_turns = 0;   // clockwise, from the image as shown to `bgr` (QuarterTurnsTo)
   std::vector<Detection> detections;
   bool detections_follow = false;  // a detector delivers them later, see System::AddDetections

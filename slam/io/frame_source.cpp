@@ -175,6 +175,10 @@ struct FrameSource::Impl {
     cv::cvtColor(frame.bgr, frame.gray, cv::COLOR_BGR2GRAY);
     frame.detections = listed.detections;
     frame.ignored = Ignored(frame, listed.mask_path, shown);
+    if (!sequence.fixed_regions.empty()) {
+      frame.ignored =
+          frame.ignored.empty() ? sequence.fixed_regions : cv::Mat(frame.ignored | sequence.fixed_regions);
+    }
     return frame;
   }
 

@@ -45,6 +45,8 @@ struct Sequence {
   std::optional<ValueRange> value_range = {};  // of images with more than 8 bits
   std::vector<SequenceFrame> frames;
   bool has_detections = false;
+  cv::Mat fixed_regions =
+      {};  // 8UC1 of the frames' size, nonzero where images move with the camera; may be empty
 };
 
 struct SequenceRequest {

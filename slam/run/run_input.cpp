@@ -6,6 +6,7 @@
 #include <system_error>
 
 #include "slam/io/cameras.h"
+#include "slam/io/fixed_regions.h"
 #include "slam/io/live_source.h"
 #include "slam/run/run_pipeline.h"
 #include "slam/util/throw_if.h"
@@ -91,6 +92,9 @@ RunInput OpenInput(const RunRequest& request, const RunHost& host) {
                    : input.known    ? OpenSequenceFor(*input.known, request.sequence)
                                     : OpenSequence(request.sequence);
   CheckRequest(request, input.sequence);
+  if (!request.IsLive()) {
+    input.sequence.fixed_regions = FindFixedRegions(input.sequence);
+  }
   input.detector = request.detector;
   const std::optional<NetworkOptions> network =
       input.detector ? std::nullopt : NetworkFor(request.options.detection, input.sequence);

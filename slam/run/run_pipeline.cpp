@@ -83,6 +83,11 @@ void SayHowImagesAreMapped(const Sequence& sequence, RunHost& host) {
     host.Say(fmt::format("images of {}x{} are mapped at {}x{} (--resize 1: at full size)", file.width,
                          file.height, frame.width, frame.height));
   }
+  if (!sequence.fixed_regions.empty()) {
+    const double share = cv::mean(sequence.fixed_regions != 0)[0] / 255.0;
+    host.Say(fmt::format("{:.0f} % of the image moves with the camera (a bonnet, a logo): not tracked",
+                         std::max(1.0, 100.0 * share)));
+  }
   if (sequence.format == SequenceFormat::kImages) {
     const auto turned = std::ranges::count_if(
         ImageHeaders(sequence), [&](const ImageHeader& image) { return QuarterTurnsTo(frame, image) != 0; });
