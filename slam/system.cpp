@@ -163,6 +163,8 @@ System::System(const SavedMap& map, const std::string& name, const SystemOptions
 
 System::~System() = default;
 
+void System::Expect(const Frame& frame) { impl_->tracker.Expect(impl_->Renumbered(frame)); }
+
 TrackingState System::Process(const Frame& new_frame) {
   Impl& s = *impl_;
   s.RethrowMappingFailure();

@@ -66,6 +66,10 @@ class System {
   System(const System&) = delete;
   System& operator=(const System&) = delete;
 
+  // Begins to extract the features of a frame while others are tracked and mapped; Process() gets it later,
+  // in the same order. Not for frames with detections_follow. Call from the thread that calls Process().
+  void Expect(const Frame& frame);
+
   TrackingState Process(const Frame& frame);
 
   // Takes the boxes of a frame that was processed with detections_follow; call from the thread that calls

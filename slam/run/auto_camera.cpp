@@ -8,6 +8,7 @@
 #include <numbers>
 #include <optional>
 
+#include "slam/run/frames_ahead.h"
 #include "slam/system.h"
 #include "slam/util/stopwatch.h"
 
@@ -45,8 +46,8 @@ class LearningRun {
   void Map(const FrameRange& frames, AutoCamera& camera) {
     System system(camera.camera, options_, [](const MapSnapshotPtr&) {});
     FrameSource source(sequence_, frames);
-    while (std::optional<Frame> frame = host_.Stopped() ? std::nullopt : source.Next()) {
-      frame->detections.clear();
+    FramesAhead ahead(source, system, false);
+    while (const std::optional<Frame> frame = host_.Stopped() ? std::nullopt : ahead.Next()) {
       system.Process(*frame);
       host_.ShowProgress(++played_, total_,
                          fmt::format("estimating the focal length, now {:.1f} px",

@@ -14,6 +14,7 @@
 #include "slam/run/auto_camera.h"
 #include "slam/run/dense_step.h"
 #include "slam/run/detection_feed.h"
+#include "slam/run/frames_ahead.h"
 #include "slam/run/map_files.h"
 #include "slam/run/map_to_extend.h"
 #include "slam/run/pace.h"
@@ -122,8 +123,10 @@ int Play(const RunRequest& request, const RunInput& input, const Recorder& recor
   const std::int64_t total = request.IsLive() ? 0 : range.SizeIn(input.sequence);
   const bool paced = request.realtime && !request.IsLive();  // a live camera keeps its own time
   Pace pace(SteadyPaceClock([&host] { return host.Stopped(); }));
+  FramesAhead frames(*input.frames, system, true,
+                     request.HasRealClock() || input.detector ? 0 : kFramesAhead);
   while (!recorder.Failed() && !feed.Failed() && host.AdmitFrame()) {
-    const std::optional<Frame> frame = input.frames->Next();
+    const std::optional<Frame> frame = frames.Next();
     if (!frame) {
       break;
     }

@@ -1,5 +1,6 @@
 #include "slam/run/trial_run.h"
 
+#include "slam/run/frames_ahead.h"
 #include "slam/system.h"
 
 namespace sqslam {
@@ -14,8 +15,8 @@ TrialRun MapForTrial(const Sequence& sequence, FrameRange range, const TrialProg
   const std::int64_t total = range.SizeIn(sequence);
   bool stopped = false;
   TrialRun trial;
-  while (std::optional<Frame> frame = stopped ? std::nullopt : source.Next()) {
-    frame->detections.clear();
+  FramesAhead frames(source, system, false);
+  while (const std::optional<Frame> frame = stopped ? std::nullopt : frames.Next()) {
     system.Process(*frame);
     stopped = progress && !progress(++trial.frames, total);
   }

@@ -23,9 +23,8 @@ Tracker::Tracker(const Camera& camera, const TrackingOptions& options, const Obj
                  StageTimes& times)
     : camera_(camera),
       options_(options),
-      extractor_(options.features),
+      features_(camera, options.features, options.moving, times),
       rich_extractor_(RichFeatures(options.features)),
-      ignored_(options.moving),
       pose_tracker_(camera, options),
       shutter_(camera, options.rolling_shutter),
       initializer_(camera, options.initialization, pose_tracker_.Levels(), std::move(ids)),
@@ -42,7 +41,7 @@ void Tracker::BeginIn(const AtlasViewPtr& atlas, std::int64_t submap) {
   submaps_begun_ = atlas->origins.rbegin()->first + 1;
   lost_frames_ = 1;
   const TrackingView& view = *atlas->submaps.at(submap);
-  kind_ = view.keyframes.begin()->second.features->kind;
+  features_.SetKind(view.keyframes.begin()->second.features->kind);
   SwitchSubmap(submap, atlas->submaps.at(submap), atlas->origins.at(submap).S_map_origin);
   Objects().StartIdsAt(next_object);
 }
@@ -50,7 +49,9 @@ void Tracker::BeginIn(const AtlasViewPtr& atlas, std::int64_t submap) {
 TrackingReport Tracker::Track(const Frame& frame, const AtlasViewPtr& atlas, int pending_keyframes) {
   const StageTimes::Scope timer(times_, "tracking");
   TrackingReport report;
-  report.ignored = ExtractFeatures(frame);
+  const ExtractedFeatures extracted = features_.Take(frame);
+  report.ignored = extracted.ignored;
+  BeginFrame(frame, extracted.features);
   AdoptAtlas(atlas);
   const bool tracked = view_ && (Lost() ? Relocalize(frame, report) : EstimatePose(report));
   if (tracked) {
@@ -59,41 +60,31 @@ TrackingReport Tracker::Track(const Frame& frame, const AtlasViewPtr& atlas, int
     BeginSubmapOrWait(report);
   }
   TrackObjects(frame, tracked, report);
-  report.features = FeaturesToKeep(frame, tracked);
+  report.features = FeaturesToKeep(frame, extracted.ignored, tracked);
   static_cast<FrameStamp&>(report) = StampOf(frame);
   return report;
 }
 
-// Returns the mask of the pixels where no features were taken.
-cv::Mat Tracker::ExtractFeatures(const Frame& frame) {
-  const StageTimes::Scope timer(times_, "tracking.features");
-  if (!frame.detections_follow) {
-    ignored_.AddDetections(frame.timestamp, frame.detections);
-  }
+void Tracker::BeginFrame(const Frame& frame, const FrameFeaturesPtr& features) {
   current_ = {};
   current_.index = frame.index;
   current_.timestamp = frame.timestamp;
-  const cv::Mat ignored = ignored_.MaskOf(frame);
-  current_.features = std::make_shared<const FrameFeatures>(
-      kind_ == FeatureKind::kSift
-          ? SiftExtractor({}).Extract(frame.bgr, camera_, pose_tracker_.Levels(), ignored)
-          : extractor_.Extract(frame.gray, frame.bgr, camera_, ignored));
+  current_.features = features;
   current_.ClearPoints();
   motion_.reset();
-  return ignored;
 }
 
 // Returns what the mapping thread keeps of a frame for the end of the run: more features if it shares little
 // with the frames before.
-FrameFeaturesPtr Tracker::FeaturesToKeep(const Frame& frame, bool tracked) {
+FrameFeaturesPtr Tracker::FeaturesToKeep(const Frame& frame, const cv::Mat& ignored, bool tracked) {
   constexpr int kMaxRichFrames = 60;
-  if (kind_ != FeatureKind::kOrb || (tracked && TrackedShare() >= kMinSharedView) ||
+  if (features_.Kind() != FeatureKind::kOrb || (tracked && TrackedShare() >= kMinSharedView) ||
       rich_frames_ == kMaxRichFrames) {
     return current_.features;
   }
   ++rich_frames_;
   return std::make_shared<const FrameFeatures>(
-      rich_extractor_.Extract(frame.gray, frame.bgr, camera_, ignored_.MaskOf(frame)));
+      rich_extractor_.Extract(frame.gray, frame.bgr, camera_, ignored));
 }
 
 FrameView Tracker::Newest() const {
@@ -382,7 +373,7 @@ std::optional<SeenObjects> Tracker::AddDetections(std::int64_t frame_index,
   WaitingFrame waiting = std::move(waiting_.front());
   waiting_.pop_front();
   SeenObjects& seen = waiting.seen;
-  ignored_.AddDetections(seen.timestamp, detections);
+  features_.AddDetections(seen.timestamp, detections);
   for (const Detection& detection : detections) {
     seen.detections.push_back({detection, -1});
   }

@@ -7,10 +7,10 @@
 #include <optional>
 #include <vector>
 
-#include "slam/features/sift_extractor.h"
 #include "slam/io/frame.h"
 #include "slam/map/map.h"
 #include "slam/objects/object_tracker.h"
+#include "slam/tracking/feature_stage.h"
 #include "slam/tracking/initializer.h"
 #include "slam/tracking/pose_tracker.h"
 #include "slam/tracking/relocalizer.h"
@@ -50,6 +50,9 @@ class Tracker {
   // Begins lost in one of several existing maps. Call before the first frame.
   void BeginIn(const AtlasViewPtr& atlas, std::int64_t submap);
 
+  // Begins to extract the features of a frame that Track() gets later. Call in the order of frames.
+  void Expect(const Frame& frame) { features_.Expect(frame); }
+
   // Tracks one frame. `atlas`: the newest from the mapping thread (null before the first).
   // `pending_keyframes`: posted keyframes that the mapping thread has not processed yet.
   TrackingReport Track(const Frame& frame, const AtlasViewPtr& atlas, int pending_keyframes);
@@ -75,8 +78,8 @@ class Tracker {
   };
 
   FrameStamp StampOf(const Frame& frame) const;
-  cv::Mat ExtractFeatures(const Frame& frame);
-  FrameFeaturesPtr FeaturesToKeep(const Frame& frame, bool tracked);
+  void BeginFrame(const Frame& frame, const FrameFeaturesPtr& features);
+  FrameFeaturesPtr FeaturesToKeep(const Frame& frame, const cv::Mat& ignored, bool tracked);
   void AdoptAtlas(const AtlasViewPtr& atlas);
   void MoveLastFrame();
   bool EstimatePose(TrackingReport& report);
@@ -97,11 +100,9 @@ class Tracker {
 
   Camera camera_;
   TrackingOptions options_;
-  OrbExtractor extractor_;
+  FeatureStage features_;
   OrbExtractor rich_extractor_;  // for frames that share little with those before
   int rich_frames_ = 0;
-  FeatureKind kind_ = FeatureKind::kOrb;  // that of the map which an earlier run made
-  IgnoredRegions ignored_;
   PoseTracker pose_tracker_;
   RollingShutter shutter_;
   Initializer initializer_;

@@ -43,7 +43,7 @@ std::vector<cv::Mat> FilmFromCar() {
 
 double Share(const cv::Mat& regions) { return cv::mean(regions != 0)[0] / 255.0; }
 
-TEST(FixedRegions, HoldsWhatMovesWithCamera) {
+TEST(FixedRegions, FindsWhatMovesWithCamera) {
   const cv::Mat regions = FixedRegions(FilmFromCar());
   ASSERT_EQ(regions.size(), kSize);
   EXPECT_GT(Share(regions(kBonnet)), 0.9);
@@ -51,11 +51,11 @@ TEST(FixedRegions, HoldsWhatMovesWithCamera) {
   EXPECT_EQ(Share(regions(cv::Rect(0, 0, kSize.width, kBonnet.y - kReach))), 0.0);
 }
 
-TEST(FixedRegions, IsEmptyWhenAllMoves) { EXPECT_TRUE(FixedRegions(Film(20)).empty()); }
+TEST(FixedRegions, FindsNothingWhenAllMoves) { EXPECT_TRUE(FixedRegions(Film(20)).empty()); }
 
-TEST(FixedRegions, IsEmptyWhenCameraStandsStill) { EXPECT_TRUE(FixedRegions(Film(0)).empty()); }
+TEST(FixedRegions, FindsNothingWhenCameraStandsStill) { EXPECT_TRUE(FixedRegions(Film(0)).empty()); }
 
-TEST(FixedRegions, IsEmptyForFewImages) {
+TEST(FixedRegions, FindsNothingInFewImages) {
   std::vector<cv::Mat> film = FilmFromCar();
   film.resize(kImages / 2);
   EXPECT_TRUE(FixedRegions(film).empty());
