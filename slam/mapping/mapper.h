@@ -84,6 +84,8 @@ class Mapper {
   RunCounters Counters() const { return counters_; }   // resets, loops, returns and merges
 
  private:
+  static constexpr int kMinSubmapKeyframes = 5;  // one with fewer is dropped, unless there is no other
+
   void MapKeyframe(const TrackingReport& report, bool begins);
   void CullKeyframesAround(KeyframeId keyframe);
   void MapObjects(bool moved_everywhere);
