@@ -219,7 +219,10 @@ TEST(System, BeginsSubmapInUnknownPlaceAndReturns) {
   for (int i = 40; i > 0; --i) {
     path.push_back(path[static_cast<std::size_t>(i)]);
   }
-  System system(world.GetCamera(), TestOptions(true), [](const MapSnapshotPtr&) {});
+  SystemOptions options = TestOptions(true);
+  options.mapping.completion.max_frames =
+      100;  // fewer than the film has: it is not mapped afresh as photographs
+  System system(world.GetCamera(), options, [](const MapSnapshotPtr&) {});
   TrackingState state = TrackingState::kNotInitialized;
   for (std::size_t i = 0; i < path.size(); ++i) {
     const Frame frame = world.Render(static_cast<std::int64_t>(i), path[i]);
