@@ -1,7 +1,6 @@
 #include "slam/run/auto_camera.h"
 
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
@@ -133,8 +132,9 @@ AutoCamera LearnCamera(const Sequence& sequence, const FrameRange& range, const 
   if (!result.IsGuessed() || available == 0) {  // known, or the images of a live camera are yet to come
     return result;
   }
-  spdlog::warn("--camera auto: focal length {}, guessed from {}; sqslam calibrate gives a better one",
-               InWords(InFilePixels(sequence.camera, sequence)), sequence.guessed_by);
+  // The result says how well the images determine it, and warns if they don't.
+  host.Say(fmt::format("no calibration: focal length {}, guessed from {}, is estimated from the images first",
+                       InWords(InFilePixels(sequence.camera, sequence)), sequence.guessed_by));
   const Stopwatch stopwatch;
   const LearningFrames frames = ChooseLearningFrames(range, available, sequence.camera.fps);
   LearningRun run(sequence, options, frames.first.count + frames.second.count, host);
