@@ -32,7 +32,7 @@ Exit codes:
   2    wrong usage
   3    unusable input, or an output that cannot be written
   4    no map could be built
-  5    a picture differs from its reference
+  5    a picture differs from its reference, or a map from another (diff --fail-on-change)
   130  interrupted by Ctrl-C
 )";
 
@@ -77,6 +77,8 @@ int ParseAndRun(const std::vector<std::string>& words) {
   program.Group("Results");
   AddInfoCommand(program);
   AddScaleCommand(program);
+  AddQueryCommand(program);
+  AddDiffCommand(program);
   AddEvalCommand(program);
   AddRenderCommand(program);
   AddFigureCommand(program);

@@ -39,6 +39,8 @@ void AddDoctorCommand(Command& program);
 void AddDensifyCommand(Command& program);
 void AddEvalCommand(Command& program);
 void AddExperimentCommand(Command& program);
+void AddDiffCommand(Command& program);
+void AddQueryCommand(Command& program);
 void AddRenderCommand(Command& program);
 void AddFigureCommand(Command& program);
 void AddReportCommand(Command& program);

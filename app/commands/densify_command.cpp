@@ -10,6 +10,7 @@
 #include "app/export/map_export.h"
 #include "app/terminal/terminal.h"
 #include "slam/dense/densify.h"
+#include "slam/run/map_files.h"
 #include "slam/system_options.h"
 #include "slam/util/data_path.h"
 #include "slam/util/options.h"
@@ -59,6 +60,9 @@ int DensifyHere(const DensifyArguments& a, const DensifyRequest& request) {
   const bool meshed =
       !summary.interrupted && !a.no_mesh && WriteSurface(a.result, request.threads, std::ref(progress));
   progress.Finish();
+  if (!summary.interrupted) {
+    WriteRelations(a.result);  // now with walls
+  }
   if (progress.interrupt.Interrupted()) {
     PrintNotice(fmt::format("sqslam: stopped after {} depth maps; run the same command to resume",
                             summary.estimated + summary.resumed));

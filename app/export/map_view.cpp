@@ -15,6 +15,7 @@
 #include "slam/io/image_files.h"
 #include "slam/io/input_images.h"
 #include "slam/io/trajectory.h"
+#include "slam/scene/scene_graph.h"
 #include "slam/util/data_path.h"
 #include "slam/util/thinned.h"
 #include "slam/util/to_vector.h"
@@ -82,6 +83,7 @@ class MapViewWriter {
     scene_["upright"] = map_.gravity_known;
     AddLook();
     AddObjects();
+    AddRelations();
     AddKeyframes();
     AddPath();
     AddGeometry();
@@ -174,6 +176,25 @@ class MapViewWriter {
                       {"cx", Short(camera.cx)},
                       {"cy", Short(camera.cy)},
                       {"size", Short(extras_.style.cameras.size * focus.radius)}};
+  }
+
+  // Adds to each object its likely relations in words, [["on", "dining table 1"], ...].
+  void AddRelations() {
+    const SceneGraph graph = SceneGraphOf(map_, recording_.parent_path());
+    for (const SceneRelation& relation : graph.relations) {
+      const auto add = [&](int of, int to) {
+        if (static_cast<std::size_t>(of) < map_.objects.size()) {
+          scene_["objects"][static_cast<std::size_t>(of)]["relations"].push_back(
+              {NameOf(relation.kind), TitleOf(graph.nodes[static_cast<std::size_t>(to)])});
+        }
+      };
+      if (relation.IsLikely()) {
+        add(relation.subject, relation.other);
+        if (relation.kind == RelationKind::kNextTo) {
+          add(relation.other, relation.subject);
+        }
+      }
+    }
   }
 
   void AddObjects() {

@@ -27,6 +27,8 @@
 #include "slam/fitting/fitting.h"
 #include "slam/geometry/solid_iou.h"
 #include "slam/io/trajectory.h"
+#include "slam/scene/query.h"
+#include "slam/scene/scene_graph.h"
 #include "slam/snapshot/recording.h"
 #include "slam/snapshot/snapshot.h"
 #include "slam/util/data_path.h"
@@ -129,6 +131,16 @@ class Result {
 
   // Returns the page that `sqslam export FILE.html` writes.
   std::string Page() const { return app::MapViewPage(reader_, file_); }
+
+  SceneGraph Relations() const { return SceneGraphOf(*last_, file_.parent_path()); }
+  std::vector<SnapshotObject> Ask(const std::string& question) const {
+    std::vector<SnapshotObject> objects;
+    for (const QueryAnswer& answer :
+         AnswerQuery(question, *last_, Relations(), ClassTraitsTable::Bundled())) {
+      objects.push_back(last_->objects[static_cast<std::size_t>(answer.object)]);
+    }
+    return objects;
+  }
 
  private:
   fs::path file_;
@@ -304,6 +316,21 @@ void BindMap(py::class_<T>& type) {
       });
 }
 
+// Returns (subject, relation, object, probability): ids of objects, "floor", "surface 0", "wall 1".
+py::list RelationTuples(const Result& result) {
+  const SceneGraph graph = result.Relations();
+  const auto node = [&graph](int index) -> py::object {
+    const SceneNode& of = graph.nodes[static_cast<std::size_t>(index)];
+    return of.kind == SceneNodeKind::kObject ? py::object(py::int_(of.id)) : py::object(py::str(TitleOf(of)));
+  };
+  py::list tuples;
+  for (const SceneRelation& relation : graph.relations) {
+    tuples.append(py::make_tuple(node(relation.subject), NameOf(relation.kind), node(relation.other),
+                                 relation.probability));
+  }
+  return tuples;
+}
+
 void BindMaps(py::module_& m) {
   py::class_<State> state(m, "State");
   BindMap(state);
@@ -326,6 +353,8 @@ void BindMaps(py::module_& m) {
                              })
       .def_property_readonly("sequence", [](const Result& r) { return PathText(r.Info().sequence_path); })
       .def_property_readonly("version", [](const Result& r) { return ValidText(r.Info().program_version); })
+      .def_property_readonly("relations", &RelationTuples)
+      .def("query", &Result::Ask, "question"_a, py::call_guard<py::gil_scoped_release>())
       .def("page", &Result::Page, py::call_guard<py::gil_scoped_release>())
       .def("_repr_html_", [](const Result& r) {
         return fmt::format(

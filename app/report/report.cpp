@@ -261,6 +261,7 @@ fs::path WriteReport(const ReportInputs& inputs) {
   }
   AppendTopView(out, data, colors);
   AppendObjects(body, data, colors);
+  AppendRelations(body, data, inputs.result);
   AppendClasses(body, data);
   AppendComparison(body, data, colors);
   if (!inputs.changed) {

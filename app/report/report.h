@@ -68,6 +68,9 @@ void AppendObjects(std::string& page, const ReportData& data, const LabelColors&
 void AppendComparison(std::string& page, const ReportData& data, const LabelColors& colors);
 void AppendTiming(std::string& page, const ReportData& data);
 
+// Appends the likely relations between objects, surfaces and walls, most likely first within a kind.
+void AppendRelations(std::string& page, const ReportData& data, const std::filesystem::path& result);
+
 // Appends what became of the detector's boxes, by class, and what would help.
 void AppendClasses(std::string& page, const ReportData& data);
 

@@ -12,6 +12,7 @@
 #include "render/figures/figures.h"
 #include "render/page/page.h"
 #include "slam/geometry/angles.h"
+#include "slam/scene/scene_graph.h"
 #include "slam/snapshot/snapshot.h"
 #include "slam/util/largest.h"
 #include "slam/util/markup.h"
@@ -175,6 +176,36 @@ void AppendObjects(std::string& page, const ReportData& data, const LabelColors&
       data.IsMetric() ? "cm" : "map units");
   for (const SnapshotObject& object : data.objects) {
     AppendObjectRow(out, data, object, colors);
+  }
+  fmt::format_to(out, "</tbody></table></div></section>\n");
+}
+
+void AppendRelations(std::string& page, const ReportData& data, const std::filesystem::path& result) {
+  if (!data.recording) {
+    return;
+  }
+  SceneGraph graph = SceneGraphOf(*data.recording->Last(), result);
+  std::erase_if(graph.relations, [](const SceneRelation& relation) { return !relation.IsLikely(); });
+  if (graph.relations.empty()) {
+    return;
+  }
+  std::ranges::stable_sort(graph.relations, {}, [](const SceneRelation& relation) {
+    return std::pair(relation.kind, -relation.probability);
+  });
+  const TableOutput out(page);
+  fmt::format_to(out,
+                 "<section><h2>Relations</h2>\n<div class=\"scroll\"><table><thead><tr><th "
+                 "class=\"l\">Object</th><th class=\"l\">is</th><th class=\"l\"></th>"
+                 "<th>Probability</th></tr></thead><tbody>\n");
+  const auto title = [&graph](int node) {
+    return EscapeMarkup(TitleOf(graph.nodes[static_cast<std::size_t>(node)]));
+  };
+  for (const SceneRelation& relation : graph.relations) {
+    fmt::format_to(out,
+                   "<tr><td class=\"l\">{}</td><td class=\"l\">{}</td><td class=\"l\">{}</td>"
+                   "<td>{:.2f}</td></tr>\n",
+                   title(relation.subject), NameOf(relation.kind), title(relation.other),
+                   relation.probability);
   }
   fmt::format_to(out, "</tbody></table></div></section>\n");
 }

@@ -156,6 +156,7 @@ sq.describe = (view, object) => {
   add("Points", data.points);
   add("Score", data.score.toFixed(2));
   add("Reliability", data.reliability.toFixed(2) + (data.uncertain ? ", uncertain" : ""));
+  for (const [relation, other] of data.relations ?? []) add(relation[0].toUpperCase() + relation.slice(1), other);
   if (data.iou !== undefined) add("3D IoU with the true object", data.iou.toFixed(2));
   const views = sq.make("div", {className: "sq-views"});
   for (const index of data.views) {

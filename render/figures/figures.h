@@ -14,12 +14,12 @@
 #include <utility>
 #include <vector>
 
-#include "render/figures/wall_lines.h"
 #include "render/page/figure_options.h"
 #include "slam/calibration/calibration.h"
 #include "slam/geometry/box2.h"
 #include "slam/geometry/rigid3.h"
 #include "slam/io/trajectory.h"
+#include "slam/scene/wall_lines.h"
 #include "slam/snapshot/recording.h"
 #include "slam/snapshot/snapshot.h"
 #include "slam/util/options.h"

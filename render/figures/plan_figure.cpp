@@ -10,11 +10,11 @@
 
 #include "render/camera/scene_framing.h"
 #include "render/figures/figure_input.h"
-#include "render/figures/wall_lines.h"
 #include "render/page/chart.h"
 #include "render/scene/class_colors.h"
 #include "render/scene/cloud_layer.h"
 #include "slam/io/result_files.h"
+#include "slam/scene/wall_lines.h"
 #include "slam/util/markup.h"
 #include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"

@@ -329,6 +329,9 @@ void DrawLabels(cv::Mat& image, const std::vector<SnapshotObject>& objects, cons
   std::vector<LabelRequest> requests;
   std::vector<std::string> names;
   for (std::size_t i = 0; i < objects.size(); ++i) {
+    if (ShownName(objects[i]).find_first_not_of(' ') == std::string::npos) {
+      continue;  // a blank name means no label
+    }
     names.push_back(ReadableLabel(ShownName(objects[i])) + (IsReliable(objects[i]) ? "" : "?"));
     requests.push_back({seen.parts[i],
                         {text.Width(names.back(), size) + Pixels(0.4 * size), Pixels(1.2 * size)},

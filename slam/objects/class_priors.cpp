@@ -25,6 +25,12 @@ struct ClassEntry {
   bool hollow = false;  // one sees into or through the hull
   bool floor = false;   // stands on the floor
   bool back = false;    // a seat with a back
+  // Of ClassTraits (slam/scene), which no estimate uses:
+  bool legs = false;
+  bool holds = false;
+  double mass = 0.0;
+  double friction = 0.6;
+  std::vector<std::string> synonyms = {};
 
   void VisitFields(auto&& visit) {
     visit("size", size, 1e-4, 100.0);
@@ -37,6 +43,11 @@ struct ClassEntry {
     visit("hollow", hollow);
     visit("floor", floor);
     visit("back", back);
+    visit("legs", legs);
+    visit("holds", holds);
+    visit("mass", mass, 0.0, 1e6);
+    visit("friction", friction, 0.0, 10.0);
+    visit("synonyms", synonyms);
   }
 };
 

@@ -12,6 +12,7 @@
 #include "slam/dense/dense_cloud.h"
 #include "slam/io/result_files.h"
 #include "slam/io/trajectory.h"
+#include "slam/scene/scene_graph.h"
 #include "slam/snapshot/recording.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/text_lines.h"
@@ -101,6 +102,11 @@ void WriteMapFiles(const fs::path& folder, const RunResult& result) {
   AttemptAll({[&] { WriteOneMap(folder, result.map); }, [&] { WriteSubmaps(folder, result); }});
 }
 
+void WriteRelations(const fs::path& result) {
+  const MapSnapshotPtr map = RecordingReader(result / "map.sqmap").Last();
+  WriteSceneGraph(result / "relations.json", SceneGraphOf(*map, result), *map);
+}
+
 namespace {
 
 void ScalePoses(double factor, Trajectory& trajectory) {
@@ -147,7 +153,8 @@ void ScaleResult(const fs::path& result, const std::optional<MapScale>& scale) {
       {renew("trajectory.txt", rescale_trajectory), renew("keyframes.txt", rescale_trajectory),
        renew("points.ply", [&](const fs::path& file) { WritePoints(file, map->points, FrameOf(*map)); }),
        renew("objects.json", [&](const fs::path& file) { WriteObjects(file, map->objects, FrameOf(*map)); }),
-       renew("dense.ply", [&](const fs::path& file) { RescaleCloud(file, metres); })});
+       renew("dense.ply", [&](const fs::path& file) { RescaleCloud(file, metres); }),
+       renew("relations.json", [&](const fs::path&) { WriteRelations(result); })});
 }
 
 void ScaleRun(const MapScale& scale, FinishedRun& run) {

@@ -51,6 +51,7 @@ FinishedRun MergeResults(const fs::path& first, const fs::path& second, const fs
                   MakeDense(run, a.options.dense, 0, host, a.recording);
                 }
               },
+              [&] { WriteRelations(output); },
               [&] {
                 StageTimes times;
                 host.Draw(run, times);

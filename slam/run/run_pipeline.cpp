@@ -362,7 +362,7 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
                             input.known ? input.known->recording : fs::path());
                 }
               },
-              [&] { Draw(run, host); }, [&] { host.Film(run); },
+              [&] { WriteRelations(run.output); }, [&] { Draw(run, host); }, [&] { host.Film(run); },
               [&] {
                 run.stats.warnings = warnings.Lines();
                 WriteStats(run.output / "stats.json", run.stats);

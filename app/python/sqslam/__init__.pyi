@@ -134,6 +134,12 @@ class Result(_Map):
     def trajectory(self) -> Tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Times (N,), poses (N, 4, 4) of all tracked frames."""
     @property
+    def relations(self) -> list[Tuple[Union[int, str], str, Union[int, str], float]]:
+        """(subject, relation, object, probability) as in relations.json: ids of objects, or "floor", "surface 0",
+        "wall 1"; relations "on", "in", "under", "next to", "leans against"."""
+    def query(self, question: str) -> list[Object]:
+        """Objects that answer a question such as "cups on the table"; see `sqslam query --help`."""
+    @property
     def sequence(self) -> str:
         """The input that was mapped."""
     @property

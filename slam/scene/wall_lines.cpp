@@ -1,4 +1,4 @@
-#include "render/figures/wall_lines.h"
+#include "slam/scene/wall_lines.h"
 
 #include <algorithm>
 #include <bitset>
