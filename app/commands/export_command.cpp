@@ -15,10 +15,13 @@
 #include "app/export/camera_model.h"
 #include "app/export/map_export.h"
 #include "app/export/map_view.h"
+#include "app/export/mjcf.h"
 #include "app/result/map_input.h"
 #include "app/terminal/terminal.h"
 #include "slam/io/result_files.h"
 #include "slam/io/trajectory.h"
+#include "slam/scene/scene_graph.h"
+#include "slam/snapshot/map_scale.h"
 #include "slam/snapshot/recording.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/data_path.h"
@@ -35,6 +38,7 @@ struct ExportArguments {
   bool meshes = false;
   bool surface = false;
   std::optional<UpAxis> up;
+  std::optional<double> scale;
   std::string ground_truth;
   std::optional<ModelFormat> format;
   std::string images;
@@ -45,12 +49,14 @@ struct ExportArguments {
 };
 
 void CheckArguments(const ExportArguments& a, const std::string& extension) {
-  static const std::vector<std::string> kExtensions = {".glb", ".obj", ".ply", ".json", ".txt", ".html"};
+  static const std::vector<std::string> kExtensions = {".glb", ".obj",  ".ply", ".json",
+                                                       ".txt", ".html", ".xml"};
   ThrowIf<UsageError>(std::ranges::find(kExtensions, extension) == kExtensions.end(),
                       "--output {}: unknown extension, expected {}", a.output, fmt::join(kExtensions, ", "));
   for (const auto& [given, option, only] : {std::tuple(a.meshes, "--meshes", ".ply"),
                                             {a.surface, "--surface", ".glb"},
                                             {a.up.has_value(), "--up", ".obj"},
+                                            {a.scale.has_value(), "--scale", ".xml"},
                                             {!a.ground_truth.empty(), "--ground-truth", ".html"}}) {
     ThrowIf<UsageError>(given && extension != only,
                         "{0}: applies to a {1} only, expected --output FILE{1} instead of {2}", option, only,
@@ -94,6 +100,24 @@ void WriteViewPage(const ExportArguments& a, const fs::path& map_path) {
                                              .render_options = options}));
 }
 
+// Writes a scene for MuJoCo, of reliable objects only: what is more likely wrong would stand in the way.
+void WriteSimulation(const ExportArguments& a, const fs::path& map_path) {
+  ObjectArguments objects = a.objects;
+  objects.reliable_only = true;
+  MapSnapshot map = *OpenMap(map_path, objects, HiddenObjects::kLeaveOut).Last();
+  if (a.scale) {
+    ThrowIf<UsageError>(map.metric, "--scale: {} is in metres already (sqslam scale)", map_path.string());
+    ScaleLengths(*a.scale, map);
+    map.metric = true;
+  }
+  const SceneGraph graph = MakeSceneGraph(map, ClassTraitsTable::Bundled());
+  const MjcfSummary summary = WriteMjcf(a.output, map, graph);
+  for (const std::string& note : summary.notes) {
+    spdlog::warn("{}", note);
+  }
+  PrintSummary(a.quiet, "{} free and {} fixed bodies\nwritten: {}\n", summary.free, summary.fixed, a.output);
+}
+
 // Exports keyframes, points and images for COLMAP or nerfstudio.
 void ExportForPrograms(const ExportArguments& a) {
   ThrowIf<UsageError>(
@@ -132,6 +156,10 @@ void Export(const ExportArguments& a) {
     WriteViewPage(a, map_path);
     return;
   }
+  if (extension == ".xml") {
+    WriteSimulation(a, map_path);
+    return;
+  }
   const RecordingReader reader = OpenMap(map_path, a.objects, HiddenObjects::kKeep);
   const MapSnapshotPtr map = reader.Last();
   if (extension == ".glb") {
@@ -164,6 +192,9 @@ By extension:
   .ply   points (x y z red green blue object_id); with --meshes the superquadrics as one coloured mesh
   .json  objects with all their parameters
   .txt   keyframe poses (TUM)
+  .xml   a scene for the simulator MuJoCo (MJCF, metres, gravity down) with meshes in a folder beside it: reliable
+         objects as boxes, cylinders, ellipsoids or convex meshes; furniture fixed, small things free; masses and
+         friction by class; moved within their covariances so that nothing penetrates; keyframes as cameras
 With --format, a new folder with the keyframes of a finished run and their images:
   colmap      sparse/0 with cameras, images and points3D, as .bin and as .txt, including tracks and
               distortion; images/
@@ -179,6 +210,7 @@ Examples:
   sqslam export out/kitchen -o kitchen.glb
   sqslam export out/kitchen -o kitchen.glb --surface         after sqslam densify out/kitchen
   sqslam export out/kitchen/map.sqmap -o kitchen.obj
+  sqslam export out/kitchen -o kitchen.xml                   after sqslam scale; otherwise with --scale
   sqslam export out/kitchen -o points.ply
   sqslam export out/kitchen -o objects.ply --meshes
   sqslam export out/kitchen -o objects.json --edits auto
@@ -197,8 +229,9 @@ void AddExportCommand(Command& program) {
   AddObjectOptions(command, a.objects);
   command.Group("Output");
   command
-      .Option("--output,-o FILE", a.output,
-              "FILE.html, .glb, .obj, .ply, .json or .txt, which is replaced; with --format: a new folder")
+      .Option(
+          "--output,-o FILE", a.output,
+          "FILE.html, .glb, .obj, .ply, .json, .txt or .xml, which is replaced; with --format: a new folder")
       .Required();
   command.Option("--format NAME", a.format, "Instead, write a folder with keyframes, tracks and images");
   command.Option("--images PATH", a.images, "With --format: the sequence that was mapped, if it has moved");
@@ -207,6 +240,10 @@ void AddExportCommand(Command& program) {
   command.Flag("--meshes", a.meshes, "In a .ply: superquadrics as meshes instead of points");
   command.Option("--up NAME", a.up,
                  "In a .obj: the axis that points up, y as in .glb or z as in the map (y)");
+  command
+      .Option("--scale METRES", a.scale,
+              "In a .xml: length of a map unit, if the map has no scale (sqslam scale)")
+      .Range(1e-4, 1e4);
   command.Flag("--surface", a.surface, "In a .glb: also the coloured mesh of a densified result");
   command.Option("--ground-truth SEQUENCE", a.ground_truth,
                  "In a .html: also the true camera path of this sequence; auto: of the mapped one");

@@ -10,7 +10,6 @@ namespace sqslam {
 namespace {
 
 constexpr double kSeatLow = 0.3, kSeatHigh = 0.7;  // range of the height of a seat, shares of the hull's
-constexpr double kTopShare = 0.1;                  // thickness of a table's top, share of its height
 
 Eigen::Vector2d DirectionAt(int i) {
   const double angle = 2.0 * std::numbers::pi * i / PlacedSolid::kDirections;
@@ -68,15 +67,20 @@ double PlacedSolid::ShareOver(const PlacedSolid& other, double shrunk) const {
 }
 
 // The distance of two convex sets is the largest one between parallel lines that separate them.
-double Gap(const PlacedSolid& a, const PlacedSolid& b) {
+std::pair<double, Eigen::Vector2d> GapAlong(const PlacedSolid& a, const PlacedSolid& b) {
   const Eigen::Vector2d way = b.Centre() - a.Centre();
-  double gap = -1e300;
+  std::pair<double, Eigen::Vector2d> widest(-1e300, Eigen::Vector2d::UnitX());
   for (std::size_t i = 0; i < a.extent.size(); ++i) {
     const std::size_t opposite = (i + a.extent.size() / 2) % a.extent.size();
-    gap = std::max(gap, Directions()[i].dot(way) - a.extent[i] - b.extent[opposite]);
+    const double gap = Directions()[i].dot(way) - a.extent[i] - b.extent[opposite];
+    if (gap > widest.first) {
+      widest = {gap, Directions()[i]};
+    }
   }
-  return gap;
+  return widest;
 }
+
+double Gap(const PlacedSolid& a, const PlacedSolid& b) { return GapAlong(a, b).first; }
 
 double Gap(const PlacedSolid& a, const WallLine& wall) {
   const Eigen::Vector2d from = wall.from - a.Centre(), to = wall.to - a.Centre();
@@ -195,7 +199,7 @@ class Labeller {
       return false;
     }
     // A chair may be higher than the table that it is pushed under: its middle counts.
-    const double underside = above.traits->legs   ? above.top - kTopShare * above.Height()
+    const double underside = above.traits->legs   ? above.top - kTableTopShare * above.Height()
                              : above.traits->back ? above.bottom + kSeatLow * above.Height()
                                                   : above.bottom + room_.tolerance;
     const double level = above.traits->legs ? 0.5 * (below.bottom + below.top) : below.top;

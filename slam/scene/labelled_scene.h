@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "slam/geometry/superquadric.h"
@@ -10,6 +11,8 @@
 #include "slam/scene/scene_graph.h"
 
 namespace sqslam {
+
+inline constexpr double kTableTopShare = 0.1;  // thickness of a table's top, share of its height
 
 // A solid with what its relations depend on: its extents, seen along z and in 48 horizontal directions.
 struct PlacedSolid {
@@ -32,7 +35,9 @@ struct PlacedSolid {
   double ShareOver(const PlacedSolid& other, double shrunk) const;
 };
 
-// Horizontal distance between the outlines of two solids; negative if they overlap.
+// Horizontal distance between the outlines of two solids; negative if they overlap. GapAlong: also the unit
+// vector from the first to the second along which it is measured.
+std::pair<double, Eigen::Vector2d> GapAlong(const PlacedSolid& a, const PlacedSolid& b);
 double Gap(const PlacedSolid& a, const PlacedSolid& b);
 double Gap(const PlacedSolid& a, const WallLine& wall);
 

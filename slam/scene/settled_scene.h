@@ -1,0 +1,43 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "slam/geometry/superquadric.h"
+#include "slam/scene/class_traits.h"
+#include "slam/scene/scene_graph.h"
+#include "slam/snapshot/snapshot.h"
+
+namespace sqslam {
+
+// An object as a physical body: what it stands on, and where without penetrating anything.
+struct SettledObject {
+  PosedSuperquadric solid;  // map frame
+  int place = -1;           // node of the graph that it stands on or in; -1: unknown
+  bool inside = false;      // it stands in that node
+  bool fixed = false;       // furniture, things in something, and things that stand on nothing known
+  double shift = 0.0;       // from the mapped place, map units
+  double sigmas = 0.0;      // the shift in standard deviations (Mahalanobis distance)
+};
+
+struct SettledScene {
+  std::vector<SettledObject> objects;  // in the order of the map
+  double penetration = 0.0;            // the deepest that is left between two bodies, map units
+};
+
+// The solid part of an object, between two heights: of a class with legs the top, of a seat the part below
+// what lies on it.
+struct SolidSpan {
+  double bottom = 0.0;
+  double top = 0.0;
+};
+SolidSpan SolidSpanOf(const SettledScene& scene, int object, const ClassTraits& traits);
+
+// Moves objects as little as possible, in units of their covariances, until each stands exactly on its place
+// and the outlines of bodies at one height are `clearance` (map units) apart. This minimises sum d' C^-1 d
+// over the shifts d of all centres under linearised constraints, by projected Gauss-Seidel steps on the dual
+// problem (as in rigid body solvers). A covariance of zero counts as 1 mm per metre of size.
+SettledScene Settle(const MapSnapshot& map, const SceneGraph& graph, const ClassTraitsTable& classes,
+                    double clearance);
+
+}  // namespace sqslam
