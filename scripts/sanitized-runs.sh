@@ -121,6 +121,10 @@ q export map -o surface.glb --surface
 q export map -o truth.html --ground-truth auto
 for name in colmap nerfstudio; do q export map -o "$name" --format "$name" --masks; done
 q export fisheye-map -o fisheye-colmap --format colmap
+q export map -o scene.xml --scale 2
+for name in grid.npy plan.pgm; do q export map -o "$name"; done
+q query map "largest objects next to the wall" --json --picture answer.png
+q diff map map --json changes.json --picture changes.png --fail-on-change
 q scale map
 q scale second --distance 1 2 0.3
 q scale second --none

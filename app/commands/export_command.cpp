@@ -20,6 +20,7 @@
 #include "app/terminal/terminal.h"
 #include "slam/io/result_files.h"
 #include "slam/io/trajectory.h"
+#include "slam/scene/distance_field.h"
 #include "slam/scene/scene_graph.h"
 #include "slam/snapshot/map_scale.h"
 #include "slam/snapshot/recording.h"
@@ -39,6 +40,7 @@ struct ExportArguments {
   bool surface = false;
   std::optional<UpAxis> up;
   std::optional<double> scale;
+  std::optional<double> cell;
   std::string ground_truth;
   std::optional<ModelFormat> format;
   std::string images;
@@ -49,8 +51,8 @@ struct ExportArguments {
 };
 
 void CheckArguments(const ExportArguments& a, const std::string& extension) {
-  static const std::vector<std::string> kExtensions = {".glb", ".obj",  ".ply", ".json",
-                                                       ".txt", ".html", ".xml"};
+  static const std::vector<std::string> kExtensions = {".glb",  ".obj", ".ply", ".json", ".txt",
+                                                       ".html", ".xml", ".npy", ".pgm"};
   ThrowIf<UsageError>(std::ranges::find(kExtensions, extension) == kExtensions.end(),
                       "--output {}: unknown extension, expected {}", a.output, fmt::join(kExtensions, ", "));
   for (const auto& [given, option, only] : {std::tuple(a.meshes, "--meshes", ".ply"),
@@ -62,6 +64,9 @@ void CheckArguments(const ExportArguments& a, const std::string& extension) {
                         "{0}: applies to a {1} only, expected --output FILE{1} instead of {2}", option, only,
                         a.output);
   }
+  ThrowIf<UsageError>(a.cell && extension != ".npy" && extension != ".pgm",
+                      "--cell: applies to a .npy or .pgm only, expected --output FILE.npy instead of {}",
+                      a.output);
   const bool colored = extension == ".html" || extension == ".glb" || extension == ".obj" || a.meshes;
   ThrowIf<UsageError>(!colored && (!a.style.settings.empty() || a.style.name != StyleArguments().name),
                       "--style and --set: {} holds no colours of classes, expected --output FILE.html, .glb, "
@@ -118,6 +123,29 @@ void WriteSimulation(const ExportArguments& a, const fs::path& map_path) {
   PrintSummary(a.quiet, "{} free and {} fixed bodies\nwritten: {}\n", summary.free, summary.fixed, a.output);
 }
 
+// Writes distances from the objects on a grid (.npy), or the plan of the cells inside them (.pgm).
+void WriteGrid(const ExportArguments& a, const fs::path& map_path, const std::string& extension) {
+  constexpr double kCellShare = 0.02;  // of the extent of the objects, by default
+  const MapSnapshotPtr map = OpenMap(map_path, a.objects, HiddenObjects::kLeaveOut).Last();
+  ThrowIf<InputError>(map->objects.empty(), "{}: the map has no objects", map_path.string());
+  Eigen::AlignedBox3d centres;
+  double largest = 0.0;
+  for (const SnapshotObject& object : map->objects) {
+    centres.extend(object.superquadric.T_map_object.translation);
+    largest = std::max(largest, object.superquadric.shape.half_size.maxCoeff());
+  }
+  const double extent = centres.sizes().maxCoeff() + 2.0 * largest;
+  const double cell = a.cell.value_or(kCellShare * extent);
+  const DistanceGrid grid = SampleDistances(*map, cell, 5.0 * cell, 0.0);
+  if (extension == ".npy") {
+    WriteDistanceGrid(a.output, grid, *map);
+  } else {
+    WriteOccupancyPlan(a.output, grid);
+  }
+  PrintSummary(a.quiet, "{} x {} x {} cells of {:.3g} {}\nwritten: {}\n", grid.size[0], grid.size[1],
+               grid.size[2], grid.cell, UnitOf(*map), a.output);
+}
+
 // Exports keyframes, points and images for COLMAP or nerfstudio.
 void ExportForPrograms(const ExportArguments& a) {
   ThrowIf<UsageError>(
@@ -160,6 +188,10 @@ void Export(const ExportArguments& a) {
     WriteSimulation(a, map_path);
     return;
   }
+  if (extension == ".npy" || extension == ".pgm") {
+    WriteGrid(a, map_path, extension);
+    return;
+  }
   const RecordingReader reader = OpenMap(map_path, a.objects, HiddenObjects::kKeep);
   const MapSnapshotPtr map = reader.Last();
   if (extension == ".glb") {
@@ -195,6 +227,8 @@ By extension:
   .xml   a scene for the simulator MuJoCo (MJCF, metres, gravity down) with meshes in a folder beside it: reliable
          objects as boxes, cylinders, ellipsoids or convex meshes; furniture fixed, small things free; masses and
          friction by class; moved within their covariances so that nothing penetrates; keyframes as cameras
+  .npy   signed distances from the objects on a grid (float32, [z][y][x]), with its frame in a .yaml beside it
+  .pgm   floor plan of what the objects occupy, with a .yaml: the format of ROS' map_server
 With --format, a new folder with the keyframes of a finished run and their images:
   colmap      sparse/0 with cameras, images and points3D, as .bin and as .txt, including tracks and
               distortion; images/
@@ -229,9 +263,9 @@ void AddExportCommand(Command& program) {
   AddObjectOptions(command, a.objects);
   command.Group("Output");
   command
-      .Option(
-          "--output,-o FILE", a.output,
-          "FILE.html, .glb, .obj, .ply, .json, .txt or .xml, which is replaced; with --format: a new folder")
+      .Option("--output,-o FILE", a.output,
+              "FILE.html, .glb, .obj, .ply, .json, .txt, .xml, .npy or .pgm, which is replaced; with "
+              "--format: a new folder")
       .Required();
   command.Option("--format NAME", a.format, "Instead, write a folder with keyframes, tracks and images");
   command.Option("--images PATH", a.images, "With --format: the sequence that was mapped, if it has moved");
@@ -244,6 +278,10 @@ void AddExportCommand(Command& program) {
       .Option("--scale METRES", a.scale,
               "In a .xml: length of a map unit, if the map has no scale (sqslam scale)")
       .Range(1e-4, 1e4);
+  command
+      .Option("--cell LENGTH", a.cell,
+              "In a .npy or .pgm: edge of the cells, in metres or map units (2 % of the objects' extent)")
+      .Range(1e-6, 1e6);
   command.Flag("--surface", a.surface, "In a .glb: also the coloured mesh of a densified result");
   command.Option("--ground-truth SEQUENCE", a.ground_truth,
                  "In a .html: also the true camera path of this sequence; auto: of the mapped one");

@@ -27,6 +27,7 @@
 #include "slam/fitting/fitting.h"
 #include "slam/geometry/solid_iou.h"
 #include "slam/io/trajectory.h"
+#include "slam/scene/distance_field.h"
 #include "slam/scene/query.h"
 #include "slam/scene/scene_graph.h"
 #include "slam/snapshot/recording.h"
@@ -213,6 +214,23 @@ std::vector<SuperquadricFit> Fit(const py::array_t<double, py::array::c_style | 
   return FitSuperquadrics(points, options);
 }
 
+// Returns the distances (N) of points from the nearest object of a map, and their gradients (N x 3).
+std::pair<py::array_t<double>, py::array_t<double>> Distances(
+    const MapSnapshot& map, const py::array_t<double, py::array::c_style | py::array::forcecast>& array,
+    double sigmas) {
+  const std::vector<Eigen::Vector3d> points = Points(array);
+  std::vector<double> distances(points.size());
+  std::vector<Eigen::Vector3d> gradients(points.size());
+  {
+    const py::gil_scoped_release others_run;
+    DistanceField(map, sigmas).At(points, distances, gradients);
+  }
+  return {Rows<double>(distances, {}, [](double distance, double* row) { *row = distance; }),
+          Rows<double>(gradients, {3}, [](const Eigen::Vector3d& gradient, double* row) {
+            std::ranges::copy(gradient, row);
+          })};
+}
+
 PosedSuperquadric MakeSuperquadric(const Eigen::Vector3d& half_size, const std::array<double, 2>& shape,
                                    const Eigen::Matrix4d& T_map_object) {
   const Eigen::Matrix3d rotation = T_map_object.topLeftCorner<3, 3>();
@@ -287,6 +305,15 @@ void BindSolids(py::module_& m) {
         return IoU(Solid::FromSuperquadric(a), Solid::FromSuperquadric(b));
       },
       "a"_a, "b"_a, "3D intersection over union of two solids.", py::call_guard<py::gil_scoped_release>());
+  m.def(
+      "distance",
+      [](const PosedSuperquadric& s,
+         const py::array_t<double, py::array::c_style | py::array::forcecast>& points) {
+        MapSnapshot map;
+        map.objects.emplace_back().superquadric = s;
+        return Distances(map, points, 0.0);
+      },
+      "solid"_a, "points"_a, "Signed distances of an N x 3 array from a solid, and their gradients.");
   m.def("fit", &Fit, "points"_a, py::kw_only(), "upright"_a = false, "clusters"_a = 1,
         "remove_plane"_a = false, "set"_a = std::vector<std::string>(),
         "Fits superquadrics to an N x 3 cloud.");
@@ -308,6 +335,11 @@ void BindMap(py::class_<T>& type) {
       .def_property_readonly(
           "image_size", [](const T& t) { return std::pair(MapOf(t).camera.width, MapOf(t).camera.height); })
       .def_property_readonly("metric", [](const T& t) { return MapOf(t).metric; })
+      .def(
+          "distance",
+          [](const T& t, const py::array_t<double, py::array::c_style | py::array::forcecast>& points,
+             double sigmas) { return Distances(MapOf(t), points, sigmas); },
+          "points"_a, "sigmas"_a = 0.0)
       .def("__repr__", [](const T& t) {
         const MapSnapshot& map = MapOf(t);
         return fmt::format("<sqslam.{}: {} keyframes, {} points, {} objects>",

@@ -101,7 +101,7 @@ Approach Descend(const Superquadric& shape, const Eigen::Vector3d& p, Eigen::Vec
     const Eigen::Vector2d next = (angles - H.inverse() * g).cwiseMax(0.0).cwiseMin(kQuarter);
     const Approach there(shape, p, next);
     if (there.cost <= best.cost) {
-      const bool done = (next - angles).norm() < 1e-13 ||
+      const bool done = (next - angles).norm() < 1e-8 ||
                         best.cost - there.cost <= 1e-16 * scale * std::min(1.0, 1e3 * best.cost / scale);
       angles = next;
       best = there;
@@ -160,15 +160,27 @@ SurfaceDistance DistanceFrom(const PosedSuperquadric& solid, const Eigen::Vector
 DistanceField::DistanceField(const MapSnapshot& map, double sigmas) {
   for (const SnapshotObject& object : map.objects) {
     bodies_.push_back({object.superquadric, object.superquadric.shape.half_size.norm(),
-                       sigmas * sigmas * object.fit.covariance.topLeftCorner<3, 3>()});
+                       sigmas * sigmas * object.fit.covariance.topLeftCorner<3, 3>(), 0.0});
+    bodies_.back().grown = std::sqrt(std::max(0.0, bodies_.back().covariance.trace()));
   }
 }
 
 SurfaceDistance DistanceField::At(const Eigen::Vector3d& p_map) const {
   SurfaceDistance nearest{std::numeric_limits<double>::infinity(), Eigen::Vector3d::UnitZ()};
+  // The radial distance bounds that of the nearest body from above, the spheres bound each from below.
+  double bound = std::numeric_limits<double>::infinity();
+  const auto least_distance = [&](const Body& body) {
+    return (p_map - body.solid.T_map_object.translation).norm() - body.radius - body.grown;
+  };
   for (const Body& body : bodies_) {
-    const double grown = std::sqrt(std::max(0.0, body.covariance.trace()));
-    if ((p_map - body.solid.T_map_object.translation).norm() - body.radius - grown >= nearest.distance) {
+    if (least_distance(body) < bound) {
+      const Eigen::Vector3d p = body.solid.T_map_object.Inverse() * p_map;
+      bound = std::min(bound, std::max(0.0, body.solid.shape.RadialDistance(p)));
+    }
+  }
+  for (const Body& body : bodies_) {
+    const double least = least_distance(body);
+    if (least > bound || least >= nearest.distance) {
       continue;
     }
     SurfaceDistance from = DistanceFrom(body.solid, p_map);

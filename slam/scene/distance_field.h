@@ -40,6 +40,7 @@ class DistanceField {
     PosedSuperquadric solid;
     double radius;               // of a sphere around it
     Eigen::Matrix3d covariance;  // of the centre, times sigmas squared
+    double grown;                // the most by which it grows
   };
   std::vector<Body> bodies_;
 };

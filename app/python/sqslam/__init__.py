@@ -16,9 +16,9 @@ if "sqslam._sqslam" not in sys.modules:
 
 from . import _sqslam  # noqa: E402
 from ._sqslam import (Fit, InputError, Object, Result, State, Superquadric, UsageError,  # noqa: E402
-                      __version__, fit, iou, read, render)
+                      __version__, distance, fit, iou, read, render)
 
-__all__ = ["Fit", "InputError", "Object", "Result", "State", "Superquadric", "UsageError", "__version__", "fit",
+__all__ = ["Fit", "InputError", "Object", "Result", "State", "Superquadric", "UsageError", "__version__", "distance", "fit",
            "iou", "read", "render"]
 
 _PREFIX = pathlib.Path(__file__).resolve().parents[4]  # of PREFIX/lib/python3/dist-packages/sqslam, or the sources

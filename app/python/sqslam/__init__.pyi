@@ -113,6 +113,9 @@ class _Map:
     @property
     def metric(self) -> bool:
         """True if lengths are metres."""
+    def distance(self, points: ArrayLike, sigmas: float = 0.0) -> Tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Signed distances (N,) of points (N, 3) from the nearest object, negative inside, and their gradients (N, 3).
+        `sigmas`: objects grow by so many standard deviations of their centres."""
 
 class State(_Map):
     """The map at one moment of the run."""
@@ -167,6 +170,10 @@ def fit(points: ArrayLike, *, upright: bool = False, clusters: Optional[int] = 1
     set: further options, "fit.outlier_share=0.2". Raises InputError for fewer than 11 points or points that are not
     finite.
     """
+
+def distance(solid: Union[Superquadric, Object, Fit],
+             points: ArrayLike) -> Tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Signed distances (N,) of points (N, 3) from a solid, negative inside, and their gradients (N, 3)."""
 
 def iou(a: Superquadric, b: Superquadric) -> float:
     """3D intersection over union in [0, 1], to 0.2 %."""

@@ -75,6 +75,28 @@ class Reading(unittest.TestCase):
         with self.assertRaises(IndexError):
             self.result[len(self.result)]
 
+    def test_relations_are_those_of_the_file(self):
+        data = json.loads((RESULT / "relations.json").read_text())
+        nodes = [n["id"] if n["kind"] == "object" else n["kind"] if n["kind"] == "floor" else f"{n['kind']} {n['id']}"
+                 for n in data["nodes"]]
+        written = [(nodes[r["subject"]], r["relation"], nodes[r["object"]], r["probability"]) for r in data["relations"]]
+        self.assertEqual(self.result.relations, written)
+        cups = [o.id for o in self.result.objects if o.label in ("cup", "mug")]
+        self.assertEqual(sorted(o.id for o in self.result.query("cups")), sorted(cups))
+        with self.assertRaisesRegex(sqslam.UsageError, "not known"):
+            self.result.query("cupz")
+
+    def test_distances_vanish_on_surfaces_and_grow_along_gradients(self):
+        thing = self.result.objects[0]
+        above = thing.center + [0, 0, 3 * thing.half_size[2]]
+        distance, gradient = sqslam.distance(thing, [above, thing.center])
+        np.testing.assert_allclose(distance[0], 2 * thing.half_size[2], rtol=1e-6)
+        self.assertLess(distance[1], 0)
+        np.testing.assert_allclose(gradient[0], [0, 0, 1], atol=1e-6)
+        nearest, _ = self.result.distance([above])
+        self.assertLessEqual(nearest[0], distance[0] + 1e-12)
+        self.assertLess(self.result.distance([above], sigmas=3)[0][0], nearest[0] + 1e-12)
+
     def test_arrays_outlive_the_map(self):
         points = sqslam.read(RESULT)[0].points
         self.assertTrue(np.isfinite(points).all())
