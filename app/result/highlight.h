@@ -27,6 +27,7 @@ inline void DrawHighlighted(const MapSnapshot& map, const std::set<int>& chosen,
   options.style = style;
   options.style.objects.look = ObjectLook::kSolid;
   options.style.objects.labels = true;
+  options.style.text.legend = false;  // it would count the outlines as uncertain
   WritePicture(file, RenderPicture(shown, options));
 }
 
