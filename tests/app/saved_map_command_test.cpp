@@ -1,9 +1,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
+
 #include "slam/io/cameras.h"
 #include "slam/io/result_files.h"
 #include "slam/io/trajectory.h"
+#include "slam/run/map_alignment.h"
 #include "slam/snapshot/recording.h"
 #include "tests/app/saved_map.h"
 
@@ -13,6 +16,24 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+
+// Expects the path of the second result to lie on that of the first, at the times of both.
+void ExpectAligned(const fs::path& first, const fs::path& second) {
+  const Sim3d S = AlignMaps(first, second);
+  std::map<double, Eigen::Vector3d> at;
+  for (const TimedPose& pose : ReadTrajectory(first / "trajectory.txt")) {
+    at[pose.timestamp] = pose.T_map_camera.translation;
+  }
+  const double extent = (at.begin()->second - at.rbegin()->second).norm();
+  int common = 0;
+  for (const TimedPose& pose : ReadTrajectory(second / "trajectory.txt")) {
+    if (const auto it = at.find(pose.timestamp); it != at.end()) {
+      EXPECT_LT((S * pose.T_map_camera.translation - it->second).norm(), 0.03 * extent);
+      ++common;
+    }
+  }
+  EXPECT_GT(common, 20);
+}
 
 TEST_F(SavedMapCommands, LocalizesFramesInTheFrameOfTheMap) {
   const ProgramRun run =
@@ -59,6 +80,7 @@ TEST_F(SavedMapCommands, ExtendsOldMap) {
   const ProgramRun again =
       RunProgram("localize " + Input() + " --map " + Out("both").string() + " -o " + Out("again").string());
   EXPECT_EQ(again.exit_code, 0) << again.err;
+  ExpectAligned(Map(), Out("both"));
 }
 
 TEST_F(SavedMapCommands, RejectsUnusableMapsInOneLine) {
@@ -99,6 +121,10 @@ TEST_F(SavedMapCommands, MergesTwoMaps) {
       RunProgram("run " + Input() + " --no-render --deterministic --detector none --frames 30: -o " +
                  Out("second").string());
   ASSERT_EQ(run.exit_code, 0) << run.err;
+  ExpectAligned(Map(), Out("second"));
+  const ProgramRun diff = RunProgram("diff " + Map() + " " + Out("second").string() + " --fail-on-change");
+  EXPECT_EQ(diff.exit_code, 0) << diff.err;
+  EXPECT_THAT(diff.out, HasSubstr("0 of 0 objects changed"));
   const ProgramRun merge = RunProgram("merge " + Map() + " " + Out("second").string() + " --no-render -o " +
                                       Out("merged").string());
   ASSERT_EQ(merge.exit_code, 0) << merge.err;
