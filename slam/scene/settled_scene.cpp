@@ -46,7 +46,7 @@ std::vector<SettledObject> PlaceObjects(const MapSnapshot& map, const SceneGraph
 class Settler {
  public:
   Settler(const MapSnapshot& map, const SceneGraph& graph, const ClassTraitsTable& classes, double clearance)
-      : graph_(graph), clearance_(clearance), scene_{PlaceObjects(map, graph, classes), 0.0} {
+      : graph_(graph), clearance_(clearance), scene_{PlaceObjects(map, graph, classes)} {
     constexpr double kDefault = 1e-3;  // of the size: standard deviation of what has no covariance
     for (const SnapshotObject& object : map.objects) {
       const double sigma = kDefault * object.superquadric.shape.half_size.maxCoeff();
@@ -62,7 +62,6 @@ class Settler {
     constexpr int kRounds = 60;
     const int count = static_cast<int>(scene_.objects.size());
     for (int round = 0; round < kRounds; ++round) {
-      scene_.penetration = 0.0;
       for (int i = 0; i < count; ++i) {
         StandOnPlace(i);
       }
@@ -136,7 +135,6 @@ class Settler {
     const PlacedSolid p(a.solid, *traits_[Index(i)]), q(b.solid, *traits_[Index(j)]);
     const auto [gap, direction] = GapAlong(p, q);
     if (gap < clearance_) {
-      scene_.penetration = std::max(scene_.penetration, -gap);
       Push(i, j, {-direction.x(), -direction.y(), 0.0}, clearance_ - gap);
     }
   }

@@ -22,7 +22,6 @@ struct SettledObject {
 
 struct SettledScene {
   std::vector<SettledObject> objects;  // in the order of the map
-  double penetration = 0.0;            // the deepest that is left between two bodies, map units
 };
 
 // The solid part of an object, between two heights: of a class with legs the top, of a seat the part below
