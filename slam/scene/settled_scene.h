@@ -33,9 +33,9 @@ struct SolidSpan {
 SolidSpan SolidSpanOf(const SettledScene& scene, int object, const ClassTraits& traits);
 
 // Moves objects as little as possible, in units of their covariances, until each stands exactly on its place
-// and the outlines of bodies at one height are `clearance` (map units) apart. This minimises sum d' C^-1 d
-// over the shifts d of all centres under linearised constraints, by projected Gauss-Seidel steps on the dual
-// problem (as in rigid body solvers). A covariance of zero counts as 1 mm per metre of size.
+// and the outlines of bodies at one height are `clearance` (map units) apart: each pair that violates this is
+// moved by the least shift in the sense of its covariances, in rounds, until no pair is left. A covariance of
+// zero counts as 1 mm per metre of size.
 SettledScene Settle(const MapSnapshot& map, const SceneGraph& graph, const ClassTraitsTable& classes,
                     double clearance);
 
