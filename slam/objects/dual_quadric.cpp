@@ -11,6 +11,7 @@
 #include "slam/geometry/eigen_system.h"
 #include "slam/geometry/ray.h"
 #include "slam/objects/dual_conic.h"
+#include "slam/objects/edge_noise.h"
 #include "slam/objects/landmark_geometry.h"
 #include "slam/objects/visibility.h"
 #include "slam/util/statistics.h"
@@ -124,8 +125,7 @@ std::vector<ConditionedView> ConditionedViews(std::span<const BoxView> views, co
     out.kinds = EdgesOf(view, camera, options.detections).kinds;
     for (std::size_t edge = 0; edge < 4; ++edge) {
       const bool vertical = edge % 2 == 1;
-      const double sigma = options.refinement.edge_sigma_px +
-                           options.refinement.edge_sigma_share * (vertical ? box.height : box.width);
+      const double sigma = EdgeSigma(vertical ? box.height : box.width, options.refinement);
       out.factors[edge] = (vertical ? camera.fy : camera.fx) / sigma;
     }
     conditioned.push_back(out);

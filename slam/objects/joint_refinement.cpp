@@ -9,6 +9,7 @@
 
 #include "slam/geometry/angles.h"
 #include "slam/geometry/ray.h"
+#include "slam/objects/edge_noise.h"
 #include "slam/objects/landmark_geometry.h"
 #include "slam/objects/object_energy.h"
 #include "slam/objects/visibility.h"
@@ -31,8 +32,7 @@ void AddEdges(const SilhouetteView& view, const Camera& camera, const Refinement
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();
     normal[axis] = outward;
     normal[2] = -outward * at[edge];
-    const double sigma =
-        options.edge_sigma_px + options.edge_sigma_share * (axis == 0 ? box.width : box.height);
+    const double sigma = EdgeSigma(axis == 0 ? box.width : box.height, options);
     energy.edges.push_back({R * normal, view.T_map_camera.translation, R.col(2),
                             (axis == 0 ? camera.fx : camera.fy) / sigma, static_cast<int>(edge),
                             (axis == 0 ? box.width : box.height) / sigma, view.edge_exact[edge], whole,
@@ -215,6 +215,7 @@ StartedRefinement Started(const PosedSuperquadric& start, const RefinementInput&
   for (const SilhouetteView& view : input.views) {
     AddEdges(view, input.camera, options, energy);
   }
+  energy.edge_information = input.edge_information;
   const Eigen::Vector3d place = PlaceOf(input);
   const double shown = ShownSize(input, place);
   AddPoints(input, place, shown, options, energy);

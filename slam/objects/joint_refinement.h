@@ -38,6 +38,7 @@ struct RefinementInput {
   std::optional<double> lowest;             // lower bound on z: a surface below the object
   std::optional<double> top_height;         // z of its top, if other objects stand on it
   Camera camera;
+  double edge_information = 1.0;  // see EdgeInformation()
   ClassPrior prior;
   bool may_show_back = false;  // something hides the lower part of a seat: perhaps only its back is seen
   bool shows_back = false;     // only its back is seen: the size is that of BackOf(prior)

@@ -22,7 +22,8 @@ struct EstimationContext {
   Camera camera;
   bool upright = false;
   const SupportSurfaces* supports = nullptr;
-  Surroundings surroundings;  // of the landmark that is being estimated
+  double edge_information = 1.0;  // of the run's boxes, see EdgeInformation()
+  Surroundings surroundings;      // of the landmark that is being estimated
   const ClassPriors* classes = nullptr;
   std::optional<MetricScale> scale;  // of the map, from the other objects
   bool thorough = false;             // refine from all starts, not only from the last result

@@ -116,6 +116,7 @@ RefinementInput InputOf(const Landmark& landmark, const std::vector<BoxView>& vi
     input.point_cameras.push_back({vote.MeanCamera(), vote.CameraSpread(p)});
   }
   input.camera = context.camera;
+  input.edge_information = context.edge_information;
   input.prior = context.classes->Of(landmark.labels.Best());
   input.yaws = YawsOfAllLines(landmark, context);
   input.scale = context.scale;

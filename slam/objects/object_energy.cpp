@@ -120,7 +120,9 @@ ObjectEvidence EvidenceAt(const SolidParameters& minimum, const ObjectEnergy& en
   Eigen::Matrix<double, 9, 1> slope = Eigen::Matrix<double, 9, 1>::Ones();
   slope.segment<3>(parameter::kLogHalf) = x.segment<3>(parameter::kLogHalf).array().exp();
   slope.segment<2>(parameter::kExponents) = by_u;
-  const Square covariance = Information(jacobian, rows - static_cast<Eigen::Index>(energy.bounds.size()))
+  Eigen::Matrix<double, Eigen::Dynamic, kCount> weighted = jacobian;
+  weighted.topRows(static_cast<Eigen::Index>(energy.edges.size())) *= std::sqrt(energy.edge_information);
+  const Square covariance = Information(weighted, rows - static_cast<Eigen::Index>(energy.bounds.size()))
                                 .ldlt()
                                 .solve(Square::Identity());
   Square information = Information(jacobian, rows);

@@ -19,6 +19,7 @@ struct ObjectEnergy {
   std::vector<YawTerm> yaws;
   std::vector<NormalTerm> normals;
   std::vector<BoundTerm> bounds;  // last, as the covariance leaves them out
+  double edge_information = 1.0;  // of an edge in the covariance, see EdgeInformation()
   SolidVariant variant;
 
   int NumResiduals() const {
@@ -69,7 +70,8 @@ struct ObjectEvidence {
   double cost;
 
   // Covariance of centre, half sizes, yaw, e1 and e2: the inverse of J^T J without the bounds of the sizes,
-  // which are no measurements. Unobserved directions get a large finite variance.
+  // which are no measurements, and with edges weighted by `edge_information`. Unobserved directions get a
+  // large finite variance.
   Eigen::Matrix<double, 9, 9> covariance;
 };
 ObjectEvidence EvidenceAt(const SolidParameters& minimum, const ObjectEnergy& energy);

@@ -14,12 +14,15 @@
 #include "slam/geometry/angles.h"
 #include "slam/geometry/nearest_solid.h"
 #include "slam/objects/dual_quadric.h"
+#include "slam/objects/edge_noise.h"
 #include "slam/objects/landmark.h"
 #include "slam/objects/landmark_estimation.h"
 #include "slam/objects/landmark_outliers.h"
 #include "slam/objects/merging.h"
 #include "slam/objects/paper_method.h"
 #include "slam/objects/single_view_quadric.h"
+#include "slam/objects/surroundings.h"
+#include "slam/objects/visibility.h"
 #include "slam/snapshot/byte_archive.h"
 #include "slam/util/limits.h"
 #include "slam/util/raise_keys.h"
@@ -101,6 +104,7 @@ struct ObjectMapper::Impl {
                               .camera = camera,
                               .upright = upright,
                               .supports = &supports,
+                              .edge_information = all ? MeasuredInformation(camera) : 1.0,
                               .surroundings = {},
                               .classes = &classes,
                               .scale = {},
@@ -143,6 +147,20 @@ struct ObjectMapper::Impl {
                                : EstimateDualQuadric(views, context.camera, options);
       }
     }
+  }
+
+  // Measures the information of box edges by the present estimates.
+  double MeasuredInformation(const Camera& camera) const {
+    std::vector<FittedViews> fitted;
+    const std::vector<const Landmark*> shown = Shown();
+    for (const Landmark* landmark : shown) {
+      if (landmark->refined) {
+        fitted.push_back({landmark->visible, SpreadViews(landmark->views, options.refinement.max_views)});
+        MarkHiddenEdges(landmark->visible, SurroundingsOf(*landmark, shown, classes).occluders, camera,
+                        fitted.back().views);
+      }
+    }
+    return EdgeInformation(fitted, camera, options.refinement);
   }
 
   std::vector<int> Ids() const { return ToVector(landmarks | std::views::keys); }

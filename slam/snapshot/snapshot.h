@@ -55,7 +55,8 @@ struct ObjectFit {
   // In [0, 1], approximately the expected 3D IoU (docs/evaluation.md)
   double reliability = 1.0;
   // Covariance of centre (map frame), half sizes, yaw, e1 and e2, in this order: the inverse Hessian of the
-  // cost, assuming independent errors of box edges and points. Zero if the object was not refined.
+  // cost, with box edges counted by the information that the run shows them to have, and with independent
+  // errors of points. Zero if the object was not refined.
   Eigen::Matrix<double, 9, 9> covariance = Eigen::Matrix<double, 9, 9>::Zero();
 };
 

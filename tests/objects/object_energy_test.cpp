@@ -85,7 +85,7 @@ TEST(ObjectEnergy, HasTheDerivativesOfItsResiduals) {
        {SolidVariant{}, SolidVariant{.tapered = true}, SolidVariant{.handled = true}}) {
     for (const auto& [e1, e2] :
          {std::pair(0.3, 0.4), std::pair(1.0, 1.0), std::pair(1.6, 0.2), std::pair(0.15, 1.8)}) {
-      SCOPED_TRACE(testing::Message() << e1 << " " << e2);
+      SCOPED_TRACE(::testing::Message() << e1 << " " << e2);
       SolidParameters x = PackSolid(MakeSuperquadric(e1, e2));
       x.tail<6>() << 0.02, -0.01, 0.03, 0.04, -0.3, 0.05;
       ExpectNumericDerivatives(MakeEnergy(e1 < 1.0, variant), x);
@@ -117,16 +117,12 @@ TEST(ObjectEnergy, FollowsTheDisplacementOfAMovingObject) {
   EXPECT_NEAR(0.5 * residuals.squaredNorm(), followed.Cost(x), 1e-9);
 }
 
-TEST(ObjectEnergy, MatchesCovarianceOfTheMeasurements) {
-  // A box on the floor whose height above it is measured once: half of it is as uncertain as half the height.
+// A box whose top and bottom level cameras far away on all sides see.
+ObjectEnergy SeenFromAllSides(const PosedSuperquadric& box) {
   ObjectEnergy energy;
   energy.exponents = {{0, 0.5, 5.0}, {1, 0.5, 5.0}};
   energy.yaws = {{0.6, 4.0}};
-  AddBiases(1e6, energy);
-  const PosedSuperquadric box = MakeSuperquadric(0.5, 0.5);
-  const double bottom = box.T_map_object.translation.z() - box.shape.half_size.z();
-  energy.contacts = {{bottom, 1.0 / 0.02, true, -1.0}};
-  // Level cameras far away on all sides: planes that touch top and bottom.
+  AddBiases(30.0, energy);
   for (int i = 0; i < 8; ++i) {
     const double angle = 0.8 * i;
     const Eigen::Vector3d towards(std::cos(angle), std::sin(angle), 0.0);
@@ -137,6 +133,37 @@ TEST(ObjectEnergy, MatchesCovarianceOfTheMeasurements) {
                               1000.0 / 0.01, up > 0.0 ? 1 : 3, 1.0, true, false});
     }
   }
+  return energy;
+}
+
+TEST(ObjectEnergy, WeighsEdgesByTheirInformationInTheCovarianceAlone) {
+  const PosedSuperquadric box = MakeSuperquadric(0.5, 0.5);
+  ObjectEnergy energy = SeenFromAllSides(box);
+  energy.contacts = {{box.T_map_object.translation.z() - box.shape.half_size.z(), 1.0 / 0.02, true, -1.0}};
+  // Seen from the side, width and depth are those of the class.
+  const Eigen::Vector3d log_half = box.shape.half_size.array().log();
+  energy.classes = {{Eigen::Vector3d::UnitX(), log_half.x(), 5.0},
+                    {Eigen::Vector3d::UnitY(), log_half.y(), 5.0}};
+  ObjectEnergy coarse = energy;  // with twice the standard deviations
+  for (EdgeTerm& edge : coarse.edges) {
+    edge.factor *= 0.5;
+    edge.size *= 0.5;
+  }
+  const ObjectEvidence usual = EvidenceAt(PackSolid(box), energy);
+  energy.edge_information = 0.25;
+  const ObjectEvidence weighted = EvidenceAt(PackSolid(box), energy);
+  const double variance = EvidenceAt(PackSolid(box), coarse).covariance(5, 5);
+  EXPECT_GT(variance, 1.5 * usual.covariance(5, 5));
+  EXPECT_NEAR(weighted.covariance(5, 5), variance, 0.01 * variance);
+  EXPECT_EQ(weighted.cost, usual.cost);
+}
+
+TEST(ObjectEnergy, MatchesCovarianceOfTheMeasurements) {
+  // A box on the floor whose height above it is measured once: half of it is as uncertain as half the height.
+  const PosedSuperquadric box = MakeSuperquadric(0.5, 0.5);
+  ObjectEnergy energy = SeenFromAllSides(box);
+  const double bottom = box.T_map_object.translation.z() - box.shape.half_size.z();
+  energy.contacts = {{bottom, 1.0 / 0.02, true, -1.0}};
   const auto covariance = EvidenceAt(PackSolid(box), energy).covariance;
   EXPECT_NEAR(std::sqrt(covariance(7, 7)), 0.2, 0.02);  // exponents: as before
   EXPECT_NEAR(std::sqrt(covariance(6, 6)), 0.25, 0.02);
