@@ -9,7 +9,7 @@
 
 namespace sqslam::app {
 
-// What a simulator's scene took over, for the user.
+// Summary for the user of what a simulator's scene took over.
 struct MjcfSummary {
   int free = 0;                      // bodies that can move
   int fixed = 0;                     // furniture, and things whose support is not known

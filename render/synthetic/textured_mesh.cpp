@@ -73,13 +73,13 @@ struct BodySamples {
   std::vector<double> along_profile;  // metres
 };
 
-enum class Chart { kBottom, kSide, kTop };
+enum class Chart { kBottom, kLateral, kTop };
 
 TexturedMesh BuildChart(const SceneBody& body, const SceneLighting& lighting, const BodySamples& samples,
                         Chart chart, std::size_t first, std::size_t last) {
   const Superquadric& shape = body.superquadric.shape;
   const Rigid3d& T_world_object = body.superquadric.T_map_object;
-  const bool side = chart == Chart::kSide;
+  const bool side = chart == Chart::kLateral;
   const double width = side ? samples.along_section.back() : 2.0 * shape.half_size.x();
   const double height =
       side ? samples.along_profile[last] - samples.along_profile[first] : 2.0 * shape.half_size.y();
@@ -182,7 +182,7 @@ std::vector<TexturedMesh> BuildBody(const SceneBody& body, const SceneLighting& 
   const std::size_t top = CapRow(samples, shape);
   const std::size_t bottom = samples.profile.size() - 1 - top;
   return {BuildChart(body, lighting, samples, Chart::kBottom, 0, bottom),
-          BuildChart(body, lighting, samples, Chart::kSide, bottom, top),
+          BuildChart(body, lighting, samples, Chart::kLateral, bottom, top),
           BuildChart(body, lighting, samples, Chart::kTop, top, samples.profile.size() - 1)};
 }
 

@@ -25,7 +25,7 @@ struct ClassEntry {
   bool hollow = false;  // one sees into or through the hull
   bool floor = false;   // stands on the floor
   bool back = false;    // a seat with a back
-  // Of ClassTraits (slam/scene), which no estimate uses:
+  // Traits for questions and simulators (ClassTraits, slam/scene), which no estimate uses:
   bool legs = false;
   bool holds = false;
   double mass = 0.0;

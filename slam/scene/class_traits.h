@@ -7,8 +7,9 @@
 
 namespace sqslam {
 
-// What configs/classes.yaml says about the use of a class: how things stand on it, by which words people call
-// it, and how it behaves in a simulator. Its priors on size and shape are in slam/objects/class_priors.h.
+// Traits of a class in configs/classes.yaml that its use depends on: how things stand on it, by which words
+// people call it, and how it behaves in a simulator. Its priors on size and shape are in
+// slam/objects/class_priors.h.
 struct ClassTraits {
   std::vector<std::string> synonyms = {};  // other words for it, in lower case with underscores
   bool hollow = false;                     // things may stand within its hull

@@ -41,7 +41,7 @@ std::pair<double, Eigen::Vector2d> GapAlong(const PlacedSolid& a, const PlacedSo
 double Gap(const PlacedSolid& a, const PlacedSolid& b);
 double Gap(const PlacedSolid& a, const WallLine& wall);
 
-// What solids may stand on or at, beside each other.
+// Floor, surfaces and walls: what solids may stand on or at, beside each other.
 struct Room {
   double tolerance = 0.0;        // of heights, map units
   std::vector<double> surfaces;  // heights; they may extend further than their points

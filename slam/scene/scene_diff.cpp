@@ -19,7 +19,8 @@ const SnapshotObject& At(const MapSnapshot& map, int i) { return map.objects[sta
 
 Eigen::Vector3d CentreOf(const PosedSuperquadric& solid) { return solid.T_map_object.translation; }
 
-// How surely the second map's object is the first one's: overlap above label above nothing; 0: impossible.
+// Rates how surely the second map's object is the first one's: overlap above label above nothing; 0:
+// impossible.
 double Similarity(const SnapshotObject& a, const SnapshotObject& b, const PosedSuperquadric& b_in_first) {
   constexpr double kMaxSizeRatio = 0.5;  // logarithm
   constexpr double kMaxWay = 10.0;       // of an object that moved, half sizes
@@ -37,7 +38,7 @@ double Similarity(const SnapshotObject& a, const SnapshotObject& b, const PosedS
   return label > 0.0 && ratio < kMaxSizeRatio && way < kMaxWay ? 1.0 - way / kMaxWay : 0.0;
 }
 
-// What a view says about the place of a solid: rays that pass through it, end in it, or end before it.
+// Evidence of a view about the place of a solid: rays that pass through it, end in it, or end before it.
 struct Sight {
   int through = 0;
   int hit = 0;

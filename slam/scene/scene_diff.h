@@ -12,7 +12,7 @@
 
 namespace sqslam {
 
-// What became of an object between two maps of one place. An object that only one of them holds is gone or
+// Fate of an object between two maps of one place. An object that only one of them holds is gone or
 // new if the other one shows its place empty, and not seen otherwise.
 enum class Change { kStayed, kMoved, kResized, kGone, kNew, kNotSeen };
 constexpr auto EnumNames(Change) {

@@ -4,6 +4,8 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "tests/objects/test_camera.h"
+
 namespace sqslam {
 namespace {
 
@@ -15,7 +17,7 @@ Frame FrameAt(int index) {
   Frame frame;
   frame.index = index;
   frame.timestamp = 0.1 * index;
-  frame.gray.create(240, 320, CV_8UC1);
+  frame.gray.create(480, 640, CV_8UC1);
   cv::RNG(static_cast<std::uint64_t>(index) + 1).fill(frame.gray, cv::RNG::UNIFORM, 0, 256);
   cv::GaussianBlur(frame.gray, frame.gray, {}, 1.5);
   cv::normalize(frame.gray, frame.gray, 0, 255, cv::NORM_MINMAX);
@@ -28,19 +30,9 @@ Frame FrameAt(int index) {
 
 class FeatureStageTest : public ::testing::Test {
  protected:
-  static Camera MakeCamera() {
-    Camera camera;
-    camera.width = 320;
-    camera.height = 240;
-    camera.fx = camera.fy = 300.0;
-    camera.cx = 159.5;
-    camera.cy = 119.5;
-    return camera;
-  }
-
   StageTimes times_;
-  FeatureStage direct_{MakeCamera(), {}, {{"person"}}, times_};
-  FeatureStage ahead_{MakeCamera(), {}, {{"person"}}, times_};
+  FeatureStage direct_{testing::TestCamera(), {}, {{"person"}}, times_};
+  FeatureStage ahead_{testing::TestCamera(), {}, {{"person"}}, times_};
 };
 
 void ExpectEqual(const ExtractedFeatures& a, const ExtractedFeatures& b) {

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "slam/scene/class_traits.h"
+#include "slam/scene/scene_graph.h"
+#include "slam/snapshot/snapshot.h"
+
+namespace sqslam::question {
+
+// Parts that the words of a question play, apart from the names of classes.
+enum class Role { kFiller, kJoin, kNot, kRelation, kWithin, kSide, kSuperlative, kCertainty, kThings, kRoom };
+
+enum Connection : int { kOn, kIn, kUnder, kAbove, kNextTo, kLeans };
+enum Side : int { kLeft, kRight, kInFront, kBehind };
+enum Superlative : int { kLargest, kSmallest, kTallest, kHighest, kLowest, kNearest, kFarthest };
+
+struct Choice {
+  Superlative by = kLargest;
+  int count = 1;
+};
+
+struct Things {
+  std::vector<bool> members;  // of the graph's nodes
+  std::optional<Choice> choice;
+};
+
+struct Condition {
+  Role role = Role::kRelation;  // kRelation, kWithin, kSide or kSuperlative
+  int value = 0;
+  bool negated = false;
+  Things things;
+  double length = 0.0;     // of kWithin, map units
+  std::int64_t frame = 0;  // of kSide
+};
+
+struct Question {
+  Things things;
+  std::vector<Condition> conditions;
+};
+
+// Reads a question (grammar: AnswerQuery) about the map and its graph. Throws UsageError for a word that is
+// not known, naming the nearest one that is, and for a sentence that is not complete.
+Question Parse(const std::string& question, const MapSnapshot& map, const SceneGraph& graph,
+               const ClassTraitsTable& classes);
+
+}  // namespace sqslam::question
