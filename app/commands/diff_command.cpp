@@ -113,7 +113,7 @@ void WriteChanges(const fs::path& file, const std::vector<ObjectChange>& changes
 
 // Draws the first map with what is new in the second; what changed is solid, with what happened to it.
 void DrawChanges(const DiffArguments& a, const std::vector<ObjectChange>& changes, const MapSnapshot& before,
-                 const MapSnapshot& after, const Sim3d& S_before_after) {
+                 const MapSnapshot& after, const Sim3d& S_before_after, const fs::path& recording) {
   MapSnapshot shown = before;
   std::set<int> chosen;
   for (const ObjectChange& change : changes) {
@@ -131,7 +131,7 @@ void DrawChanges(const DiffArguments& a, const std::vector<ObjectChange>& change
     }
   }
   CreateFolderOf(a.picture);
-  DrawHighlighted(shown, chosen, a.style.Load(), a.backend, a.picture);
+  DrawHighlighted(shown, recording, chosen, a.style.Load(), a.backend, a.picture);
 }
 
 int Diff(const DiffArguments& a) {
@@ -148,7 +148,7 @@ int Diff(const DiffArguments& a) {
     WriteChanges(a.json, changes, *before, *after, S_before_after);
   }
   if (!a.picture.empty()) {
-    DrawChanges(a, changes, *before, *after, S_before_after);
+    DrawChanges(a, changes, *before, *after, S_before_after, first);
   }
   const auto count = std::ranges::count_if(changes, [](const ObjectChange& c) { return IsChange(c.change); });
   PrintSummary(a.quiet, "{} of {} objects changed\n", count, changes.size());
@@ -168,7 +168,7 @@ void AddDiffCommand(Command& program) {
   command.Option("--json FILE", a.json, "Also write the changes and the alignment to FILE.json");
   command.Option(
       "--picture FILE", a.picture,
-      "Also draw the map before to FILE.png: changed and new objects as solids, others as faint outlines");
+      "Also draw the map before to FILE.png: changed and new objects with names, others as faint outlines");
   command.Flag("--fail-on-change", a.fail,
                "Exit with code 5 if an object moved, changed its size, is gone or new");
   command.Group("Style");

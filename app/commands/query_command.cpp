@@ -132,7 +132,7 @@ void Query(const QueryArguments& a) {
     for (const QueryAnswer& answer : answers) {
       chosen.insert(answer.object);
     }
-    DrawHighlighted(map, chosen, a.style.Load(), a.backend, a.picture);
+    DrawHighlighted(map, recording, chosen, a.style.Load(), a.backend, a.picture);
   }
 }
 
@@ -147,9 +147,8 @@ void AddQueryCommand(Command& program) {
   AddObjectOptions(command, a.objects);
   command.Group("Output");
   command.Flag("--json", a.json, "Print the answers as JSON");
-  command.Option(
-      "--picture FILE", a.picture,
-      "Also draw the map to FILE.png: answers as solids with names, other objects as faint outlines");
+  command.Option("--picture FILE", a.picture,
+                 "Also draw the map to FILE.png: answers with names, other objects as faint outlines");
   command.Group("Style");
   a.style.AddTo(command);
   AddBackendOption(command, a.backend);

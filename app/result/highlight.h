@@ -4,16 +4,20 @@
 #include <set>
 #include <string>
 
+#include "app/result/map_input.h"
 #include "render/gl/offscreen_context.h"
 #include "render/picture/picture.h"
+#include "slam/snapshot/recording.h"
 #include "slam/snapshot/snapshot.h"
 
 namespace sqslam::app {
 
-// Draws the chosen objects (indices in the map) as solids with names, all others as faint outlines. Throws
-// UsageError on a style out of range, InputError if the file cannot be written.
-inline void DrawHighlighted(const MapSnapshot& map, const std::set<int>& chosen, const SceneStyle& style,
-                            RenderBackend backend, const std::filesystem::path& file) {
+// Draws the chosen objects (indices in the map) with names, all others as faint outlines. The chosen ones are
+// solids, or glass in the dense cloud of the recording if it has one. Throws UsageError on a style out of
+// range, InputError if a file cannot be read or written.
+inline void DrawHighlighted(const MapSnapshot& map, const std::filesystem::path& recording,
+                            const std::set<int>& chosen, const SceneStyle& style, RenderBackend backend,
+                            const std::filesystem::path& file) {
   MapSnapshot shown = map;
   for (std::size_t i = 0; i < shown.objects.size(); ++i) {
     const bool is_chosen = chosen.contains(static_cast<int>(i));
@@ -25,7 +29,9 @@ inline void DrawHighlighted(const MapSnapshot& map, const std::set<int>& chosen,
   PictureOptions options;
   options.backend = backend;
   options.style = style;
-  options.style.objects.look = ObjectLook::kSolid;
+  options.layers = ReadLayers({}, RecordingReader(recording), recording, style);
+  options.style.objects.look =
+      options.layers.dense_cloud || options.layers.dense_mesh ? ObjectLook::kGlass : ObjectLook::kSolid;
   options.style.objects.labels = true;
   options.style.text.legend = false;  // it would count the outlines as uncertain
   WritePicture(file, RenderPicture(shown, options));
