@@ -183,7 +183,9 @@ std::optional<Plane> BestPlane(const Scene& scene, const GravityOptions& options
 
 struct Fit {
   Plane plane;
-  Eigen::Vector3d spread = Eigen::Vector3d::Zero();  // standard deviations, ascending
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();     // of the points on it
+  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();  // sum of their weighted squares about the mean
+  Eigen::Vector3d spread = Eigen::Vector3d::Zero();   // standard deviations, ascending
   int inliers = 0;
 };
 
@@ -216,9 +218,76 @@ std::optional<Fit> FitPlane(const Scene& scene, const Plane& plane, double toler
   fit.plane.normal = solver.vectors.col(0);
   fit.plane.normal *= fit.plane.normal.dot(plane.normal) < 0.0 ? -1.0 : 1.0;
   fit.plane.height = fit.plane.normal.dot(mean);
+  fit.mean = mean;
+  fit.scatter = sum * covariance;
   fit.spread = solver.values.cwiseMax(0.0).cwiseSqrt();
   fit.inliers = inliers;
   return fit;
+}
+
+// Least-squares plane near `start`, fitted a few times to the points near the last one.
+std::optional<Fit> RefinedPlane(const Scene& scene, const Plane& start) {
+  constexpr int kRounds = 6;
+  std::optional<Fit> fit = Fit{.plane = start};
+  for (int i = 0; fit && i < kRounds; ++i) {
+    fit = FitPlane(scene, fit->plane, 2.0 * scene.tolerance);
+  }
+  return fit;
+}
+
+constexpr double kMinFlatness = 3.0;  // extent of a plane's points across their longest, in tolerances
+
+// True if at most as many points as are noise lie well below the plane.
+bool IsFloor(const Scene& scene, const Plane& plane) {
+  constexpr double kBelow = 0.02;  // share
+  constexpr double kWell = 8.0;    // tolerances
+  const auto below = std::ranges::count_if(
+      scene.points, [&](const Eigen::Vector3d& p) { return plane.Distance(p) < -kWell * scene.tolerance; });
+  return static_cast<double>(below) <= kBelow * static_cast<double>(scene.points.size());
+}
+
+// Returns the floor below the plane found, such as that around a desk, if it is nearly parallel. Its points
+// are farther away, so they scatter more.
+std::optional<Fit> FloorBelow(Scene scene, const Fit& found, const GravityOptions& options,
+                              std::uint64_t seed) {
+  constexpr double kMaxAngleDeg = 4.0;
+  constexpr double kMoreScatter = 3.0;
+  const Scene all = scene;
+  std::vector<Eigen::Vector3d> points;
+  std::vector<double> weights;
+  for (std::size_t i = 0; i < all.points.size(); ++i) {
+    if (found.plane.Distance(all.points[i]) < -4.0 * scene.tolerance) {
+      points.push_back(all.points[i]);
+      weights.push_back(all.weights[i]);
+    }
+  }
+  if (static_cast<int>(points.size()) < options.min_points) {
+    return std::nullopt;
+  }
+  scene.points = points;
+  scene.weights = std::move(weights);
+  scene.mean_up = found.plane.normal;
+  scene.tolerance *= kMoreScatter;
+  GravityOptions parallel = options;
+  parallel.max_angle_deg = kMaxAngleDeg;
+  const std::optional<Plane> start = BestPlane(scene, parallel, seed);
+  const std::optional<Fit> fit = start ? RefinedPlane(scene, *start) : std::nullopt;
+  const bool is_floor = fit && IsPlausible(scene, fit->plane, parallel) && IsFloor(all, fit->plane) &&
+                        3 * fit->inliers >= options.min_points &&
+                        fit->spread[1] > kMinFlatness * scene.tolerance;
+  return is_floor ? fit : std::nullopt;
+}
+
+// Returns the plane turned to the common normal of both, which the wider one tells better.
+Plane LevelWith(const std::optional<Fit>& other, const Fit& fit) {
+  Plane plane = fit.plane;
+  if (other) {
+    const Eigen::Matrix3d scatter = fit.scatter + other->scatter;
+    const Eigen::Vector3d normal = EigenSystemOf(scatter).vectors.col(0);
+    plane.normal = normal * (normal.dot(plane.normal) < 0.0 ? -1.0 : 1.0);
+    plane.height = plane.normal.dot(fit.mean);
+  }
+  return plane;
 }
 
 // Returns the height at or below `highest` whose window holds the most weight, less half the weight just
@@ -260,7 +329,6 @@ std::optional<SupportPlane> EstimateSupportPlane(std::span<const Eigen::Vector3d
                                                  std::span<const std::vector<Eigen::Vector3d>> object_points,
                                                  const GravityOptions& options, std::uint64_t seed,
                                                  const std::optional<Eigen::Vector3d>& vertical) {
-  constexpr int kRefinements = 5;
   if (static_cast<int>(points.size()) < options.min_points || poses.empty()) {
     return std::nullopt;
   }
@@ -270,25 +338,23 @@ std::optional<SupportPlane> EstimateSupportPlane(std::span<const Eigen::Vector3d
     return std::nullopt;
   }
   const std::optional<Plane> start = BestPlane(scene, options, seed);
-  std::optional<Fit> fit = start ? FitPlane(scene, *start, 2.0 * scene.tolerance) : std::nullopt;
-  for (int i = 0; fit && i < kRefinements; ++i) {
-    fit = FitPlane(scene, fit->plane, 2.0 * scene.tolerance);
-  }
+  const std::optional<Fit> fit = start ? RefinedPlane(scene, *start) : std::nullopt;
   if (!fit || !IsPlausible(scene, fit->plane, options)) {
     return std::nullopt;
   }
   // A line of points, or a band of points as thick as it is wide, fixes no plane.
   const double flatness = fit->spread[1] / std::max(scene.tolerance, 1e-12);
   const double support = Support(scene, fit->plane, 2.0 * scene.tolerance);
-  if (support < options.min_support || 3 * fit->inliers < options.min_points || flatness < 3.0) {
+  if (support < options.min_support || 3 * fit->inliers < options.min_points || flatness < kMinFlatness) {
     return std::nullopt;
   }
+  const Plane level = LevelWith(FloorBelow(scene, *fit, options, seed), *fit);
   SupportPlane result;
-  result.up = fit->plane.normal;
-  result.height = fit->plane.height;
+  result.up = level.normal;
+  result.height = level.height;
   result.inliers = fit->inliers;
   result.confidence = std::min(1.0, support / 0.35) * std::min(1.0, flatness / 6.0) *
-                      Levelness(scene, fit->plane.normal) * std::min(1.0, fit->inliers / 120.0);
+                      Levelness(scene, level.normal) * std::min(1.0, fit->inliers / 120.0);
   return result;
 }
 

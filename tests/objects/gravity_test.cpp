@@ -54,6 +54,33 @@ TEST(SupportPlane, FindsTheDeskInsteadOfTheWall) {
   EXPECT_GT(plane->confidence, 0.2);
 }
 
+// A narrow desk with things on it, which tilt a plane through its points, on a wide floor.
+TEST(SupportPlane, LevelsTheFloorBesideADesk) {
+  std::mt19937 generator(7);
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  std::normal_distribution<double> noise(0.0, 0.004);
+  World world;
+  for (int i = 0; i < 500; ++i) {
+    const double x = 0.4 * unit(generator);
+    world.points.emplace_back(x, 0.2 * unit(generator), 0.7 + 0.03 * x + noise(generator));
+  }
+  for (int i = 0; i < 300; ++i) {
+    const Eigen::Vector2d p(2.0 * unit(generator), 2.0 * unit(generator));
+    world.points.emplace_back(p.x(), p.y(), 2.0 * noise(generator));
+  }
+  for (int i = 0; i < 10; ++i) {
+    const Eigen::Vector3d centre(1.5 * std::cos(0.2 * i), 1.5 * std::sin(0.2 * i), 1.5);
+    const Eigen::Vector3d forward = (Eigen::Vector3d(0.0, 0.0, 0.7) - centre).normalized();
+    const Eigen::Vector3d right = forward.cross(Eigen::Vector3d::UnitZ()).normalized();
+    Eigen::Matrix3d R;
+    R << right, forward.cross(right), forward;
+    world.poses.push_back({Eigen::Quaterniond(R), centre});
+  }
+  const auto plane = EstimateSupportPlane(world.points, world.poses, {}, GravityOptions(), 1);
+  ASSERT_TRUE(plane);
+  EXPECT_LT(AngleDeg(plane->up, Eigen::Vector3d::UnitZ()), 0.4);
+}
+
 TEST(SupportPlane, DependsOnlyOnTheSeed) {
   const World world = MakeWorld(300);
   const auto a = EstimateSupportPlane(world.points, world.poses, {}, GravityOptions(), 5);
