@@ -35,6 +35,14 @@ void LabelVotes::Merge(const LabelVotes& other) {
 
 const std::string& LabelVotes::Best() const { return best_; }
 
+std::map<std::string, int> LabelVotes::Counts() const {
+  std::map<std::string, int> counts;
+  for (const auto& [label, tally] : tallies_) {
+    counts[label] = tally.count;
+  }
+  return counts;
+}
+
 double LabelVotes::BestScore() const {
   const auto it = tallies_.find(best_);
   return it == tallies_.end() ? 0.0 : it->second.sum / it->second.count;

@@ -24,7 +24,8 @@ class LabelVotes {
   void Add(const std::string& label, double score);
   void Merge(const LabelVotes& other);
   const std::string& Best() const;  // empty if nothing was added
-  double BestScore() const;         // mean score of the observations with the best label
+  std::map<std::string, int> Counts() const;
+  double BestScore() const;  // mean score of the observations with the best label
 
   static void VisitState(auto& self, auto&& visit) { visit(self.tallies_, self.best_); }
 

@@ -108,6 +108,13 @@ void CompleteHiddenDepth(Landmark& landmark, const std::vector<BoxView>& views,
   landmark.covariance += effect * effect.transpose();
 }
 
+void JudgeHiddenEdges(const Landmark& landmark, const EstimationContext& context,
+                      std::vector<BoxView>& views) {
+  const Surroundings& near = context.surroundings;
+  JudgeHiddenEdges(landmark.visible, near.beneath, near.occluders, context.camera,
+                   context.options->detections, views);
+}
+
 constexpr std::size_t kMinViews = 3;  // that a refinement needs
 
 // Root mean square over the axes of sigma(half size) / half size.
@@ -120,7 +127,7 @@ void JudgeReliability(Landmark& landmark, const std::vector<BoxView>& used,
                       const EstimationContext& context) {
   constexpr double kUnknownSigma = 0.25;  // of sizes without a covariance
   std::vector<BoxView> held_out = HeldOutViews(landmark.views, used, used.size());
-  MarkHiddenEdges(landmark.visible, context.surroundings.occluders, context.camera, held_out);
+  JudgeHiddenEdges(landmark, context, held_out);
   const Superquadric& shape = landmark.superquadric.shape;
   ReliabilityEvidence evidence;
   evidence.observations = landmark.Evidence();
@@ -304,7 +311,7 @@ void EstimateLandmark(Landmark& landmark, const EstimationContext& context) {
   const ObjectOptions& options = *context.options;
   std::vector<BoxView> views = SpreadViews(landmark.views, options.refinement.max_views);
   if (landmark.estimated) {
-    MarkHiddenEdges(landmark.visible, context.surroundings.occluders, context.camera, views);
+    JudgeHiddenEdges(landmark, context, views);
   }
   landmark.points = RemoveOutliers(landmark, views, context);
   landmark.estimated_at = landmark.observations;

@@ -120,7 +120,6 @@ RefinementInput InputOf(const Landmark& landmark, const std::vector<BoxView>& vi
   input.prior = context.classes->Of(landmark.labels.Best());
   input.yaws = YawsOfAllLines(landmark, context);
   input.scale = context.scale;
-  input.support_sigma = 0.5 * context.supports->Tolerance();
   input.top_height = context.surroundings.top_height;
   const bool bottom_seen = IsBottomSeen(views);
   input.may_show_back = input.prior.back && landmark.estimated && !bottom_seen &&
@@ -145,6 +144,7 @@ struct Candidate {
 
 void Assume(const Assumption& assumption, RefinementInput& input) {
   input.support_height = assumption.support;
+  input.support_sigma = assumption.sigma;
   input.lowest = assumption.lowest;
   input.shows_back = assumption.shows_back;
 }
@@ -291,6 +291,7 @@ std::optional<StandingFit> RefineLandmark(const Landmark& landmark, const std::v
     return fit;
   }
   input.support_height = SupportOf(landmark, supports);
+  input.support_sigma = input.support_height ? supports.SigmaOf(*input.support_height) : supports.sigma;
   if (!input.support_height) {
     input.lowest = LowestOf(supports, input.prior);
   }

@@ -38,10 +38,6 @@ int CountFrames(const Landmark& a, const Landmark& b, int enough, Predicate&& ar
   return count;
 }
 
-bool AreSeenTogether(const Landmark& a, const Landmark& b, int more_than) {
-  return CountFrames(a, b, more_than + 1, [](auto&&...) { return true; }) > more_than;
-}
-
 bool AreRarelySeenTogether(const Landmark& a, const Landmark& b, const MergingOptions& options) {
   return !AreSeenTogether(a, b, options.max_seen_together);
 }
@@ -52,7 +48,7 @@ double OverlapOfOne(const Landmark& a, const Landmark& b, bool same_label, const
   if (!same_label) {
     return options.overlap_other_label;
   }
-  return AreSeenTogether(a, b, 0) ? options.overlap : std::min(kReachIn, options.overlap);
+  return AreSeenTogether(a, b) ? options.overlap : std::min(kReachIn, options.overlap);
 }
 
 constexpr double kAgrees = 0.5;  // mean IoU from which on one explains the boxes of another
@@ -155,6 +151,10 @@ bool IsBoxedTwice(const Landmark& a, const Landmark& b) {
 }
 
 }  // namespace
+
+bool AreSeenTogether(const Landmark& a, const Landmark& b, int more_than) {
+  return CountFrames(a, b, more_than + 1, [](auto&&...) { return true; }) > more_than;
+}
 
 int FramesSeenApart(const Landmark& a, const Landmark& b, bool parts_are_one, int enough) {
   constexpr double kOneThing = 0.4;  // IoU

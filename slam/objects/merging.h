@@ -32,4 +32,7 @@ bool IsBetterExplainedByAnother(const Landmark& a, const Landmark& b,
 int FramesSeenApart(const Landmark& a, const Landmark& b, bool parts_are_one = false,
                     int enough = std::numeric_limits<int>::max());
 
+// True if more than `more_than` frames have a box of both.
+bool AreSeenTogether(const Landmark& a, const Landmark& b, int more_than = 0);
+
 }  // namespace sqslam

@@ -18,6 +18,7 @@
 #include "slam/objects/landmark.h"
 #include "slam/objects/landmark_estimation.h"
 #include "slam/objects/landmark_outliers.h"
+#include "slam/objects/late_association.h"
 #include "slam/objects/merging.h"
 #include "slam/objects/paper_method.h"
 #include "slam/objects/single_view_quadric.h"
@@ -33,7 +34,7 @@ namespace {
 
 // Shifts the id of a landmark, those of its map points, and the indices of its frames.
 void Renumber(int id_shift, std::int64_t point_shift, std::int64_t frame_shift, Landmark& landmark) {
-  landmark.id += id_shift;
+  landmark.id += landmark.id >= 0 ? id_shift : 0;
   for (BoxView& view : landmark.views) {
     view.frame_index += frame_shift;
   }
@@ -49,6 +50,14 @@ void Renumber(int id_shift, std::int64_t point_shift, std::int64_t frame_shift, 
   }
 }
 
+void UpdatePoses(const PoseLookup& poses, Landmark& landmark) {
+  if (poses) {
+    landmark.ForEachPose([&](std::int64_t frame, Rigid3d& T_map_camera) {
+      T_map_camera = poses(frame).value_or(T_map_camera);
+    });
+  }
+}
+
 }  // namespace
 
 struct ObjectMapper::Impl {
@@ -59,8 +68,9 @@ struct ObjectMapper::Impl {
   std::map<int, int> merged_into;     // old id -> surviving id (may have been merged on)
   std::vector<std::pair<int, int>> merges;
   std::vector<int> deleted;
-  std::set<int> known;    // shown by an earlier run: they keep their ids, to which users may refer
-  ObjectAccount settled;  // boxes that were used, landmarks that are gone
+  std::set<int> known;         // shown by an earlier run: they keep their ids, to which users may refer
+  std::vector<Landmark> left;  // boxes that began no landmark, and forgotten landmarks; of no id
+  ObjectAccount settled;       // boxes that were used, landmarks that are gone
   bool upright = false;
   SupportSurfaces supports;
   std::optional<Camera> last_camera;  // of the last update
@@ -117,6 +127,10 @@ struct ObjectMapper::Impl {
       merged.resize(std::min(merged.size(), static_cast<std::size_t>(options.max_estimates)));
     }
     Estimate(merged, poses, context);
+    if (all && options.refinement.enabled) {
+      merged = AssociateLeft(poses);
+      Estimate(merged, poses, context);
+    }
     while (all && !merged.empty()) {  // re-estimated ones may be duplicates of others
       merged = MergeAllPairs(all);
       Estimate(merged, poses, context);
@@ -132,11 +146,7 @@ struct ObjectMapper::Impl {
     for (const int id :
          LargestFirst(landmarks, ids, classes, ScaleExcluding({}, KnownSizesAmong(Shown(), classes)))) {
       Landmark& landmark = landmarks.at(id);
-      if (poses) {
-        landmark.ForEachPose([&](std::int64_t frame, Rigid3d& T_map_camera) {
-          T_map_camera = poses(frame).value_or(T_map_camera);
-        });
-      }
+      UpdatePoses(poses, landmark);
       context.surroundings = SurroundingsOf(landmark, Shown(), classes);
       context.scale = ScaleExcluding(id, KnownSizesAmong(Shown(), classes));
       EstimateLandmark(landmark, context);
@@ -156,11 +166,19 @@ struct ObjectMapper::Impl {
     for (const Landmark* landmark : shown) {
       if (landmark->refined) {
         fitted.push_back({landmark->visible, SpreadViews(landmark->views, options.refinement.max_views)});
-        MarkHiddenEdges(landmark->visible, SurroundingsOf(*landmark, shown, classes).occluders, camera,
-                        fitted.back().views);
+        const Surroundings near = SurroundingsOf(*landmark, shown, classes);
+        JudgeHiddenEdges(landmark->visible, near.beneath, near.occluders, camera, options.detections,
+                         fitted.back().views);
       }
     }
     return EdgeInformation(fitted, camera, options.refinement);
+  }
+
+  void ForEach(auto&& change) {
+    for (auto& [id, landmark] : landmarks) {
+      change(landmark);
+    }
+    std::ranges::for_each(left, change);
   }
 
   std::vector<int> Ids() const { return ToVector(landmarks | std::views::keys); }
@@ -193,14 +211,7 @@ struct ObjectMapper::Impl {
         if ((AreDuplicates(a->second, b->second, options, *last_camera) &&
              !(refined && IsBetterExplainedByAnother(a->second, b->second, landmarks, *last_camera))) ||
             (all_refined && refined && OccupySamePlace(a->second, b->second, *last_camera))) {
-          ++settled[b->second.labels.Best()].merged;
-          merges.emplace_back(b->first, a->first);
-          merged_into[b->first] = a->first;
-          a->second.Absorb(std::move(b->second));
-          if (known.erase(b->first) > 0) {
-            known.insert(a->first);
-          }
-          landmarks.erase(b);
+          Merge(a->first, b->first);
           return merges.back();
         }
       }
@@ -208,13 +219,134 @@ struct ObjectMapper::Impl {
     return std::nullopt;
   }
 
+  // Merges two landmarks; the older one, `a`, keeps its id.
+  void Merge(int a, int b) {
+    Landmark& gone = landmarks.at(b);
+    ++settled[gone.labels.Best()].merged;
+    merges.emplace_back(b, a);
+    merged_into[b] = a;
+    landmarks.at(a).Absorb(std::move(gone));
+    if (known.erase(b) > 0) {
+      known.insert(a);
+    }
+    landmarks.erase(b);
+  }
+
+  // Counts the boxes of the landmark as used, or (-1) no longer.
+  void CountUsed(const Landmark& landmark, int sign) {
+    for (const auto& [label, count] : landmark.labels.Counts()) {
+      settled[label].used += sign * count;
+    }
+  }
+
+  // Makes the fragment part of another landmark.
+  void Join(int id, Landmark& fragment) {
+    const int survivor = Surviving(id);
+    if (fragment.id >= 0) {
+      Merge(std::min(survivor, fragment.id), std::max(survivor, fragment.id));
+    } else {
+      CountUsed(fragment, 1);
+      landmarks.at(survivor).Absorb(std::move(fragment));
+      fragment.observations = 0;
+    }
+  }
+
+  int NextId() const {
+    const int newest = std::max(landmarks.empty() ? 0 : landmarks.rbegin()->first,
+                                merged_into.empty() ? 0 : merged_into.rbegin()->first);
+    return std::max(view->IdBound(), newest + 1);
+  }
+
+  // Gives a fragment of no id a new one. Returns the id.
+  int Begin(Landmark& fragment) {
+    if (fragment.id < 0) {
+      const int id = NextId();
+      fragment.id = id;
+      CountUsed(fragment, 1);
+      landmarks.emplace(id, std::move(fragment));
+      fragment.observations = 0;
+      return id;
+    }
+    return fragment.id;
+  }
+
+  // What shows no object: landmarks of too few boxes, and what is left.
+  std::vector<Landmark*> Fragments() {
+    std::vector<Landmark*> fragments;
+    for (auto& [id, landmark] : landmarks) {
+      if (!IsShown(landmark) && !landmark.moving) {
+        fragments.push_back(&landmark);
+      }
+    }
+    for (Landmark& landmark : left) {
+      fragments.push_back(&landmark);
+    }
+    return fragments;
+  }
+
+  // Associates what shows no object with the mapped objects, and the rest with each other. Returns the
+  // landmarks that must be re-estimated.
+  std::vector<int> AssociateLeft(const PoseLookup& poses) {
+    for (Landmark& landmark : left) {
+      UpdatePoses(poses, landmark);
+    }
+    std::vector<std::pair<int, Landmark*>> joins;  // the id of the landmark, and what becomes part of it
+    std::vector<Landmark*> rest;
+    std::vector<const Landmark*> mapped = Shown();
+    std::erase_if(mapped, [&](const Landmark* landmark) {  // boxes that no fit would use
+      return static_cast<int>(landmark->views.size()) >= options.refinement.max_views;
+    });
+    for (Landmark* fragment : Fragments()) {
+      if (const std::optional<std::size_t> object = ObjectShownBy(*fragment, mapped, *last_camera)) {
+        joins.emplace_back(mapped[*object]->id, fragment);
+      } else {
+        rest.push_back(fragment);
+      }
+    }
+    for (const std::vector<std::size_t>& group : GroupsOfOnePlace({rest.begin(), rest.end()}, *last_camera)) {
+      const int id = Begin(*rest[group.front()]);
+      for (const std::size_t i : group | std::views::drop(1)) {
+        joins.emplace_back(id, rest[i]);
+      }
+    }
+    for (const auto& [id, fragment] : joins) {
+      Join(id, *fragment);
+    }
+    std::set<int> changed;
+    for (const auto& [id, fragment] : joins) {
+      changed.insert(Surviving(id));
+    }
+    CountLeft(settled);
+    left.clear();
+    return {changed.begin(), changed.end()};
+  }
+
+  // Counts the landmarks, not the single boxes, among what is left.
+  void CountLeft(ObjectAccount& account) const {
+    for (const Landmark& fragment : left) {
+      if (fragment.observations > 1) {
+        ++account[fragment.labels.Best()][WhyLeftOut(fragment).value_or(LeftOut::kFewViews)];
+      }
+    }
+  }
+
+  // Keeps what shows no object for the association at the end.
+  void Leave(Landmark&& fragment) {
+    constexpr std::size_t kMaxLeft = 5000;
+    fragment.id = -1;
+    if (left.size() < kMaxLeft) {
+      left.push_back(std::move(fragment));
+    }
+  }
+
   void DeleteForgotten() {
     for (auto it = landmarks.begin(); it != landmarks.end();) {
       const Landmark& landmark = it->second;
       const std::int64_t age = newest_frame - landmark.views.back().frame_index;
       if (age > options.forget_after && !IsShown(landmark) && !known.contains(it->first)) {
-        ++settled[landmark.labels.Best()][*WhyLeftOut(landmark)];
         deleted.push_back(it->first);
+        CountUsed(it->second, -1);
+        Leave(std::move(it->second));
         it = landmarks.erase(it);
       } else {
         ++it;
@@ -319,6 +451,12 @@ ObjectMapper& ObjectMapper::operator=(ObjectMapper&&) noexcept = default;
 
 void ObjectMapper::AddObservations(std::span<const ObjectObservation> observations) {
   for (const ObjectObservation& observation : observations) {
+    if (observation.object_id < 0) {
+      Landmark box;
+      box.Add(observation);
+      impl_->Leave(std::move(box));
+      continue;
+    }
     const int id = impl_->Surviving(observation.object_id);
     const auto& deleted = impl_->deleted;
     impl_->newest_frame = std::max(impl_->newest_frame, observation.frame_index);
@@ -381,17 +519,13 @@ bool ObjectMapper::Correct(int id, const PosedSuperquadric& superquadric, const 
 }
 
 void ObjectMapper::Transform(const Sim3d& S_new_old) {
-  for (auto& [id, landmark] : impl_->landmarks) {
-    landmark.Transform(S_new_old);
-  }
+  impl_->ForEach([&](Landmark& landmark) { landmark.Transform(S_new_old); });
   impl_->supports.Transform(S_new_old);  // other motions than those about z come with a new SetUpright()
   impl_->Publish();
 }
 
 void ObjectMapper::MoveWith(const MotionLookup& S_new_old) {
-  for (auto& [id, landmark] : impl_->landmarks) {
-    landmark.MoveWith(S_new_old);
-  }
+  impl_->ForEach([&](Landmark& landmark) { landmark.MoveWith(S_new_old); });
   impl_->Publish();
 }
 
@@ -399,6 +533,7 @@ void ObjectMapper::Absorb(ObjectMapper&& other) {
   Impl& theirs = *other.impl_;
   other.Outdate();
   impl_->landmarks.merge(theirs.landmarks);
+  std::ranges::move(theirs.left, std::back_inserter(impl_->left));
   impl_->merged_into.merge(theirs.merged_into);
   impl_->known.merge(theirs.known);
   Add(theirs.settled, impl_->settled);
@@ -431,6 +566,7 @@ std::vector<SnapshotObject> ObjectMapper::Objects() const {
 
 ObjectAccount ObjectMapper::Account() const {
   ObjectAccount account = impl_->settled;
+  impl_->CountLeft(account);
   for (const auto& [id, landmark] : impl_->landmarks) {
     ClassAccount& of_class = account[landmark.labels.Best()];
     const std::optional<LeftOut> reason = impl_->WhyLeftOut(landmark);
@@ -441,9 +577,7 @@ ObjectAccount ObjectMapper::Account() const {
 
 void ObjectMapper::Renumber(int id_shift, std::int64_t point_shift, std::int64_t frame_shift) {
   ShiftKeys(impl_->landmarks, id_shift);
-  for (auto& [id, landmark] : impl_->landmarks) {
-    sqslam::Renumber(id_shift, point_shift, frame_shift, landmark);
-  }
+  impl_->ForEach([&](Landmark& landmark) { sqslam::Renumber(id_shift, point_shift, frame_shift, landmark); });
   ShiftKeys(impl_->merged_into, id_shift);
   for (auto& [from, to] : impl_->merged_into) {
     to += id_shift;

@@ -249,8 +249,10 @@ struct ObjectTracker::Impl {
         options.quadric_init == QuadricInit::kSingleView) {
       observation.gray = frame.gray;
     }
-    observation.reprojected_outside =
-        PointsOutside(tracks.at(id), frame, observation.detection.box, observation.edge_free);
+    if (const auto track = tracks.find(id); track != tracks.end()) {
+      observation.reprojected_outside =
+          PointsOutside(track->second, frame, observation.detection.box, observation.edge_free);
+    }
     return observation;
   }
 
@@ -329,10 +331,11 @@ std::vector<ObjectObservation> ObjectTracker::Track(const ObjectFrame& frame, co
   std::ranges::sort(impl.observed);
   std::vector<ObjectObservation> observations;
   for (std::size_t i = 0; i < boxes.size(); ++i) {
-    if (ids[i] < 0) {
-      continue;
+    if (ids[i] >= 0) {
+      impl.Remember(ids[i], frame, boxes[i]);
+    } else if (frame.points.empty()) {
+      continue;  // the frame's pose is uncertain
     }
-    impl.Remember(ids[i], frame, boxes[i]);
     ObjectObservation observation = impl.Observe(ids[i], frame, boxes[i]);
     observation.lines = std::move(lines[i]);
     if (view.upright && !observation.lines.empty()) {

@@ -23,8 +23,8 @@ class ObjectTracker {
   ObjectTracker(ObjectTracker&&) noexcept;
   ObjectTracker& operator=(ObjectTracker&&) noexcept;
 
-  // Returns one observation per associated box. `view` may lag behind; frame_index must grow. If given,
-  // `times` receives the duration of the stage tracking.association.
+  // Returns one observation per usable box, those of no landmark with the id -1. `view` may lag behind;
+  // frame_index must grow. If given, `times` receives the duration of the stage tracking.association.
   std::vector<ObjectObservation> Track(const ObjectFrame& frame, const ObjectMapView& view,
                                        StageTimes* times = nullptr);
 

@@ -54,10 +54,9 @@ struct YawEstimate {
   double quality = 0.0;  // > 0, a weight
 };
 
-// One box in one frame that was associated with a landmark, sent from the tracking thread to the mapping
-// thread.
+// One box in one frame, sent from the tracking thread to the mapping thread.
 struct ObjectObservation {
-  int object_id = 0;
+  int object_id = 0;  // landmark that it was associated with; -1: none
   std::int64_t frame_index = 0;
   int detection_index = 0;  // into ObjectFrame::detections
   Detection detection;

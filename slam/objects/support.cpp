@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 
 #include "slam/util/statistics.h"
@@ -63,11 +64,24 @@ double WidestGap(const std::vector<Eigen::Vector2d>& points, const Eigen::Vector
   return widest;
 }
 
-// True if `p` (x and y) lies over the solid, grown by the factor `grown`.
-bool IsOver(const Eigen::Vector2d& p, const PosedSuperquadric& solid, double grown) {
-  const Eigen::Vector3d q =
-      solid.T_map_object.Inverse() * Eigen::Vector3d(p.x(), p.y(), solid.T_map_object.translation.z());
-  return solid.shape.RadialScale(q) < grown;
+// Returns the middle of the layer that holds the most of the surface's points; its height with few points.
+double DensestHeight(const SupportSurface& surface, double layer) {
+  constexpr std::size_t kMinPoints = 12;
+  if (surface.points.size() < kMinPoints) {
+    return surface.height;
+  }
+  std::vector<double> heights = ToVector(surface.points, [](const Eigen::Vector3d& p) { return p.z(); });
+  std::ranges::sort(heights);
+  std::ptrdiff_t most = 0;
+  double densest = surface.height;
+  for (auto begin = heights.begin(); begin != heights.end(); ++begin) {
+    const std::ptrdiff_t inside = std::upper_bound(begin, heights.end(), *begin + layer) - begin;
+    if (inside > most) {
+      most = inside;
+      densest = *(begin + inside / 2);
+    }
+  }
+  return densest;
 }
 
 // True if the surface is the top of an object under `place`. It then stays a support even if another solid
@@ -78,11 +92,27 @@ bool IsTopUnder(const Eigen::Vector2d& place, double height, std::span<const Pos
   return std::ranges::any_of(others, [&](const PosedSuperquadric& other) {
     const double half = other.shape.half_size.z();
     const double top = other.T_map_object.translation.z() + half;
-    return std::abs(top - height) < 2.0 * std::max(tolerance, kPrecise * half) && IsOver(place, other, 1.0);
+    return std::abs(top - height) < 2.0 * std::max(tolerance, kPrecise * half) && IsOver(place, other);
   });
 }
 
 }  // namespace
+
+bool IsOver(const Eigen::Vector2d& p, const PosedSuperquadric& solid, double grown) {
+  const Eigen::Vector3d q =
+      solid.T_map_object.Inverse() * Eigen::Vector3d(p.x(), p.y(), solid.T_map_object.translation.z());
+  return solid.shape.RadialScale(q) < grown;
+}
+
+std::vector<Eigen::Vector2d> PointsOn(const SupportSurface& surface, double layer) {
+  std::vector<Eigen::Vector2d> points;
+  for (const Eigen::Vector3d& p : surface.points) {
+    if (std::abs(p.z() - surface.height) < layer) {
+      points.emplace_back(p.head<2>());
+    }
+  }
+  return points;
+}
 
 CloudMiddle MiddleOf(std::span<const Eigen::Vector3d> points) {
   CloudMiddle middle;
@@ -109,7 +139,10 @@ SupportSurfaces SupportSurfaces::Find(std::span<const Eigen::Vector3d> points,
   constexpr double kMinShare = 0.01;
   constexpr double kBelowFloor = 0.02;  // share of the points: noise
   constexpr double kWellBelow = 8.0;    // layers
-  constexpr std::size_t kMostSurfaces = 6;
+  // The floor around a desk is farther away than the desk, so its points scatter more.
+  constexpr double kThickFloor = 3.0;  // layers
+  constexpr double kWindow = 3.0;      // layers: what lies on the surface may hide its true height
+  constexpr std::size_t kMostSurfaces = 12;
   SupportSurfaces result;
   if (static_cast<int>(points.size()) < options.min_points) {
     return result;
@@ -119,27 +152,36 @@ SupportSurfaces SupportSurfaces::Find(std::span<const Eigen::Vector3d> points,
   std::vector<double> heights = ToVector(points, [](const Eigen::Vector3d& p) { return p.z(); });
   std::ranges::sort(heights);
   const double min_points = std::max(12.0, kMinShare * static_cast<double>(points.size()));
-  for (const Peak& peak : Peaks(heights, layer, min_points)) {
-    const bool is_new = std::ranges::none_of(result.surfaces_, [&](const SupportSurface& other) {
-      return std::abs(other.height - peak.height) < 2.0 * layer;
-    });
+  const auto add = [&](double height, double gap) {
+    const bool is_new = std::ranges::none_of(
+        result.surfaces_, [&](const SupportSurface& other) { return std::abs(other.height - height) < gap; });
     if (is_new && result.surfaces_.size() < kMostSurfaces) {
-      result.surfaces_.push_back({peak.height, {}});
+      result.surfaces_.push_back({height, {}});
     }
+  };
+  for (const Peak& peak : Peaks(heights, layer, min_points)) {
+    add(peak.height, 2.0 * layer);
   }
-  std::ranges::sort(result.surfaces_,
-                    [](const SupportSurface& a, const SupportSurface& b) { return a.height > b.height; });
-  if (!result.surfaces_.empty()) {
-    const double lowest = result.surfaces_.back().height;
-    const auto below = std::ranges::lower_bound(heights, lowest - kWellBelow * layer) - heights.begin();
-    if (static_cast<double>(below) <= kBelowFloor * static_cast<double>(heights.size())) {
-      result.floor_ = lowest;
+  const auto is_lowest = [&](double height) {
+    const auto below = std::ranges::lower_bound(heights, height - kWellBelow * layer) - heights.begin();
+    return static_cast<double>(below) <= kBelowFloor * static_cast<double>(heights.size());
+  };
+  std::ranges::sort(result.surfaces_, std::greater(), &SupportSurface::height);
+  if (result.surfaces_.empty() || !is_lowest(result.surfaces_.back().height)) {
+    for (const Peak& peak : Peaks(heights, kThickFloor * layer, min_points)) {
+      if (is_lowest(peak.height)) {
+        add(peak.height, 2.0 * kThickFloor * layer);
+      }
     }
+    std::ranges::sort(result.surfaces_, std::greater(), &SupportSurface::height);
+  }
+  if (!result.surfaces_.empty() && is_lowest(result.surfaces_.back().height)) {
+    result.floor_ = result.surfaces_.back().height;
   }
   for (const Eigen::Vector3d& p : points) {
     for (SupportSurface& surface : result.surfaces_) {
-      if (std::abs(p.z() - surface.height) < layer) {
-        surface.points.push_back(p.head<2>());
+      if (std::abs(p.z() - surface.height) < kWindow * layer) {
+        surface.points.push_back(p);
       }
     }
   }
@@ -155,9 +197,11 @@ std::vector<double> SupportSurfaces::Under(const Eigen::Vector2d& place, double 
     if (surface.height > highest) {
       continue;
     }
-    const auto near = std::ranges::count_if(
-        surface.points, [&](const Eigen::Vector2d& p) { return (p - place).norm() < radius; });
-    if (surface.points.empty() || near >= kNear || WidestGap(surface.points, place) < kSurrounded) {
+    const std::vector<Eigen::Vector2d> points = PointsOn(surface, 2.0 * tolerance_);
+    const auto near =
+        std::ranges::count_if(points, [&](const Eigen::Vector2d& p) { return (p - place).norm() < radius; });
+    const bool surrounded = !points.empty() && WidestGap(points, place) < kSurrounded;
+    if (surface.points.empty() || near >= kNear || surrounded) {
       heights.push_back(surface.height);
     }
   }
@@ -177,11 +221,15 @@ SupportSurfaces SupportSurfaces::Around(const Eigen::Vector2d& place,
       const double middle = other.T_map_object.translation.z();
       const double reach = other.shape.half_size.z() + 3.0 * tolerance_;
       if (surface.height > middle && surface.height < middle + reach && !IsOver(place, other, kMayStandOn)) {
-        std::erase_if(left.points, [&](const Eigen::Vector2d& p) { return IsOver(p, other, kOnTop); });
+        std::erase_if(left.points,
+                      [&](const Eigen::Vector3d& p) { return IsOver(p.head<2>(), other, kOnTop); });
       }
     }
-    const bool stays = 2 * left.points.size() >= surface.points.size() ||
-                       (!left.points.empty() && IsTopUnder(place, surface.height, others, tolerance_));
+    const double layer = 2.0 * tolerance_;
+    const std::size_t on_surface = PointsOn(left, layer).size();
+    const bool stays = 2 * on_surface >= PointsOn(surface, layer).size() ||
+                       (on_surface > 0 && IsTopUnder(place, surface.height, others, tolerance_));
+    left.height = DensestHeight(left, layer);
     if (surface.points.empty() || stays) {
       result.surfaces_.push_back(std::move(left));
     }
@@ -190,7 +238,6 @@ SupportSurfaces SupportSurfaces::Around(const Eigen::Vector2d& place,
 }
 
 void SupportSurfaces::Transform(const Sim3d& S_new_old) {
-  const Eigen::Matrix2d R = S_new_old.rotation.toRotationMatrix().topLeftCorner<2, 2>();
   tolerance_ *= S_new_old.scale;
   const auto moved = [&](double height) { return S_new_old.scale * height + S_new_old.translation.z(); };
   if (floor_) {
@@ -198,8 +245,8 @@ void SupportSurfaces::Transform(const Sim3d& S_new_old) {
   }
   for (SupportSurface& surface : surfaces_) {
     surface.height = moved(surface.height);
-    for (Eigen::Vector2d& p : surface.points) {
-      p = S_new_old.scale * (R * p) + S_new_old.translation.head<2>();
+    for (Eigen::Vector3d& p : surface.points) {
+      p = S_new_old * p;
     }
   }
 }

@@ -18,11 +18,17 @@ struct CloudMiddle {
 };
 CloudMiddle MiddleOf(std::span<const Eigen::Vector3d> points);  // needs at least one point
 
+// True if `p` (x and y, map frame) lies over the solid, grown by the factor `grown`.
+bool IsOver(const Eigen::Vector2d& p, const PosedSuperquadric& solid, double grown = 1.0);
+
 // A horizontal surface that objects stand on: a desk, a shelf, the floor.
 struct SupportSurface {
   double height = 0.0;                  // map units, along the map's z axis
-  std::vector<Eigen::Vector2d> points;  // x and y of the map points on it; empty: unbounded
+  std::vector<Eigen::Vector3d> points;  // map points on it and a little above and below; empty: unbounded
 };
+
+// Returns x and y of the surface's points that are less than `layer` above or below it.
+std::vector<Eigen::Vector2d> PointsOn(const SupportSurface& surface, double layer);
 
 // The horizontal surfaces of a map whose z axis points up.
 class SupportSurfaces {
@@ -40,7 +46,7 @@ class SupportSurfaces {
   std::vector<double> Under(const Eigen::Vector2d& place, double radius, double highest) const;
 
   // Returns the surfaces for an object at `place` (x and y), without the points on top of objects that it
-  // does not stand on: the top of a keyboard does not support the cup beside it.
+  // does not stand on: the top of a keyboard does not support the cup beside it, nor raise the desk.
   SupportSurfaces Around(const Eigen::Vector2d& place, std::span<const PosedSuperquadric> others) const;
 
   // Thickness of a surface's layer of points, map units.

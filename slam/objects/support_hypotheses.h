@@ -12,9 +12,19 @@ namespace sqslam {
 
 // Heights of the surfaces that an object may stand on.
 struct SupportHeights {
-  std::vector<double> near;     // that have points around it
-  std::vector<double> far;      // others below it without points nearby, where they may extend unseen
-  std::optional<double> floor;  // empty if it was not found: no surface is known to be the floor
+  // The top of a mapped object under it.
+  struct Top {
+    double height = 0.0;
+    double sigma = 0.0;  // its standard deviation
+  };
+
+  std::vector<double> near;          // that have points around it
+  std::vector<double> far;           // others below it without points nearby, where they may extend unseen
+  std::optional<double> floor = {};  // empty if it was not found: no surface is known to be the floor
+  std::vector<Top> tops = {};        // where no surface was found: few points may lie there
+  double sigma = 0.0;                // standard deviation of the surfaces' heights
+
+  double SigmaOf(double height) const;  // of a surface or a top
 };
 
 // Returns the surfaces that an object with these points may stand on, from high to low.
@@ -33,6 +43,7 @@ struct Assumption {
   std::optional<double> support;  // on a surface of this height
   std::optional<double> lowest;   // or on none, but nowhere below this height
   double cost = 0.0;              // half the chi square that it must save
+  double sigma = 0.0;             // standard deviation of the surface's height
   bool shows_back = false;        // RefinementInput::shows_back
 };
 

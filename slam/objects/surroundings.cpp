@@ -86,6 +86,8 @@ Surroundings SurroundingsOf(const Landmark& landmark, std::span<const Landmark* 
         nearest = gap;
         result.hidden_support = other->support;
       }
+    } else if (IsMuchLarger(other->superquadric.shape, landmark.visible.shape)) {
+      result.beneath.push_back(other);
     }
   }
   if (!tops.empty()) {

@@ -14,6 +14,7 @@
 namespace sqslam {
 namespace {
 
+constexpr double kHidden = 0.25;   // share of an edge in another box that hides it
 constexpr double kTouching = 2.0;  // px; another box this close to an edge probably hides it
 
 // Returns the share of an edge of `box` (0 left, 1 top, 2 right, 3 bottom) that lies inside `other`.
@@ -141,6 +142,22 @@ EdgeFlags BlockedEdges(const Box2d& box, double depth, const Rigid3d& T_other_ca
   return blocked;
 }
 
+// Frees the edges of views that the boxes of what is beneath the object seem to hide.
+void FreeEdgesAbove(std::span<const Landmark* const> beneath, const Camera& camera,
+                    const DetectionFilterOptions& options, std::vector<BoxView>& views) {
+  for (BoxView& view : views) {
+    const BoxEdges edges = EdgesOf(view, camera, options);
+    for (const Landmark* other : beneath) {
+      const auto same = std::ranges::lower_bound(other->views, view.frame_index, {}, &BoxView::frame_index);
+      for (int edge = 0; edge < 4 && same != other->views.end() && same->frame_index == view.frame_index;
+           ++edge) {
+        view.edge_free[edge] = view.edge_free[edge] || (edges.kinds[edge] == EdgeKind::kHidden &&
+                                                        CoveredShare(view.box, edge, same->box) > kHidden);
+      }
+    }
+  }
+}
+
 }  // namespace
 
 void BoxEdges::Cut(const EdgeFlags& at_border) {
@@ -184,7 +201,6 @@ BoxEdges EdgesOf(const BoxView& view, const Camera& camera, const DetectionFilte
 }
 
 std::vector<EdgeFlags> EdgesHiddenByBoxes(std::span<const BoxAtDepth> boxes) {
-  constexpr double kHidden = 0.25;
   std::vector<std::size_t> from_left(boxes.size());
   std::iota(from_left.begin(), from_left.end(), std::size_t{0});
   std::ranges::sort(from_left, {}, [&](std::size_t i) { return boxes[i].box.x; });
@@ -210,14 +226,16 @@ std::vector<EdgeFlags> EdgesHiddenByBoxes(std::span<const BoxAtDepth> boxes) {
   return hidden;
 }
 
-bool MayOcclude(const PosedSuperquadric& other, const PosedSuperquadric& object,
-                std::span<const std::pair<std::int64_t, Eigen::Vector3d>> points, bool on_floor) {
+bool IsMuchLarger(const Superquadric& other, const Superquadric& object) {
   constexpr double kMuchLarger = 4.0;  // volumes
   // Every superquadric fills between 1/6 (the octahedron) and all of its bounding box, which usually decides.
-  const double other_box = other.shape.half_size.prod();
-  const double object_box = object.shape.half_size.prod();
-  if (other_box < kMuchLarger / 6.0 * object_box ||
-      other.shape.Volume() < kMuchLarger * object.shape.Volume()) {
+  return other.half_size.prod() >= kMuchLarger / 6.0 * object.half_size.prod() &&
+         other.Volume() >= kMuchLarger * object.Volume();
+}
+
+bool MayOcclude(const PosedSuperquadric& other, const PosedSuperquadric& object,
+                std::span<const std::pair<std::int64_t, Eigen::Vector3d>> points, bool on_floor) {
+  if (!IsMuchLarger(other.shape, object.shape)) {
     return false;
   }
   if (on_floor) {
@@ -251,8 +269,10 @@ EdgeFlags EdgesHiddenBy(const PosedSuperquadric& other, const PosedSuperquadric&
   return hidden;
 }
 
-void MarkHiddenEdges(const PosedSuperquadric& object, std::span<const PosedSuperquadric> occluders,
-                     const Camera& camera, std::vector<BoxView>& views) {
+void JudgeHiddenEdges(const PosedSuperquadric& object, std::span<const Landmark* const> beneath,
+                      std::span<const PosedSuperquadric> occluders, const Camera& camera,
+                      const DetectionFilterOptions& options, std::vector<BoxView>& views) {
+  FreeEdgesAbove(beneath, camera, options, views);
   for (BoxView& view : views) {
     for (const PosedSuperquadric& other : occluders) {
       const EdgeFlags hidden = EdgesHiddenBy(other, object, view.box, view.T_map_camera, camera);

@@ -62,6 +62,9 @@ struct BoxAtDepth {
 // Returns the edges of each box that nearer boxes of the same frame hide.
 std::vector<EdgeFlags> EdgesHiddenByBoxes(std::span<const BoxAtDepth> boxes);
 
+// True if the volume of `other` is at least four times that of the object.
+bool IsMuchLarger(const Superquadric& other, const Superquadric& object);
+
 // True if `other` may hide a part of `object`: it is much larger, so the error of its position matters less,
 // and the object does not stand on it: it stands on the floor by its class (`on_floor`), is beside it, or
 // reaches below its middle. `points`: the object's inliers. They tell how far down it was seen, which its own
@@ -77,9 +80,11 @@ bool MayOcclude(const PosedSuperquadric& other, const PosedSuperquadric& object,
 EdgeFlags EdgesHiddenBy(const PosedSuperquadric& other, const PosedSuperquadric& object, const Box2d& box,
                         const Rigid3d& T_map_camera, const Camera& camera);
 
-// Marks the edges of an object's views as not free that any of the occluders hides.
-void MarkHiddenEdges(const PosedSuperquadric& object, std::span<const PosedSuperquadric> occluders,
-                     const Camera& camera, std::vector<BoxView>& views);
+// Judges the edges of an object's views again: those that seemed hidden by the box of a mapped object beneath
+// it are free, as the bottom of a screen on a desk, unless the solid of an occluder hides them.
+void JudgeHiddenEdges(const PosedSuperquadric& object, std::span<const Landmark* const> beneath,
+                      std::span<const PosedSuperquadric> occluders, const Camera& camera,
+                      const DetectionFilterOptions& options, std::vector<BoxView>& views);
 
 // Returns the one of the other objects that hides the lower edge in the most views of the landmark's visible
 // part; null if none hides it in half of them.

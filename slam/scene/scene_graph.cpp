@@ -26,12 +26,13 @@ std::vector<PlacedSolid> PlaceObjects(const MapSnapshot& map, const ClassTraitsT
 
 // Returns true if most of a surface's points lie on tops of objects: the objects are what things stand on.
 bool IsTopOfObjects(const SupportSurface& surface, const std::vector<PlacedSolid>& solids, double tolerance) {
-  const auto on_top = std::ranges::count_if(surface.points, [&](const Eigen::Vector2d& p) {
+  const std::vector<Eigen::Vector2d> points = PointsOn(surface, 2.0 * tolerance);
+  const auto on_top = std::ranges::count_if(points, [&](const Eigen::Vector2d& p) {
     return std::ranges::any_of(solids, [&](const PlacedSolid& solid) {
       return std::abs(solid.top - surface.height) < 3.0 * tolerance && solid.IsOver(p);
     });
   });
-  return 2 * static_cast<std::size_t>(on_top) > surface.points.size();
+  return 2 * static_cast<std::size_t>(on_top) > points.size();
 }
 
 // Returns the height of the floor: that of the map's points, or the mean foot of what stands on floors.

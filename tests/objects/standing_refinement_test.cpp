@@ -165,6 +165,18 @@ TEST(RefineStanding, ExtendsFloorClassesPastATable) {
   EXPECT_EQ(object.SupportAmong({{object.table, 0.0}, {}, 0.0}), 0.0);
 }
 
+// The top of a stand without points of its own is known as well as the stand is.
+TEST(RefineStanding, StandsOnTheTopOfAMappedObject) {
+  BehindTable object{SyntheticDesk(1)};
+  SupportHeights supports{{}, {}, 0.0};
+  supports.near = {0.0};
+  EXPECT_EQ(object.SupportAmong(supports), 0.0);
+  supports.tops = {{object.table, 0.02}};
+  EXPECT_EQ(object.SupportAmong(supports), object.table);
+  EXPECT_EQ(supports.SigmaOf(object.table), 0.02);
+  EXPECT_EQ(supports.SigmaOf(0.0), supports.sigma);
+}
+
 // Furniture hides the floor: the only surface that was found is the top of a table.
 TEST(RefineStanding, DoesNotTakeTableForFloor) {
   BehindTable object{SyntheticDesk(1)};

@@ -87,6 +87,27 @@ TEST(SupportSurfaces, IgnoresTopsOfNeighbours) {
   EXPECT_EQ(surfaces.Around({0.8, 0.0}, {}).All().size(), 3u);
 }
 
+// A flat thing with many points on a plain desk: the layer with the most points begins on the desk and ends
+// on the thing.
+TEST(SupportSurfaces, FindsHeightOfADeskUnderFlatThings) {
+  std::mt19937 generator(5);
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  std::normal_distribution<double> noise(0.0, 0.001);
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < 60; ++i) {
+    points.emplace_back(0.8 * unit(generator), 0.5 + 0.3 * unit(generator), 0.7 + noise(generator));
+  }
+  for (int i = 0; i < 200; ++i) {
+    points.emplace_back(0.4 * unit(generator), 0.1 * unit(generator), 0.713 + 2.0 * noise(generator));
+  }
+  PosedSuperquadric keyboard;
+  keyboard.shape = {{0.42, 0.12, 0.007}, 0.1, 0.1};
+  keyboard.T_map_object.translation = {0.0, 0.0, 0.707};
+  const SupportSurfaces surfaces = SupportSurfaces::Find(points, GravityOptions());
+  const std::vector<double> heights = surfaces.Around({0.6, 0.4}, {&keyboard, 1}).Under({0.6, 0.4}, 0.4, 0.8);
+  EXPECT_THAT(heights, ElementsAre(DoubleNear(0.7, 0.002)));
+}
+
 TEST(SupportSurfaces, KeepsTableTopUnderItsObjectsWhenCovered) {
   const SupportSurfaces surfaces = SupportSurfaces::Find(Room(), GravityOptions());
   PosedSuperquadric table;  // mapped a little too short
@@ -109,6 +130,23 @@ TEST(SupportSurfaces, MoveWithTheMap) {
   surfaces.Transform(move);
   const Eigen::Vector3d place = move * Eigen::Vector3d(2.0, 2.0, 0.0);
   EXPECT_THAT(surfaces.Under(place.head<2>(), 0.6, 7.0), ElementsAre(DoubleNear(5.0, 0.02)));
+}
+
+// The floor around a desk is farther away than the desk, so its points scatter more.
+TEST(SupportSurfaces, FindsFloorWhosePointsScatter) {
+  std::mt19937 generator(3);
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  std::normal_distribution<double> noise(0.0, 1.0);
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < 800; ++i) {
+    points.emplace_back(0.4 * unit(generator), 0.4 * unit(generator), 0.7 + 0.002 * noise(generator));
+  }
+  for (int i = 0; i < 80; ++i) {
+    points.emplace_back(2.0 * unit(generator), 2.0 * unit(generator), 0.012 * noise(generator));
+  }
+  const SupportSurfaces surfaces = SupportSurfaces::Find(points, GravityOptions());
+  ASSERT_TRUE(surfaces.Floor());
+  EXPECT_NEAR(*surfaces.Floor(), 0.0, 0.01);
 }
 
 TEST(SupportSurfaces, NeedPoints) {

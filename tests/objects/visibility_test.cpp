@@ -56,6 +56,29 @@ TEST(EdgesHiddenBy, HidesNoTopAloneByObjectsOnTheFloor) {
   EXPECT_TRUE(HiddenBy(Box({0.1, 1.8, 1.1}, {0.5, 0.1, 0.22}), chair)[kTopEdge]) << "a lamp does";
 }
 
+// A screen on a desk rises above the desk's far edge, so that the desk's box covers only its lower edge.
+TEST(JudgeHiddenEdges, FreesEdgesAboveAMappedObject) {
+  const Camera camera = TestCamera();
+  const PosedSuperquadric screen = Box({0.1, 2.2, kTableTop + 0.2}, {0.3, 0.05, 0.2});
+  BoxView view{7, Pose(), *ProjectToBox(screen, Pose(), camera), {true, true, true, false}};
+  Landmark desk;
+  desk.views.push_back({7, Pose(), *ProjectToBox(Table(), Pose(), camera), {}});
+  const auto judged = [&](const Landmark& larger, std::span<const PosedSuperquadric> occluders) {
+    std::vector<BoxView> views = {view};
+    const Landmark* const pointer = &larger;
+    JudgeHiddenEdges(screen, {&pointer, 1}, occluders, camera, DetectionFilterOptions(), views);
+    return views.front().edge_free;
+  };
+  EXPECT_THAT(judged(desk, {}), ElementsAre(true, true, true, true));
+  const PosedSuperquadric shelf = Box({0.1, 1.6, 0.45}, {0.8, 0.1, 0.45});  // between it and the camera
+  EXPECT_FALSE(judged(desk, {&shelf, 1})[kBottomEdge]) << "hidden by a solid";
+  desk.views.front().frame_index = 8;
+  EXPECT_FALSE(judged(desk, {})[kBottomEdge]) << "something unknown hides it";
+  desk.views.front().frame_index = 7;
+  view.box.height = camera.height - view.box.y;
+  EXPECT_FALSE(judged(desk, {})[kBottomEdge]) << "cut off by the image";
+}
+
 TEST(MayOcclude, ExcludesTableForObjectsSunkIntoItsTop) {
   EXPECT_FALSE(MayOcclude(Table(), Box({0.1, 2.2, kTableTop - 0.05}, {0.04, 0.04, 0.05}), {}));
 }
