@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <memory>
 
 #include "slam/estimation/bundle_adjustment.h"
@@ -40,8 +41,10 @@ class BundleSolver {
   // Returns false if the solver was interrupted.
   bool Round(int iterations, bool robust, const std::function<bool()>& stop) {
     ceres::Problem::Options problem_options;
+    problem_options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;  // it would keep a tree of them
     problem_options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
     problem_options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    problem_options.disable_all_safety_checks = true;
     ceres::HuberLoss huber(std::sqrt(kChi2TwoDof));
     PoseManifold manifold;
     ceres::Problem problem(problem_options);
@@ -49,6 +52,7 @@ class BundleSolver {
     options.linear_solver_ordering = AddParameterBlocks(problem, manifold);
     AddResiduals(problem, robust ? &huber : nullptr);
     objects_.AddTo(problem, *options.linear_solver_ordering);
+    const auto object_costs = OwnCostsOfObjects(problem);
     options.max_num_line_search_step_size_iterations = 0;  // steps are clamped to the bounds of the exponents
     const auto free = std::ranges::count(bundle_.poses, false, &BundlePose::fixed);
     options.linear_solver_type = free < 40 ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
@@ -95,15 +99,28 @@ class BundleSolver {
 
   void AddResiduals(ceres::Problem& problem, ceres::LossFunction* loss) {
     constexpr double kMinPointDepth = 1e-5;
+    costs_.clear();
     for (const BundleObservation& o : bundle_.observations) {
       BundlePoint& point = bundle_.points[o.point];
       double* const pose = pose_blocks_[o.pose].data();
       // Points behind the camera have no reprojection; MarkOutliers() rejects their observations.
       if (o.inlier && point.alive && (FromBlock(pose) * point.p_map).z() > kMinPointDepth) {
         const PixelMeasurement measured(bundle_.camera, o.pixel, o.sigma);
-        problem.AddResidualBlock(new ReprojectionCost(measured), loss, pose, point.p_map.data());
+        problem.AddResidualBlock(&costs_.emplace_back(measured), loss, pose, point.p_map.data());
       }
     }
+  }
+
+  // Returns what ObjectBlocks has added after the reprojection errors.
+  std::vector<std::unique_ptr<const ceres::CostFunction>> OwnCostsOfObjects(
+      const ceres::Problem& problem) const {
+    std::vector<ceres::ResidualBlockId> blocks;
+    problem.GetResidualBlocks(&blocks);
+    std::vector<std::unique_ptr<const ceres::CostFunction>> costs;
+    for (std::size_t i = costs_.size(); i < blocks.size(); ++i) {
+      costs.emplace_back(problem.GetCostFunctionForResidualBlock(blocks[i]));
+    }
+    return costs;
   }
 
   void MarkOutliers() {
@@ -124,6 +141,7 @@ class BundleSolver {
 
   BundleProblem& bundle_;
   std::vector<PoseBlock> pose_blocks_;
+  std::deque<ReprojectionCost> costs_;  // of the current round, at constant addresses
   ObjectBlocks objects_;
 };
 
