@@ -194,14 +194,16 @@ CloudLayerPtr PlaceCloud(const PointCloud& cloud, const Sim3d& S_map_file, const
   });
   const double spacing = SpacingOf(points);
   CloudLayerBuilder builder(0.5 * spacing);  // cubes small enough to merge almost no points
+  std::vector<CloudLayerBuilder::Source> sources;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const std::array<std::uint8_t, 3> own =
         cloud.rgb.empty()
             ? std::array{static_cast<std::uint8_t>(plain[0]), static_cast<std::uint8_t>(plain[1]),
                          static_cast<std::uint8_t>(plain[2])}
             : cloud.rgb[i];
-    builder.Add(points[i], own, static_cast<float>(spacing));
+    sources.push_back({points[i], own, static_cast<float>(spacing)});
   }
+  builder.Add(sources);
   return builder.Finish();
 }
 

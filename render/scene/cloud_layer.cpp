@@ -6,6 +6,8 @@
 
 #include "slam/snapshot/depth_recording.h"
 #include "slam/util/statistics.h"
+#include "slam/util/to_vector.h"
+#include "slam/util/worker_thread.h"
 
 namespace sqslam {
 namespace {
@@ -21,33 +23,40 @@ KeyIndex<3>::Key CubeOf(const Eigen::Vector3f& p, double edge) {
 
 CloudLayerBuilder::CloudLayerBuilder(double spacing, std::size_t most) : spacing_(spacing), most_(most) {}
 
-void CloudLayerBuilder::Add(const Eigen::Vector3f& p_map, const std::array<std::uint8_t, 3>& rgb,
-                            float distance, float weight, std::int32_t frame) {
-  const auto [index, fresh] = cubes_.Insert(CubeOf(p_map, spacing_));
-  if (fresh) {
-    cells_.push_back({.first = p_map, .distance = distance, .frame = frame});
-  }
-  Cell& cell = cells_[index];
-  cell.position += weight * (p_map - cell.first);
-  cell.rgb += weight * Eigen::Vector3f(rgb[0], rgb[1], rgb[2]);
-  cell.weight += weight;
-  cell.distance = std::min(cell.distance, distance);
-  if (cells_.size() > most_) {
+void CloudLayerBuilder::Add(std::span<const Source> points) {
+  const auto cubes = ToVector(points, [&](const Source& point) { return CubeOf(point.p_map, spacing_); });
+  cubes_.InsertAll(cubes, [&](std::size_t i, std::uint32_t index, bool is_new) {
+    const auto& [p_map, rgb, distance, weight, frame] = points[i];
+    if (is_new) {
+      cells_.push_back({.first = p_map, .distance = distance, .frame = frame});
+    }
+    Cell& cell = cells_[index];
+    cell.position += weight * (p_map - cell.first);
+    cell.rgb += weight * Eigen::Vector3f(rgb[0], rgb[1], rgb[2]);
+    cell.weight += weight;
+    cell.distance = std::min(cell.distance, distance);
+  });
+  while (cells_.size() > most_) {
     Coarsen();
   }
 }
 
 void CloudLayerBuilder::Add(const DepthMap& map) {
+  std::vector<Source> row;
   for (int y = 0; y < map.depth.rows; ++y) {
     const auto* depth = map.depth.ptr<float>(y);
     const auto* bgr = map.bgr.ptr<cv::Vec3b>(y);
+    row.clear();
     for (int x = 0; x < map.depth.cols; ++x) {
       if (const float z = depth[x]; z > 0.0F) {
-        Add(map.PointAt(x, y).cast<float>(), {bgr[x][2], bgr[x][1], bgr[x][0]},
-            z / static_cast<float>(map.camera.fx), 1.0F / (z * z),
-            static_cast<std::int32_t>(map.frame_index));
+        row.push_back({map.PointAt(x, y).cast<float>(),
+                       {bgr[x][2], bgr[x][1], bgr[x][0]},
+                       z / static_cast<float>(map.camera.fx),
+                       1.0F / (z * z),
+                       static_cast<std::int32_t>(map.frame_index)});
       }
     }
+    Add(row);
   }
 }
 
@@ -56,18 +65,19 @@ void CloudLayerBuilder::Coarsen() {
   cubes_ = KeyIndex<3>(cells_.size() / 3);
   std::vector<Cell> before;
   std::swap(before, cells_);
-  for (const Cell& cell : before) {
-    const auto [index, fresh] = cubes_.Insert(CubeOf(cell.first, spacing_));
-    if (fresh) {
+  const auto cubes = ToVector(before, [&](const Cell& cell) { return CubeOf(cell.first, spacing_); });
+  cubes_.InsertAll(cubes, [&](std::size_t i, std::uint32_t index, bool is_new) {
+    const Cell& cell = before[i];
+    if (is_new) {
       cells_.push_back(cell);
-      continue;
+      return;
     }
     Cell& sum = cells_[index];
     sum.position += cell.position + cell.weight * (cell.first - sum.first);
     sum.rgb += cell.rgb;
     sum.weight += cell.weight;
     sum.distance = std::min(sum.distance, cell.distance);
-  }
+  });
 }
 
 // Each even level keeps the first point in every cube of twice the edge. The odd level in between also keeps
@@ -79,18 +89,18 @@ void CloudLayerBuilder::Rank(CloudLayer& layer) const {
   }
   double edge = spacing_;
   for (int rank = 1; rank < CloudLayer::kRanks; rank += 2, edge *= 2.0) {
-    KeyIndex<3> cubes(level.size() / 3);
+    const auto in_cube = [&](std::int32_t index) { return cells_[static_cast<std::size_t>(index)].first; };
+    const auto wide = ToVector(level, [&](std::int32_t index) { return CubeOf(in_cube(index), 2.0 * edge); });
     std::vector<std::int32_t> next;
-    for (const std::int32_t index : level) {
-      CloudPoint& point = layer.points[static_cast<std::size_t>(index)];
-      const Eigen::Vector3f& in_cube = cells_[static_cast<std::size_t>(index)].first;
-      if (cubes.Insert(CubeOf(in_cube, 2.0 * edge)).second) {
+    KeyIndex<3>(level.size() / 3).InsertAll(wide, [&](std::size_t i, std::uint32_t, bool is_new) {
+      CloudPoint& point = layer.points[static_cast<std::size_t>(level[i])];
+      if (is_new) {
         point.rank = static_cast<std::uint8_t>(rank + 1);
-        next.push_back(index);
-      } else if (const auto [x, y, z] = CubeOf(in_cube, edge); ((x + y + z) & 1) == 0) {
+        next.push_back(level[i]);
+      } else if (const auto [x, y, z] = CubeOf(in_cube(level[i]), edge); ((x + y + z) & 1) == 0) {
         point.rank = static_cast<std::uint8_t>(rank);
       }
-    }
+    });
     level = std::move(next);
   }
 }
@@ -170,9 +180,11 @@ CloudLayerPtr ReadCloudLayer(const std::filesystem::path& recording) {
     return nullptr;
   }
   CloudLayerBuilder builder(LowerQuantile(std::move(pixels), 0.5));
+  WorkerThread<DepthMap> adder(2, [&](const DepthMap& map) { builder.Add(map); });  // while the next is read
   for (const std::int64_t keyframe : keyframes) {
-    builder.Add(depths.Kept(keyframe));
+    adder.Add(depths.Kept(keyframe));
   }
+  adder.Finish();
   return builder.Finish();
 }
 

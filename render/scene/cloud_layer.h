@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <limits>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "slam/snapshot/depth_map.h"
@@ -41,9 +42,20 @@ class CloudLayerBuilder {
   // `spacing`: edge of the cubes, map units; doubled whenever there are more than `most` points.
   explicit CloudLayerBuilder(double spacing, std::size_t most = 3'000'000);
 
-  // `distance`: to its neighbours in its source, map units. Frames must not decrease.
+  struct Source {
+    Eigen::Vector3f p_map;
+    std::array<std::uint8_t, 3> rgb;
+    float distance = 0.0F;  // to its neighbours in its source, map units
+    float weight = 1.0F;
+    std::int32_t frame = kEveryFrame;
+  };
+
+  // Frames must not decrease.
+  void Add(std::span<const Source> points);
   void Add(const Eigen::Vector3f& p_map, const std::array<std::uint8_t, 3>& rgb, float distance,
-           float weight = 1.0F, std::int32_t frame = kEveryFrame);
+           float weight = 1.0F, std::int32_t frame = kEveryFrame) {
+    Add(std::array{Source{p_map, rgb, distance, weight, frame}});
+  }
   void Add(const DepthMap& map);
 
   CloudLayerPtr Finish() const;
