@@ -1,15 +1,20 @@
 #include "render/synthetic/scene_renderer.h"
 
 #include <vtkActor.h>
+#include <vtkCallbackCommand.h>
 #include <vtkCamera.h>
 #include <vtkImageData.h>
+#include <vtkOpenGLRenderWindow.h>
+#include <vtkOpenGLState.h>
 #include <vtkPointData.h>
 #include <vtkPolyDataMapper.h>
 #include <vtkProperty.h>
 #include <vtkTexture.h>
 #include <vtkUnsignedCharArray.h>
+#include <vtk_glew.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <opencv2/core/utility.hpp>
 #include <opencv2/imgproc.hpp>
@@ -38,6 +43,11 @@ vtkNew<vtkTexture> MakeTexture(const cv::Mat& bgr) {
   texture->RepeatOff();
   texture->EdgeClampOn();
   return texture;
+}
+
+void DisableBlending(vtkObject* renderer, unsigned long, void*, void*) {
+  vtkRenderWindow* window = vtkRenderer::SafeDownCast(renderer)->GetRenderWindow();
+  vtkOpenGLRenderWindow::SafeDownCast(window)->GetState()->vtkglDisable(GL_BLEND);
 }
 
 // Returns a pinhole camera that sees what a lens with distortion sees, with the same scale in the middle.
@@ -92,9 +102,13 @@ SceneRenderer::SceneRenderer(const SceneDescription& scene, int supersampling, R
       bend_(BendOf(camera_, pinhole_, supersampling)),
       window_({.width = pinhole_.width * supersampling_,
                .height = pinhole_.height * supersampling_,
+               .alpha = true,
                .backend = backend}) {
-  window_.AddRenderer(color_renderer_);
-  window_.AddRenderer(id_renderer_);
+  window_.AddRenderer(renderer_);
+  renderer_->SetBackgroundAlpha(1.0);
+  const vtkNew<vtkCallbackCommand> no_blending;
+  no_blending->SetCallback(DisableBlending);
+  renderer_->AddObserver(vtkCommand::StartEvent, no_blending);
   const SceneLighting lighting(scene);
   const std::size_t panels = scene.panels.size();
   std::vector<std::vector<TexturedMesh>> meshes(panels + scene.bodies.size());
@@ -115,48 +129,40 @@ void SceneRenderer::Add(const TexturedMesh& mesh) {
   const auto data = PolyDataOf(mesh.vertices, mesh.triangles);
   data->GetPointData()->SetTCoords(TuplesOf<vtkFloatArray>(mesh.texture_coordinates));
   data->GetPointData()->SetScalars(TuplesOf<vtkUnsignedCharArray>(mesh.light));
-  const auto add = [&data](vtkRenderer* renderer) {
-    const vtkNew<vtkPolyDataMapper> mapper;
-    mapper->SetInputData(data);
-    const vtkNew<vtkActor> actor;
-    actor->SetMapper(mapper);
-    actor->GetProperty()->LightingOff();
-    actor->GetProperty()->BackfaceCullingOn();
-    renderer->AddActor(actor);
-    return actor.Get();
-  };
-  add(color_renderer_)->SetTexture(MakeTexture(mesh.texture));
-  vtkActor* id_actor = add(id_renderer_);
-  id_actor->GetMapper()->ScalarVisibilityOff();
-  id_actor->GetProperty()->SetColor(mesh.id / 255.0, mesh.id / 255.0, mesh.id / 255.0);
+  const vtkNew<vtkPolyDataMapper> mapper;
+  mapper->SetInputData(data);
+  const vtkNew<vtkActor> actor;
+  actor->SetMapper(mapper);
+  actor->SetTexture(MakeTexture(mesh.texture));
+  actor->GetProperty()->LightingOff();
+  actor->GetProperty()->BackfaceCullingOn();
+  actor->GetProperty()->SetOpacity(1.0 - mesh.id / 255.0);  // to be read back: nothing is blended
+  actor->ForceOpaqueOn();
+  renderer_->AddActor(actor);
 }
 
-cv::Mat SceneRenderer::Render(vtkRenderer* drawn, vtkRenderer* other, const Rigid3d& T_world_camera,
-                              int interpolation) {
-  SetPinholeCamera(pinhole_, T_world_camera, kNearPlane, kFarPlane, drawn->GetActiveCamera());
-  drawn->DrawOn();
-  other->DrawOff();
-  const cv::Mat image = window_.Render();
+cv::Mat SceneRenderer::ThroughLens(const cv::Mat& drawn, int interpolation) const {
   if (bend_.empty()) {
-    return image;
+    return drawn;
   }
   cv::Mat bent;
-  cv::remap(image, bent, bend_, cv::noArray(), interpolation, cv::BORDER_REPLICATE);
+  cv::remap(drawn, bent, bend_, cv::noArray(), interpolation, cv::BORDER_REPLICATE);
   return bent;
 }
 
-cv::Mat SceneRenderer::RenderColor(const Rigid3d& T_world_camera) {
-  cv::Mat image = Render(color_renderer_, id_renderer_, T_world_camera, cv::INTER_LINEAR);
+SceneImage SceneRenderer::Render(const Rigid3d& T_world_camera) {
+  SetPinholeCamera(pinhole_, T_world_camera, kNearPlane, kFarPlane, renderer_->GetActiveCamera());
+  const cv::Mat drawn = window_.Render();
+  cv::Mat color(drawn.size(), CV_8UC3);
+  cv::Mat ids(drawn.size(), CV_8UC1);
+  std::array<cv::Mat, 2> parts{color, ids};
+  cv::mixChannels(&drawn, 1, parts.data(), parts.size(), std::array{0, 0, 1, 1, 2, 2, 3, 3}.data(), 4);
+  ids = 255 - ids;
+  color = ThroughLens(color, cv::INTER_LINEAR);
   if (supersampling_ > 1) {
-    cv::resize(image, image, {camera_.width, camera_.height}, 0.0, 0.0, cv::INTER_AREA);
+    cv::resize(color, color, {camera_.width, camera_.height}, 0.0, 0.0, cv::INTER_AREA);
   }
-  return image;
-}
-
-cv::Mat SceneRenderer::RenderIds(const Rigid3d& T_world_camera) {
-  cv::Mat ids;
-  cv::extractChannel(Render(id_renderer_, color_renderer_, T_world_camera, cv::INTER_NEAREST), ids, 0);
-  return ids;
+  return {color, ThroughLens(ids, cv::INTER_NEAREST)};
 }
 
 namespace {

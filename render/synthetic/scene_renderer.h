@@ -15,6 +15,15 @@
 
 namespace sqslam {
 
+// A picture of a scene.
+struct SceneImage {
+  cv::Mat color;  // 8UC3, camera size
+
+  // The object id at each pixel (0: none): 8UC1, s = `supersampling` times the camera's size. Pixel (i, j)
+  // covers the camera's columns [i / s - 0.5, (i + 1) / s - 0.5], and rows likewise.
+  cv::Mat ids;
+};
+
 // Draws a scene as its camera sees it: through a lens with distortion by bending the picture of a pinhole
 // camera that sees as much. For the sources of render/ only.
 class SceneRenderer {
@@ -23,23 +32,18 @@ class SceneRenderer {
   // times the camera's size, then averaged. Throws InputError if the lens is too wide for such a picture.
   SceneRenderer(const SceneDescription& scene, int supersampling, RenderBackend backend);
 
-  cv::Mat RenderColor(const Rigid3d& T_world_camera);  // 8UC3, camera size
-
-  // Returns the object id at each pixel (0: none): 8UC1, s = `supersampling` times the camera's size. Pixel
-  // (i, j) covers the camera's columns [i / s - 0.5, (i + 1) / s - 0.5], and rows likewise.
-  cv::Mat RenderIds(const Rigid3d& T_world_camera);
+  SceneImage Render(const Rigid3d& T_world_camera);
 
  private:
   void Add(const TexturedMesh& mesh);
-  cv::Mat Render(vtkRenderer* drawn, vtkRenderer* other, const Rigid3d& T_world_camera, int interpolation);
+  cv::Mat ThroughLens(const cv::Mat& drawn, int interpolation) const;
 
   Camera camera_;
   Camera pinhole_;  // that the picture is drawn with; `camera_` itself if it has no distortion
   int supersampling_;
   cv::Mat bend_;  // of the pixels of a picture as the lens shows it: where `pinhole_` shows them; or empty
   OffscreenWindow window_;
-  vtkNew<vtkRenderer> color_renderer_;
-  vtkNew<vtkRenderer> id_renderer_;
+  vtkNew<vtkRenderer> renderer_;
 };
 
 // The bounding box of the visible part of one object.
@@ -49,7 +53,7 @@ struct ExactBox {
   double visible_fraction = 0.0;  // visible pixels / pixels of the whole silhouette, also outside the image
 };
 
-// Computes boxes from SceneRenderer::RenderIds' picture, in the order of the scene's objects, leaving out
+// Computes boxes from SceneImage::ids, in the order of the scene's objects, leaving out
 // objects that are barely visible.
 std::vector<ExactBox> FindExactBoxes(const SceneDescription& scene, const Rigid3d& T_world_camera,
                                      const cv::Mat& ids, int supersampling);

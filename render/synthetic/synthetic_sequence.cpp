@@ -72,6 +72,7 @@ std::string FormatDetection(double timestamp, const Detection& detection) {
 struct DrawnImage {
   fs::path path;
   cv::Mat image;
+  std::uint64_t noise_seed = 0;
 };
 
 void AddSensorNoise(cv::Mat& image, double sigma, std::uint64_t seed) {
@@ -228,7 +229,8 @@ SynthesisSummary WriteSyntheticSequence(const SceneDescription& scene, const fs:
 
   SceneRenderer renderer(scene, options.supersampling, options.backend);
   DetectorNoise detector(options.seed, Labels(scene));
-  WorkerThread<DrawnImage> writer(1, [&options](const DrawnImage& file) {  // encodes while the next is drawn
+  WorkerThread<DrawnImage> writer(1, [&options](DrawnImage& file) {  // while the next is drawn
+    AddSensorNoise(file.image, options.image_noise, file.noise_seed);
     if (!cv::imwrite(file.path.string(), file.image, {cv::IMWRITE_JPEG_QUALITY, options.jpeg_quality})) {
       throw InputError("{}: cannot be written (is the disk full?)", file.path.string());
     }
@@ -238,13 +240,13 @@ SynthesisSummary WriteSyntheticSequence(const SceneDescription& scene, const fs:
   for (int i = 0; i < summary.frames; ++i) {
     const Rigid3d& pose = poses[static_cast<std::size_t>(i)];
     const double timestamp = i / scene.camera.fps;
-    cv::Mat image = renderer.RenderColor(pose);
-    AddSensorNoise(image, options.image_noise, options.seed * 1000003U + static_cast<std::uint64_t>(i) + 1);
+    const SceneImage drawn = renderer.Render(pose);
     const std::string name = fmt::format("rgb/{:06}.jpg", i);
-    writer.Add({folder.Path() / name, image});
+    writer.Add(
+        {folder.Path() / name, drawn.color, options.seed * 1000003U + static_cast<std::uint64_t>(i) + 1});
     text.images += fmt::format("{:.6f} {}\n", timestamp, name);
     text.poses += FormatPose(timestamp, pose);
-    const auto boxes = FindExactBoxes(scene, pose, renderer.RenderIds(pose), options.supersampling);
+    const auto boxes = FindExactBoxes(scene, pose, drawn.ids, options.supersampling);
     for (const ExactBox& box : boxes) {
       seen.insert(box.object_id);
       text.exact += fmt::format("{} {} {:.3f}\n", FormatDetection(timestamp, box.detection), box.object_id,

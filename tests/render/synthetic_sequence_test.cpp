@@ -69,7 +69,7 @@ TEST(SyntheticSceneTest, MatchesBoxesWithProjectionsOfVisibleBodies) {
   const SceneDescription scene = SmallScene();
   SceneRenderer renderer(scene, 2, RenderBackend::kAuto);
   for (const Rigid3d& pose : HandHeldMotion(scene, scene.frames, 1)) {
-    const auto boxes = FindExactBoxes(scene, pose, renderer.RenderIds(pose), 2);
+    const auto boxes = FindExactBoxes(scene, pose, renderer.Render(pose).ids, 2);
     ASSERT_EQ(boxes.size(), 2U);  // the third is hidden
     for (const ExactBox& exact : boxes) {
       const Box2d expected =
@@ -108,8 +108,8 @@ void ExpectBentPictureAndBoxes(const Camera& lens) {
   pose.rotation =
       pose.rotation * Eigen::AngleAxisd(-0.47, Eigen::Vector3d::UnitY());  // the ball at the border
   SceneRenderer renderer(scene, 2, RenderBackend::kAuto);
-  EXPECT_EQ(renderer.RenderColor(pose).size(), cv::Size(160, 120));
-  const auto boxes = FindExactBoxes(scene, pose, renderer.RenderIds(pose), 2);
+  EXPECT_EQ(renderer.Render(pose).color.size(), cv::Size(160, 120));
+  const auto boxes = FindExactBoxes(scene, pose, renderer.Render(pose).ids, 2);
   const auto exact = std::ranges::find(boxes, 2, &ExactBox::object_id);
   ASSERT_NE(exact, boxes.end());
   const Box2d expected = ProjectedBox(ball, scene.camera, pose);
@@ -144,7 +144,7 @@ TEST(SyntheticSceneTest, CountsPartsBeyondImageBorderAsHidden) {
   Rigid3d pose = LookAt(center - Eigen::Vector3d(0, 2, 0), center);
   scene.camera.cx = -0.5;  // the optical axis meets the left border: half of the ball is outside
   SceneRenderer renderer(scene, 2, RenderBackend::kAuto);
-  const auto boxes = FindExactBoxes(scene, pose, renderer.RenderIds(pose), 2);
+  const auto boxes = FindExactBoxes(scene, pose, renderer.Render(pose).ids, 2);
   ASSERT_EQ(boxes.size(), 1U);
   EXPECT_EQ(boxes[0].object_id, 2);
   EXPECT_NEAR(boxes[0].visible_fraction, 0.5, 0.02);
