@@ -1,100 +1,25 @@
 #include "slam/objects/dual_quadric.h"
 
-#include <ceres/ceres.h>
-#include <ceres/rotation.h>
-
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <opencv2/core.hpp>
 #include <vector>
 
 #include "slam/geometry/eigen_system.h"
 #include "slam/geometry/ray.h"
-#include "slam/objects/dual_conic.h"
-#include "slam/objects/edge_noise.h"
+#include "slam/objects/joint_refinement.h"
 #include "slam/objects/landmark_geometry.h"
-#include "slam/objects/visibility.h"
+#include "slam/objects/object_energy.h"
 #include "slam/util/statistics.h"
 
 namespace sqslam {
 namespace {
 
-using conic::Bounds;
-
-// A view in the frame of the estimation, which is centred at the object and scaled to its size.
-struct ConditionedView {
-  Eigen::Matrix3d R_camera_map;
-  Eigen::Vector3d t_camera_map;
-  Bounds box;
-  std::array<EdgeKind, 4> kinds;
-  std::array<double, 4> factors;  // 1 / sigma of each edge, in normalised coordinates
-};
-
-// Layout of the parameter block.
-enum Parameter { kCentre = 0, kTurn = 3, kLogHalf = 6, kParameterCount = 9 };
-
-// Residual of one box edge against the same edge of the box of the visible part.
-struct BoxEdgeCost {
-  const ConditionedView* view;
-  Eigen::Matrix3d R_map_start;  // the ellipsoid's axes, before they are turned by the rotation vector
-  Bounds image;
-  int edge;
-
-  template <typename T>
-  bool operator()(const T* parameters, T* residual) const {
-    using std::exp;
-    const T back[3] = {-parameters[kTurn], -parameters[kTurn + 1], -parameters[kTurn + 2]};
-    std::array<std::array<T, 3>, 3> axes;
-    std::array<T, 3> centre;
-    for (int i = 0; i < 3; ++i) {
-      const auto& row = view->R_camera_map.row(i);
-      const T in_map[3] = {T(row[0]), T(row[1]), T(row[2])};
-      T turned[3];
-      ceres::AngleAxisRotatePoint(back, in_map, turned);
-      centre[i] = T(view->t_camera_map[i]);
-      for (int k = 0; k < 3; ++k) {
-        centre[i] += row[k] * parameters[kCentre + k];
-        axes[i][k] =
-            exp(parameters[kLogHalf + k]) *
-            (R_map_start(0, k) * turned[0] + R_map_start(1, k) * turned[1] + R_map_start(2, k) * turned[2]);
-      }
-    }
-    std::array<T, 4> bounds;
-    if (!(centre[2] > 0.0) || !conic::VisibleBounds(conic::DualConic(axes, centre), image, bounds)) {
-      return false;
-    }
-    residual[0] = view->factors[edge] * (bounds[edge] - view->box[edge]);
-    return true;
-  }
-};
-
-// Priors on the parameters, for a start that is upright.
-struct PriorCost {
-  QuadricPriors priors;  // in the frame of the parameters
-
-  template <typename T>
-  bool operator()(const T* parameters, T* residuals) const {
-    using std::exp;
-    constexpr double kUpright = 0.02;  // rad
-    constexpr double kContact = 0.02;  // half diagonals of the box
-    constexpr double kFixed = 0.002;   // rad
-    const T* log_half = parameters + kLogHalf;
-    residuals[0] = parameters[kTurn] / kUpright;
-    residuals[1] = parameters[kTurn + 1] / kUpright;
-    residuals[2] = priors.keeps_yaw ? parameters[kTurn + 2] / kFixed : T(0.0);
-    residuals[3] = (log_half[0] - log_half[1] - priors.log_width_ratio) / priors.width_sigma;
-    residuals[4] =
-        (log_half[2] - 0.5 * (log_half[0] + log_half[1]) - priors.log_height_ratio) / priors.height_sigma;
-    residuals[5] = (parameters[kCentre + 2] - exp(log_half[2]) - priors.support) / kContact;
-    return true;
-  }
-};
-
-bool IsBeforeCamera(const PosedSuperquadric& ellipsoid, const ConditionedView& view) {
-  const Eigen::Vector3d centre = view.R_camera_map * ellipsoid.T_map_object.translation + view.t_camera_map;
-  const Eigen::Vector3d forward =
-      ellipsoid.T_map_object.RotationMatrix().transpose() * view.R_camera_map.row(2).transpose();
-  return centre.z() > ellipsoid.shape.half_size.cwiseProduct(forward).norm();
+bool IsBeforeCameras(const PosedSuperquadric& ellipsoid, std::span<const BoxView> views,
+                     const Camera& camera) {
+  return std::ranges::all_of(views, [&](const BoxView& view) {
+    return ProjectToBox(ellipsoid, view.T_map_camera, camera).has_value();
+  });
 }
 
 // Returns the point nearest to the rays through the box centres; empty if these are nearly parallel.
@@ -112,45 +37,50 @@ std::optional<Eigen::Vector3d> PlaceOf(std::span<const BoxView> views, const Cam
   return rays.Nearest();
 }
 
-std::vector<ConditionedView> ConditionedViews(std::span<const BoxView> views, const Camera& camera,
-                                              const Sim3d& S_map_frame, const ObjectOptions& options) {
-  std::vector<ConditionedView> conditioned;
+// Returns the energy of the box edges alone, in a frame that is centred at the object and scaled to its size.
+// As in QuadricSLAM the detector has no bias, and overshooting an edge costs as much as falling short of it.
+ObjectEnergy EnergyOfBoxes(std::span<const BoxView> views, const Camera& camera, const Sim3d& S_map_frame,
+                           const RefinementOptions& options) {
+  ObjectEnergy energy;
+  energy.variant.leaning = true;
   for (const BoxView& view : views) {
-    const Box2d box = UndistortBox(view.box, camera);
-    const Rigid3d T_camera_map = view.T_map_camera.Inverse();
-    ConditionedView out;
-    out.R_camera_map = T_camera_map.RotationMatrix();
-    out.t_camera_map = (T_camera_map * S_map_frame.translation) / S_map_frame.scale;
-    out.box = NormalisedBounds(box, camera);
-    out.kinds = EdgesOf(view, camera, options.detections).kinds;
-    for (std::size_t edge = 0; edge < 4; ++edge) {
-      const bool vertical = edge % 2 == 1;
-      const double sigma = EdgeSigma(vertical ? box.height : box.width, options.refinement);
-      out.factors[edge] = (vertical ? camera.fy : camera.fx) / sigma;
-    }
-    conditioned.push_back(out);
+    AddEdges({S_map_frame.Inverse() * view.T_map_camera, UndistortBox(view.box, camera), view.edge_free},
+             camera, options, energy);
   }
-  return conditioned;
+  for (EdgeTerm& edge : energy.edges) {
+    edge.size = 0.0;
+    edge.symmetric = true;
+  }
+  return energy;
+}
+
+// Adds the priors of an upright ellipsoid in its own frame, whose unit is `size` and whose origin is at
+// `height`, map units.
+void AddPriors(const QuadricPriors& priors, double height, double size, ObjectEnergy& energy) {
+  constexpr double kUpright = 0.02;  // rad
+  constexpr double kContact = 0.02;  // of the size
+  constexpr double kYaw = 0.002;     // rad
+  energy.classes.push_back({{1.0, -1.0, 0.0}, priors.log_width_ratio, 1.0 / priors.width_sigma});
+  energy.classes.push_back({{-0.5, -0.5, 1.0}, priors.log_height_ratio, 1.0 / priors.height_sigma});
+  energy.contacts.push_back({(priors.support - height) / size, 1.0 / kContact, true, -1.0});
+  energy.normals.push_back({parameter::kTilt, 1.0 / kUpright, 1.0 / kUpright});
+  energy.normals.push_back({parameter::kTilt + 1, 1.0 / kUpright, 1.0 / kUpright});
+  energy.normals.push_back({parameter::kYaw, 1.0 / kYaw, 1.0 / kYaw});
 }
 
 // Step 1: linear least squares over all free edges. The scale of Q* is fixed by its last entry, -1 for every
 // ellipsoid; each residual is then the difference between the squared distances of the edge's plane and of
 // the parallel tangent plane from the centre. (With the norm fixed instead, a little noise drives the
 // solution to hyperboloids.) Empty if the planes do not determine the quadric.
-std::optional<Eigen::Matrix4d> LinearDualQuadric(const std::vector<ConditionedView>& views) {
+std::optional<Eigen::Matrix4d> LinearDualQuadric(const std::vector<EdgeTerm>& edges) {
   constexpr int kUnknowns = 9;  // of a symmetric 4x4 matrix without its last entry
   constexpr double kLeastRank = 1e-4;
   std::vector<Eigen::Vector4d> planes;
-  for (const ConditionedView& view : views) {
-    for (int edge = 0; edge < 4; ++edge) {
-      if (view.kinds[edge] != EdgeKind::kFree) {
-        continue;
-      }
-      Eigen::Vector3d line = Eigen::Vector3d::Unit(edge % 2);
-      line.z() = -view.box[edge];
-      Eigen::Vector4d plane;
-      plane << view.R_camera_map.transpose() * line, line.dot(view.t_camera_map);
-      planes.push_back(plane / plane.head<3>().norm());
+  for (const EdgeTerm& edge : edges) {
+    if (edge.exact) {
+      planes.emplace_back();
+      planes.back() << edge.normal_map, -edge.normal_map.dot(edge.camera_centre);
+      planes.back() /= edge.normal_map.norm();
     }
   }
   if (planes.size() < kUnknowns) {
@@ -185,64 +115,33 @@ std::optional<Eigen::Matrix4d> LinearDualQuadric(const std::vector<ConditionedVi
   return quadric;
 }
 
-Bounds WholeImage(const Camera& camera) {
-  const Box2d image{0.0, 0.0, static_cast<double>(camera.width), static_cast<double>(camera.height)};
-  return NormalisedBounds(UndistortBox(image, camera), camera);
-}
-
-// Step 2: refines by the boxes of the visible parts. Empty unless the result is bounded and before the
-// cameras.
-std::optional<PosedSuperquadric> RefineByBoxes(const PosedSuperquadric& start,
-                                               const std::vector<ConditionedView>& views, const Bounds& image,
+// Step 2: refines `start` in its own frame, in units of `size`. Empty unless the result is bounded and before
+// the cameras.
+std::optional<PosedSuperquadric> RefineByBoxes(const PosedSuperquadric& start, double size,
+                                               std::span<const BoxView> views, const Camera& camera,
                                                const RefinementOptions& options,
                                                const std::optional<QuadricPriors>& priors) {
-  constexpr double kLargest = 20.0;   // half axis, in half diagonals of the boxes
+  constexpr double kLargest = 20.0;   // half axis, in units of `size`
   constexpr double kThinnest = 1e-3;  // the same; a result this thin is a disc
-  std::array<double, kParameterCount> parameters{};
-  for (int i = 0; i < 3; ++i) {
-    parameters[kCentre + i] = start.T_map_object.translation[i];
-    parameters[kLogHalf + i] = std::log(std::clamp(start.shape.half_size[i], 2.0 * kThinnest, kLargest));
-  }
-  const Eigen::Matrix3d R_map_start = start.T_map_object.RotationMatrix();
-  ceres::Problem problem;
-  for (const ConditionedView& view : views) {
-    for (int edge = 0; edge < 4; ++edge) {
-      if (view.kinds[edge] != EdgeKind::kHidden) {
-        problem.AddResidualBlock(new ceres::AutoDiffCostFunction<BoxEdgeCost, 1, kParameterCount>(
-                                     new BoxEdgeCost{&view, R_map_start, image, edge}),
-                                 new ceres::CauchyLoss(2.0), parameters.data());
-      }
-    }
-  }
+  const Sim3d S_map_frame{size, start.T_map_object.rotation, start.T_map_object.translation};
+  ObjectEnergy energy = EnergyOfBoxes(views, camera, S_map_frame, options);
   if (priors) {
-    problem.AddResidualBlock(
-        new ceres::AutoDiffCostFunction<PriorCost, 6, kParameterCount>(new PriorCost{*priors}), nullptr,
-        parameters.data());
+    AddPriors(*priors, S_map_frame.translation.z(), size, energy);
   }
-  for (int i = kLogHalf; i < kLogHalf + 3; ++i) {
-    problem.SetParameterLowerBound(parameters.data(), i, std::log(kThinnest));
+  Eigen::Matrix<double, parameter::kMostCount, 1> x = decltype(x)::Zero();
+  x.segment<3>(parameter::kLogHalf) =
+      (start.shape.half_size / size).cwiseMax(2.0 * kThinnest).cwiseMin(kLargest).array().log();
+  Minimise(energy, 3 * options.max_iterations, 1e-8, x);
+  const ObjectSolid<double> solid(x.data(), energy.variant);
+  Eigen::Matrix3d R_object_frame;
+  for (int axis = 0; axis < 3; ++axis) {
+    R_object_frame.col(axis) = solid.ToObject(Eigen::Vector3d::Unit(axis));
   }
-  ceres::Solver::Options solver;
-  solver.linear_solver_type = ceres::DENSE_QR;
-  solver.max_num_iterations = 3 * options.max_iterations;
-  solver.function_tolerance = 1e-8;
-  solver.logging_type = ceres::SILENT;
-  ceres::Solver::Summary summary;
-  ceres::Solve(solver, &problem, &summary);
-
-  PosedSuperquadric result;
-  result.shape = {Eigen::Map<const Eigen::Vector3d>(parameters.data() + kLogHalf).array().exp().matrix(), 1.0,
-                  1.0};
-  const Eigen::Vector3d turn = Eigen::Map<const Eigen::Vector3d>(parameters.data() + kTurn);
-  const Eigen::AngleAxisd turned(turn.norm(),
-                                 turn.norm() > 0.0 ? turn.normalized() : Eigen::Vector3d::UnitX());
-  result.T_map_object.rotation = Eigen::Quaterniond(turned) * Eigen::Quaterniond(R_map_start);
-  result.T_map_object.translation = Eigen::Map<const Eigen::Vector3d>(parameters.data() + kCentre);
-  const bool bounded =
-      summary.IsSolutionUsable() && result.shape.half_size.maxCoeff() < kLargest &&
-      result.shape.half_size.minCoeff() > 1.01 * kThinnest &&
-      std::ranges::all_of(views, [&](const ConditionedView& view) { return IsBeforeCamera(result, view); });
-  return bounded ? std::optional(result) : std::nullopt;
+  const PosedSuperquadric result =
+      S_map_frame * PosedSuperquadric{{solid.hull, 1.0, 1.0},
+                                      {Eigen::Quaterniond(R_object_frame.transpose()), solid.centre}};
+  const bool bounded = solid.hull.maxCoeff() < kLargest && solid.hull.minCoeff() > kThinnest;
+  return bounded && IsBeforeCameras(result, views, camera) ? std::optional(result) : std::nullopt;
 }
 
 }  // namespace
@@ -304,17 +203,8 @@ std::optional<PosedSuperquadric> EllipsoidOf(const Eigen::Matrix4d& dual_quadric
 std::optional<PosedSuperquadric> RefineDualQuadric(const PosedSuperquadric& start,
                                                    std::span<const BoxView> views, const Camera& camera,
                                                    const ObjectOptions& options,
-                                                   const std::optional<QuadricPriors>& priors) {
-  const Sim3d S_map_frame{start.shape.half_size.norm(), Eigen::Quaterniond::Identity(),
-                          start.T_map_object.translation};
-  std::optional<QuadricPriors> in_frame = priors;
-  if (in_frame) {
-    in_frame->support = (priors->support - S_map_frame.translation.z()) / S_map_frame.scale;
-  }
-  const std::optional<PosedSuperquadric> refined =
-      RefineByBoxes(S_map_frame.Inverse() * start, ConditionedViews(views, camera, S_map_frame, options),
-                    WholeImage(camera), options.refinement, in_frame);
-  return refined ? std::optional(S_map_frame * *refined) : std::nullopt;
+                                                   const QuadricPriors& priors) {
+  return RefineByBoxes(start, start.shape.half_size.norm(), views, camera, options.refinement, priors);
 }
 
 std::optional<PosedSuperquadric> EstimateDualQuadric(std::span<const BoxView> views, const Camera& camera,
@@ -327,22 +217,17 @@ std::optional<PosedSuperquadric> EstimateDualQuadric(std::span<const BoxView> vi
   if (!S_map_frame) {
     return std::nullopt;
   }
-  const std::vector<ConditionedView> conditioned = ConditionedViews(views, camera, *S_map_frame, options);
-  const std::optional<Eigen::Matrix4d> linear = LinearDualQuadric(conditioned);
-  const std::optional<PosedSuperquadric> start = linear ? EllipsoidOf(*linear) : std::nullopt;
-  if (!start || !std::ranges::all_of(
-                    conditioned, [&](const ConditionedView& view) { return IsBeforeCamera(*start, view); })) {
+  const std::optional<Eigen::Matrix4d> linear =
+      LinearDualQuadric(EnergyOfBoxes(views, camera, *S_map_frame, options.refinement).edges);
+  std::optional<PosedSuperquadric> ellipsoid = linear ? EllipsoidOf(*linear) : std::nullopt;
+  if (ellipsoid) {
+    ellipsoid = *S_map_frame * *ellipsoid;
+  }
+  if (!ellipsoid || !IsBeforeCameras(*ellipsoid, views, camera)) {
     return std::nullopt;
   }
-  std::optional<PosedSuperquadric> refined =
-      RefineByBoxes(*start, conditioned, WholeImage(camera), options.refinement, std::nullopt);
-  if (refined) {
-    refined = EllipsoidOf(DualQuadricOf(*refined));
-  }
-  if (refined) {
-    refined = *S_map_frame * *refined;
-  }
-  return refined;
+  ellipsoid = RefineByBoxes(*ellipsoid, S_map_frame->scale, views, camera, options.refinement, std::nullopt);
+  return ellipsoid ? EllipsoidOf(DualQuadricOf(*ellipsoid)) : std::nullopt;
 }
 
 }  // namespace sqslam

@@ -23,23 +23,20 @@ Eigen::Matrix4d DualQuadricOf(const PosedSuperquadric& ellipsoid);
 // positive). The axes are named so that z is nearest to the map's z and x nearest to the map's x.
 std::optional<PosedSuperquadric> EllipsoidOf(const Eigen::Matrix4d& dual_quadric);
 
-// Priors of an upright ellipsoid.
+// Priors of an upright ellipsoid whose yaw is known.
 struct QuadricPriors {
   double log_width_ratio = 0.0;  // natural logarithm of the x over the y axis
   double width_sigma = 1.0;
   double log_height_ratio = 0.0;  // the same of the z axis over the geometric mean of the others
   double height_sigma = 1.0;
-  double support = 0.0;    // height of the plane that it stands on, map frame
-  bool keeps_yaw = false;  // fixes the yaw to that of the start
+  double support = 0.0;  // height of the plane that it stands on, map frame
 };
 
-// Refines `start` so that the boxes of its visible parts agree with those of the views, and with the priors
-// if given (step 2 below). Keeps the naming of the axes. Empty if the result is not a bounded ellipsoid in
-// front of the cameras.
+// Refines an upright `start` so that it agrees with the boxes (step 2 below) and with the priors. Keeps its
+// yaw and the naming of the axes. Empty if the result is not a bounded ellipsoid in front of the cameras.
 std::optional<PosedSuperquadric> RefineDualQuadric(const PosedSuperquadric& start,
                                                    std::span<const BoxView> views, const Camera& camera,
-                                                   const ObjectOptions& options,
-                                                   const std::optional<QuadricPriors>& priors);
+                                                   const ObjectOptions& options, const QuadricPriors& priors);
 
 // Returns a frame at the point nearest to the rays through the box centres, in which the median half diagonal
 // of the boxes is 1: p_map = S * p. Empty if the rays are nearly parallel or the point is behind a camera.
@@ -48,10 +45,8 @@ std::optional<Sim3d> FrameOfBoxes(std::span<const BoxView> views, const Camera& 
 // Estimates the ellipsoid of a landmark from its boxes:
 //  1. Each box edge that shows where the object ends spans a plane pi = P^T l. The dual quadric minimises the
 //     squares of pi^T Q* pi, in a frame centred at the object and scaled to its size.
-//  2. If that is an ellipsoid, Levenberg-Marquardt refines centre, rotation and half axes so that the boxes
-//     of the visible parts agree with the detected ones. Edges cut off by the image count, as in the paper;
-//     edges behind another box do not. Loss and standard deviation of an edge are those of the joint
-//     refinement.
+//  2. If that is an ellipsoid, centre, rotation and half axes minimise the energy of the box edges
+//     (object_energy.h): an edge that is hidden or cut off is a lower bound on the extent.
 // Empty if the boxes do not determine a quadric (fewer than three views, or views from one place or along one
 // line) or if the result is not bounded or not in front of the cameras. Commutes with similarities of the map
 // frame.

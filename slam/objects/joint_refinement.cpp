@@ -18,7 +18,6 @@
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
-namespace {
 
 void AddEdges(const SilhouetteView& view, const Camera& camera, const RefinementOptions& options,
               ObjectEnergy& energy) {
@@ -39,6 +38,8 @@ void AddEdges(const SilhouetteView& view, const Camera& camera, const Refinement
                             view.time});
   }
 }
+
+namespace {
 
 // Returns a point within the object: the mean of its points, or without points the one nearest to the rays
 // through the centres of the boxes.
@@ -329,7 +330,7 @@ MotionFit FitMotion(const PosedSuperquadric& at_rest, const PosedSuperquadric& s
     for (int axis = 0; axis < 3; ++axis) {
       energy.normals.push_back({parameter::kDisplacement + axis, factor, factor});
     }
-    Eigen::Matrix<double, parameter::kMovingCount, 1> x;
+    Eigen::Matrix<double, parameter::kMostCount, 1> x;
     x << at_start, Eigen::Vector3d::Zero();
     // The boxes hardly determine the motion.
     const double cost = Minimise(energy, 2 * options.max_iterations, options.cost_tolerance, x);

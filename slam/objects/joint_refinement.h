@@ -23,6 +23,12 @@ struct SilhouetteView {
   double time = 0.0;                 // from -0.5 at the first view of the object to 0.5 at the last
 };
 
+struct ObjectEnergy;
+
+// Adds the terms of the edges of a view's box.
+void AddEdges(const SilhouetteView& view, const Camera& camera, const RefinementOptions& options,
+              ObjectEnergy& energy);
+
 // Statistics of the cameras that observed a point.
 struct PointCameras {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();  // of the camera centres, map frame

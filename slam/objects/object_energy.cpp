@@ -100,8 +100,7 @@ double Minimise(const ObjectEnergy& energy, int max_iterations, double cost_tole
   return solver.Solve(DerivedEnergy<kRows>(energy), &x).final_cost;
 }
 template double Minimise(const ObjectEnergy&, int, double, Eigen::Matrix<double, parameter::kCount, 1>&);
-template double Minimise(const ObjectEnergy&, int, double,
-                         Eigen::Matrix<double, parameter::kMovingCount, 1>&);
+template double Minimise(const ObjectEnergy&, int, double, Eigen::Matrix<double, parameter::kMostCount, 1>&);
 
 ObjectEvidence EvidenceAt(const SolidParameters& minimum, const ObjectEnergy& energy) {
   const int rows = energy.NumResiduals();

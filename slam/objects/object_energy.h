@@ -57,8 +57,8 @@ struct ObjectEnergy {
 };
 
 // Minimises the energy by Levenberg-Marquardt from `x`, which it updates; returns the final cost. Steps that
-// reduce it by less than `cost_tolerance` are the last. `x` has parameter::kMovingCount rows if the object is
-// moving, otherwise parameter::kCount.
+// reduce it by less than `cost_tolerance` are the last. `x` has parameter::kMostCount rows if the object is
+// moving or leaning, otherwise parameter::kCount.
 template <int kRows>
 double Minimise(const ObjectEnergy& energy, int max_iterations, double cost_tolerance,
                 Eigen::Matrix<double, kRows, 1>& x);

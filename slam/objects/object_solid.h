@@ -1,6 +1,7 @@
 #pragma once
 
 #include <ceres/jet.h>
+#include <ceres/rotation.h>
 
 #include <Eigen/Core>
 #include <array>
@@ -15,7 +16,8 @@ namespace sqslam {
 // Layout of an object's parameters: centre (map frame), logs of the half sizes, yaw (radians), exponents
 // (through a sine, which keeps them between kMinShapeExponent and kMaxShapeExponent), the outward bias of the
 // detector for each side of the boxes (share of the box size), logs of the tapers of the lower and the upper
-// end, and, of objects that move, the displacement from the first view to the last (map frame).
+// end, and, of objects that move, the displacement from the first view to the last (map frame), or of those
+// that lean, a rotation about a horizontal axis (rotation vector in the frame that the yaw turns).
 namespace parameter {
 enum Index : int {
   kCentre = 0,
@@ -24,9 +26,10 @@ enum Index : int {
   kExponents = 7,
   kBias = 9,
   kTaper = 13,
-  kCount = 15,  // at rest
+  kCount = 15,  // upright and at rest
   kDisplacement = 15,
-  kMovingCount = 18,
+  kTilt = 15,
+  kMostCount = 18,
 };
 }  // namespace parameter
 
@@ -64,6 +67,7 @@ struct SolidVariant {
   bool tapered = false;
   bool handled = false;
   bool moving = false;
+  bool leaning = false;  // an ellipsoid in any orientation: the exponents are 1
 };
 
 // The solid that the parameters describe.
@@ -85,10 +89,11 @@ struct ObjectSolid {
   T shift;            // from the centre to the body's, along x
   T cos_yaw, sin_yaw;
   T e1, e2;
-  T p1, p2;                 // powers of the norm of Eq. 2, which e1 and e2 stand for
-  T dual_p1, dual_p2;       // and of the support function's
-  std::array<T, 2> taper;   // of the lower and the upper end
-  Vector3<T> displacement;  // from the first view to the last, map frame; only if moving
+  T p1, p2;                       // powers of the norm of Eq. 2, which e1 and e2 stand for
+  T dual_p1, dual_p2;             // and of the support function's
+  std::array<T, 2> taper;         // of the lower and the upper end
+  Vector3<T> displacement;        // from the first view to the last, map frame; only if moving
+  Eigen::Matrix<T, 3, 3> untilt;  // the inverse of the rotation before the yaw; only if leaning
   SolidVariant variant;
 
   ObjectSolid(const T* x, const SolidVariant& of_variant)
@@ -103,6 +108,11 @@ struct ObjectSolid {
     sin_yaw = sin(x[parameter::kYaw]);
     e1 = kExponentMiddle + kExponentReach * sin(x[parameter::kExponents]);
     e2 = kExponentMiddle + kExponentReach * sin(x[parameter::kExponents + 1]);
+    if (variant.leaning) {
+      e1 = e2 = T(1.0);
+      const T back[3] = {-x[parameter::kTilt], -x[parameter::kTilt + 1], T(0.0)};
+      ceres::AngleAxisToRotationMatrix(back, untilt.data());
+    }
     p1 = 2.0 / e1, p2 = 2.0 / e2;
     dual_p1 = 2.0 / (2.0 - e1), dual_p2 = 2.0 / (2.0 - e2);
     for (int i = 0; i < 2; ++i) {
@@ -114,8 +124,9 @@ struct ObjectSolid {
   }
 
   Vector3<T> ToObject(const auto& v_map) const {
-    return {cos_yaw * v_map.x() + sin_yaw * v_map.y(), cos_yaw * v_map.y() - sin_yaw * v_map.x(),
-            T(v_map.z())};
+    const Vector3<T> turned(cos_yaw * v_map.x() + sin_yaw * v_map.y(),
+                            cos_yaw * v_map.y() - sin_yaw * v_map.x(), T(v_map.z()));
+    return variant.leaning ? Vector3<T>(untilt * turned) : turned;
   }
 
   // `time`: from -0.5 at the first view to 0.5 at the last.

@@ -92,13 +92,12 @@ std::optional<double> TextureAsymmetry(const PosedSuperquadric& ellipsoid, const
 
 std::optional<PosedSuperquadric> QuadricFromOneView(const BoxView& view, const cv::Mat& gray,
                                                     const Camera& camera, const ObjectOptions& options,
-                                                    QuadricPriors priors) {
+                                                    const QuadricPriors& priors) {
   constexpr int kAngles = 36;
   constexpr double kDisagreement = 255.0;  // grey levels; cost of a box without overlap
   if (!IsWhole(view.edge_free)) {
     return std::nullopt;
   }
-  priors.keeps_yaw = true;
   std::optional<PosedSuperquadric> best;
   double least = 0.0;
   for (int i = 0; i < kAngles; ++i) {
@@ -131,7 +130,7 @@ std::optional<PosedSuperquadric> EstimateQuadricOnSupport(const Landmark& landma
   }
   const ClassPrior& known = context.classes->Of(landmark.labels.Best());
   const QuadricPriors priors{known.log_width_ratio, known.width_sigma, known.log_height_ratio,
-                             known.height_sigma,    *support,          true};
+                             known.height_sigma, *support};
   const auto start = QuadricFromOneView(landmark.clearest->view, landmark.clearest->gray, context.camera,
                                         *context.options, priors);
   if (!start) {

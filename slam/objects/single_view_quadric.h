@@ -17,7 +17,7 @@ namespace sqslam {
 // that fits the box best. Empty if the box is not seen whole or no ellipsoid on the support fits it.
 std::optional<PosedSuperquadric> QuadricFromOneView(const BoxView& view, const cv::Mat& gray,
                                                     const Camera& camera, const ObjectOptions& options,
-                                                    QuadricPriors priors);
+                                                    const QuadricPriors& priors);
 
 // Estimates the ellipsoid of a landmark from its clearest view and refines it by the boxes of `views` with
 // yaw and priors kept. Empty if up, its support or a view of the whole object is unknown.

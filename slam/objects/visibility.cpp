@@ -189,17 +189,6 @@ EdgeFlags CutEdges(const Box2d& box, const Camera& camera, const DetectionFilter
           box.y + box.height >= camera.height - 1.0 - y_margin};
 }
 
-BoxEdges EdgesOf(const BoxView& view, const Camera& camera, const DetectionFilterOptions& options) {
-  const EdgeFlags at_border = CutEdges(view.box, camera, options);
-  BoxEdges edges;
-  for (std::size_t edge = 0; edge < 4; ++edge) {
-    edges.kinds[edge] = view.edge_free[edge] ? EdgeKind::kFree
-                        : at_border[edge]    ? EdgeKind::kCut
-                                             : EdgeKind::kHidden;
-  }
-  return edges;
-}
-
 std::vector<EdgeFlags> EdgesHiddenByBoxes(std::span<const BoxAtDepth> boxes) {
   std::vector<std::size_t> from_left(boxes.size());
   std::iota(from_left.begin(), from_left.end(), std::size_t{0});

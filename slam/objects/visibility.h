@@ -49,9 +49,6 @@ bool IsWhole(const EdgeFlags& edge_free);
 // the border, by a share of its size.
 EdgeFlags CutEdges(const Box2d& box, const Camera& camera, const DetectionFilterOptions& options);
 
-// Returns the kinds of the edges of a landmark's view, which keeps only whether they are free.
-BoxEdges EdgesOf(const BoxView& view, const Camera& camera, const DetectionFilterOptions& options);
-
 // A box of a frame (distorted px) with the depths of the points in it, map units.
 struct BoxAtDepth {
   Box2d box;

@@ -94,7 +94,7 @@ TEST(ObjectEnergy, HasTheDerivativesOfItsResiduals) {
 }
 
 TEST(ObjectEnergy, HasTheDerivativesOfAMovingObject) {
-  Eigen::Matrix<double, parameter::kMovingCount, 1> x;
+  Eigen::Matrix<double, parameter::kMostCount, 1> x;
   x << PackSolid(MakeSuperquadric(0.3, 0.4)), 0.2, -0.1, 0.05;
   x.segment<2>(parameter::kTaper).setConstant(-0.1);  // away from their bound
   ExpectNumericDerivatives(MakeEnergy(true, {.moving = true}), x);
@@ -110,7 +110,7 @@ TEST(ObjectEnergy, FollowsTheDisplacementOfAMovingObject) {
     edge.camera_centre -= edge.time * displacement;
   }
   const SolidParameters x = PackSolid(MakeSuperquadric(0.3, 0.4));
-  Eigen::Matrix<double, parameter::kMovingCount, 1> x_moving;
+  Eigen::Matrix<double, parameter::kMostCount, 1> x_moving;
   x_moving << x, displacement;
   Eigen::VectorXd residuals(moving.NumResiduals());
   moving(x_moving.data(), residuals.data());

@@ -44,6 +44,20 @@ TEST(ObjectSolid, EqualsTheSuperquadricWithoutTaperOrHandle) {
   }
 }
 
+TEST(ObjectSolid, EqualsTiltedEllipsoidWhenLeaning) {
+  PosedSuperquadric s = MakeSuperquadric({0.3, 0.2, 0.4}, 1.0, 1.0);
+  const Eigen::Vector3d tilt(0.5, -0.3, 0.0);
+  Eigen::Matrix<double, parameter::kMostCount, 1> x;
+  x << PackSolid(s), tilt;
+  x.segment<2>(parameter::kExponents).setConstant(0.7);  // is ignored
+  s.T_map_object.rotation =
+      s.T_map_object.rotation * Eigen::Quaterniond(Eigen::AngleAxisd(tilt.norm(), tilt.normalized()));
+  const ObjectSolid<double> solid(x.data(), {.leaning = true});
+  for (const Eigen::Vector3d& n : kDirections) {
+    EXPECT_NEAR(solid.Support(n), SupportExtent(s, n), 1e-9);
+  }
+}
+
 TEST(ObjectSolid, SupportEqualsTheFarthestPointWhenTapered) {
   const PosedSuperquadric s = MakeSuperquadric({0.3, 0.3, 0.4}, 0.1, 1.0);
   for (const double taper : {0.3, 0.6, 1.0}) {

@@ -80,8 +80,8 @@ TEST(QuadricFromOneView, FindsYawOfSymmetricTexture) {
   EXPECT_LT(TextureAsymmetry(egg, pose, camera, gray).value(), 13.0);  // whole pixels
   EXPECT_GT(TextureAsymmetry(turned, pose, camera, gray).value(), 25.0);
   const BoxView view{0, pose, ProjectToBox(egg, pose, camera).value(), {true, true, true, true}};
-  const auto found = QuadricFromOneView(view, gray, camera, ObjectOptions(),
-                                        {0.0, 0.05, std::log(1.5), 0.05, kSupport, false});
+  const auto found =
+      QuadricFromOneView(view, gray, camera, ObjectOptions(), {0.0, 0.05, std::log(1.5), 0.05, kSupport});
   ASSERT_TRUE(found);
   EXPECT_LT(YawError(*found), 0.06);  // tried every 5 degrees
 }
@@ -91,7 +91,7 @@ TEST(QuadricFromOneView, TakesSizeFromBoxSupportAndClass) {
   const PosedSuperquadric egg = Egg(0.3, 0.2);
   const Rigid3d pose = Pose(egg);
   BoxView view{0, pose, ProjectToBox(egg, pose, camera).value(), {true, true, true, true}};
-  const QuadricPriors priors{std::log(1.5), 0.05, std::log(0.3 / std::sqrt(0.06)), 0.05, kSupport, false};
+  const QuadricPriors priors{std::log(1.5), 0.05, std::log(0.3 / std::sqrt(0.06)), 0.05, kSupport};
   const cv::Mat gray = Image(egg, pose, camera);
   const auto found = QuadricFromOneView(view, gray, camera, ObjectOptions(), priors);
   ASSERT_TRUE(found);
