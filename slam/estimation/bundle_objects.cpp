@@ -41,10 +41,12 @@ void ObjectBlocks::AddResiduals(std::size_t object, ceres::Problem& solver,
                                 ceres::ParameterBlockOrdering& ordering) {
   BundleObject& o = problem_.objects[object];
   double* block = blocks_[object].data();
-  const Eigen::Quaterniond R_map_start = starts_[object].T_map_object.rotation.normalized();
+  const Eigen::Matrix3d R_start_map =
+      starts_[object].T_map_object.rotation.normalized().conjugate().toRotationMatrix();
   const auto add = [&](Eigen::Vector3d& p_map, double weight) {
-    solver.AddResidualBlock(new SurfaceCost(R_map_start, std::sqrt(weight) / o.sigma), losses_[object].get(),
-                            block, p_map.data());
+    solver.AddResidualBlock(new ceres::AutoDiffCostFunction<SurfaceCost, 2, 9, 3>(
+                                new SurfaceCost{R_start_map, std::sqrt(weight) / o.sigma}),
+                            losses_[object].get(), block, p_map.data());
   };
   for (const BundleObject::Point& point : o.points) {
     if (BundlePoint& p = problem_.points[point.index]; p.alive && point.weight > 0.0) {
@@ -127,42 +129,6 @@ PosedSuperquadric FromBlock(const SuperquadricBlock& block, const Eigen::Quatern
   result.shape.e1 = block[kBlockExponents];
   result.shape.e2 = block[kBlockExponents + 1];
   return result;
-}
-
-bool SurfaceCost::Evaluate(double const* const* parameters, double* residuals, double** jacobians) const {
-  const double* block = parameters[0];
-  const Eigen::Vector3d offset =
-      Eigen::Map<const Eigen::Vector3d>(parameters[1]) - Eigen::Map<const Eigen::Vector3d>(block);
-  const double c = std::cos(block[kBlockTurn]);
-  const double s = std::sin(block[kBlockTurn]);
-  Eigen::Matrix3d R_object_start;
-  R_object_start << c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0;
-  const Eigen::Matrix3d R_object_map = R_object_start * R_start_map_;
-  const Eigen::Vector3d p = R_object_map * offset;
-  const Superquadric shape{Eigen::Map<const Eigen::Vector3d>(block + kBlockLogHalf).array().exp(),
-                           block[kBlockExponents], block[kBlockExponents + 1]};
-  const RadialDistanceGradient distance = shape.RadialDistanceWithGradient(p);
-  residuals[0] = factor_ * distance.value;
-  residuals[1] = 0.0;
-  if (jacobians == nullptr) {
-    return true;
-  }
-  const Eigen::Vector3d& by_point = distance.by_point;
-  const Eigen::RowVector3d by_p_map = by_point.transpose() * R_object_map;
-  if (jacobians[0] != nullptr) {
-    Eigen::Matrix<double, 1, 9> by_block;
-    by_block << -by_p_map, distance.by_log_half_size.transpose(), by_point.x() * p.y() - by_point.y() * p.x(),
-        distance.by_e1, distance.by_e2;
-    Eigen::Map<Eigen::Matrix<double, 2, 9, Eigen::RowMajor>> J(jacobians[0]);
-    J.row(0) = factor_ * by_block;
-    J.row(1).setZero();
-  }
-  if (jacobians[1] != nullptr) {
-    Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> J(jacobians[1]);
-    J.row(0) = factor_ * by_p_map;
-    J.row(1).setZero();
-  }
-  return true;
 }
 
 }  // namespace sqslam

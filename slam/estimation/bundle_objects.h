@@ -1,14 +1,15 @@
 #pragma once
 
 #include <ceres/ceres.h>
-#include <ceres/sized_cost_function.h>
 
 #include <Eigen/Geometry>
 #include <array>
+#include <cmath>
 #include <memory>
 #include <vector>
 
 #include "slam/estimation/bundle_adjustment.h"
+#include "slam/geometry/radial_distance.h"
 #include "slam/geometry/superquadric.h"
 
 namespace sqslam {
@@ -31,17 +32,25 @@ PosedSuperquadric FromBlock(const SuperquadricBlock& block, const Eigen::Quatern
 // G the radial Euclidean distance (signed here; its square is the same). Parameters: SuperquadricBlock, point
 // in the map frame. The second residual is zero: with the row size of the reprojection error, Ceres
 // eliminates the points with code for fixed sizes.
-class SurfaceCost final : public ceres::SizedCostFunction<2, 9, 3> {
- public:
-  // `factor`: sqrt(alpha) / sigma, 1 / map units.
-  SurfaceCost(const Eigen::Quaterniond& R_map_start, double factor)
-      : R_start_map_(R_map_start.conjugate().toRotationMatrix()), factor_(factor) {}
+struct SurfaceCost {
+  Eigen::Matrix3d R_start_map;
+  double factor;  // sqrt(alpha) / sigma, 1 / map units
 
-  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
-
- private:
-  Eigen::Matrix3d R_start_map_;
-  double factor_;
+  template <typename T>
+  bool operator()(const T* block, const T* p_map, T* residuals) const {
+    using std::cos, std::exp, std::sin;
+    const Vector3<T> offset(p_map[0] - block[0], p_map[1] - block[1], p_map[2] - block[2]);
+    const Vector3<T> p = R_start_map.cast<T>() * offset;
+    const T c = cos(block[kBlockTurn]);
+    const T s = sin(block[kBlockTurn]);
+    const T* log_half = block + kBlockLogHalf;
+    const T* exponents = block + kBlockExponents;
+    residuals[0] = factor * RadialDistance<T>({c * p.x() + s * p.y(), c * p.y() - s * p.x(), p.z()},
+                                              {exp(log_half[0]), exp(log_half[1]), exp(log_half[2])},
+                                              2.0 / exponents[0], 2.0 / exponents[1]);
+    residuals[1] = T(0.0);
+    return true;
+  }
 };
 
 // Returns the robust sum of squared shape errors of an object at the current points of the problem.

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <type_traits>
 
 #include "slam/fitting/surface_measures.h"
 #include "slam/geometry/lie.h"
@@ -38,20 +37,6 @@ double Logit(double exponent) {
   return std::log(share / (1.0 - share));
 }
 
-// LogSurfaceArea() with the derivatives of log half sizes and exponents.
-template <typename T>
-T LogArea(const T* log_half, const T& e1, const T& e2) {
-  if constexpr (std::is_same_v<T, double>) {
-    return LogSurfaceArea({{std::exp(log_half[0]), std::exp(log_half[1]), std::exp(log_half[2])}, e1, e2});
-  } else {
-    Eigen::Matrix<double, 5, 1> gradient;
-    const double area = LogSurfaceArea(
-        {{std::exp(log_half[0].a), std::exp(log_half[1].a), std::exp(log_half[2].a)}, e1.a, e2.a}, &gradient);
-    return T(area, gradient[0] * log_half[0].v + gradient[1] * log_half[1].v + gradient[2] * log_half[2].v +
-                       gradient[3] * e1.v + gradient[4] * e2.v);
-  }
-}
-
 class Residuals {
  public:
   Residuals(const std::vector<Vector3d>& points, const Eigen::Quaterniond& base, const MixtureModel& model,
@@ -73,7 +58,8 @@ class Residuals {
     using Vector = Eigen::Matrix<T, 3, 1>;
     const T e1 = Exponent(x[3]);
     const T e2 = Exponent(x[4]);
-    const SurfaceDistanceOf<T> distance(Vector(exp(x[0]), exp(x[1]), exp(x[2])), e1, e2);
+    const Vector half_size(exp(x[0]), exp(x[1]), exp(x[2]));
+    const SurfaceDistanceOf<T> distance(half_size, e1, e2);
     const std::array<T, 3> inverse = {options_.upright ? T(0.0) : T(-x[5]),
                                       options_.upright ? T(0.0) : T(-x[6]), -x[7]};
     Eigen::Matrix<T, 3, 3> R_object_base;
@@ -88,7 +74,7 @@ class Residuals {
       *residuals++ = (i < 3 ? kSizePrior : kLogitPrior) * x[i];
     }
     // The cost w log A as a least-squares residual; the shift only keeps the radicand positive.
-    const T area = LogArea(x, e1, e2) + kLogAreaShift;
+    const T area = LogSurfaceArea<T>(half_size, e1, e2) + kLogAreaShift;
     *residuals =
         options_.area_weight > 0.0 && area > 1e-3 ? T(sqrt(2.0 * options_.area_weight * area)) : T(0.0);
     return true;

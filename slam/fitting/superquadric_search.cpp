@@ -181,6 +181,10 @@ void Refine(Candidates& candidates, const Points& points, const MixtureModel& mo
   }
 }
 
+double VisibleArea(const Superquadric& shape) {
+  return 0.5 * std::exp(LogSurfaceArea(shape.half_size, shape.e1, shape.e2));
+}
+
 // Estimates the noise and the share of outliers that suit a shape best, and the likelihood of the points:
 // spread evenly over the visible half of the surface, with outliers in the bounding box of all points.
 class Likelihood {
@@ -195,7 +199,7 @@ class Likelihood {
   }
 
   MixtureModel Model(const PosedSuperquadric& superquadric, MixtureModel model) const {
-    const double area = 0.5 * std::exp(LogSurfaceArea(superquadric.shape));
+    const double area = VisibleArea(superquadric.shape);
     const std::vector<double> distances = Distances(superquadric);
     for (int iteration = 0; iteration < 5; ++iteration) {
       double sum = 0.0;
@@ -223,7 +227,7 @@ class Likelihood {
 
   // Negative log likelihood.
   double Cost(const PosedSuperquadric& superquadric, const MixtureModel& model) const {
-    const double area = 0.5 * std::exp(LogSurfaceArea(superquadric.shape));
+    const double area = VisibleArea(superquadric.shape);
     const double ratio = std::sqrt(2.0 * kPi) * model.sigma * area / volume_;
     const double share = ratio / (ratio + model.outlier_ratio);
     double sum = 0.0;

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cmath>
+#include <numbers>
 
 #include "slam/geometry/superquadric.h"
 
@@ -78,8 +80,50 @@ class SurfaceDistanceOf {
 };
 using SurfaceDistance = SurfaceDistanceOf<double>;
 
+// Chords of the quarter curve |c|^(2/e) + |s|^(2/e) = 1: their midpoints and extents.
+template <typename T>
+struct QuarterChords {
+  static constexpr int kSegments = 10;  // even, so that a chord ends at the corner of a box
+  std::array<T, kSegments> c, s, dc, ds;
+
+  explicit QuarterChords(const T& e) {
+    using std::pow;
+    std::array<T, kSegments + 1> x;
+    std::array<T, kSegments + 1> y;
+    for (int i = 0; i <= kSegments / 2; ++i) {
+      const double tangent = std::tan(0.5 * std::numbers::pi * i / kSegments);
+      x[i] = i == 0 ? T(1.0) : T(pow(1.0 + pow(tangent, 2.0 / e), -0.5 * e));
+      y[i] = tangent * x[i];
+      x[kSegments - i] = y[i];
+      y[kSegments - i] = x[i];
+    }
+    for (int i = 0; i < kSegments; ++i) {
+      c[i] = 0.5 * (x[i] + x[i + 1]), s[i] = 0.5 * (y[i] + y[i + 1]);
+      dc[i] = x[i + 1] - x[i], ds[i] = y[i + 1] - y[i];
+    }
+  }
+};
+
 // Returns the log of the area of a superquadric by a coarse quadrature that is fast enough for an inner loop:
-// accurate to 2 %. `gradient` (may be null): by log a_x, log a_y, log a_z, e1 and e2.
-double LogSurfaceArea(const Superquadric& shape, Eigen::Matrix<double, 5, 1>* gradient = nullptr);
+// accurate to 2 %.
+template <typename T>
+T LogSurfaceArea(const Eigen::Matrix<T, 3, 1>& half_size, const T& e1, const T& e2) {
+  using std::log, std::sqrt;
+  const QuarterChords<T> p(e1);
+  const QuarterChords<T> q(e2);
+  const Eigen::Matrix<T, 3, 1> faces(half_size.y() * half_size.z(), half_size.x() * half_size.z(),
+                                     half_size.x() * half_size.y());
+  T octant(0.0);
+  for (int i = 0; i < p.kSegments; ++i) {
+    for (int j = 0; j < q.kSegments; ++j) {
+      const T x = faces.x() * (p.c[i] * p.ds[i] * q.ds[j]);
+      const T y = faces.y() * (p.c[i] * p.ds[i] * q.dc[j]);
+      const T z = faces.z() * (p.c[i] * p.dc[i] * (q.c[j] * q.ds[j] - q.s[j] * q.dc[j]));
+      const T square = x * x + y * y + z * z;
+      octant += square > 0.0 ? T(sqrt(square)) : T(0.0);
+    }
+  }
+  return log(8.0 * octant);
+}
 
 }  // namespace sqslam

@@ -12,7 +12,6 @@ namespace sqslam {
 namespace {
 
 constexpr int kCount = parameter::kCount;
-constexpr double kInside = 0.999;  // share of the reach of the exponents at which the sine still has a slope
 using Square = Eigen::Matrix<double, kCount, kCount>;
 
 // Residuals and Jacobian of an energy, for ceres::TinySolver, which evaluates each accepted step first for
@@ -110,8 +109,9 @@ ObjectEvidence EvidenceAt(const SolidParameters& minimum, const ObjectEnergy& en
   // the sine has no slope.
   SolidParameters x = minimum;
   x.segment<2>(parameter::kTaper) = x.segment<2>(parameter::kTaper).cwiseMin(0.0);
-  auto angles = x.segment<2>(parameter::kExponents);
-  angles = (kInside * angles.array().sin()).asin();
+  for (double& angle : x.segment<2>(parameter::kExponents)) {
+    angle = AngleOf(ExponentOf(angle));
+  }
   const DerivedEnergy<kCount> derived(energy);
   derived(x.data(), residuals.data(), jacobian.data());
   // Chain rule to sizes and exponents: d half = half d log(half), d e = reach cos(u) du.
@@ -135,14 +135,11 @@ ObjectEvidence EvidenceAt(const SolidParameters& minimum, const ObjectEnergy& en
 
 SolidParameters PackSolid(const PosedSuperquadric& superquadric) {
   const auto& [shape, T_map_object] = superquadric;
-  const auto angle = [](double e) {
-    return std::asin(std::clamp((e - kExponentMiddle) / kExponentReach, -kInside, kInside));
-  };
   SolidParameters x = SolidParameters::Zero();
   x.head<3>() = T_map_object.translation;
   x.segment<3>(parameter::kLogHalf) = shape.half_size.array().log();
   x[parameter::kYaw] = YawOf(T_map_object.rotation);
-  x.segment<2>(parameter::kExponents) << angle(shape.e1), angle(shape.e2);
+  x.segment<2>(parameter::kExponents) << AngleOf(shape.e1), AngleOf(shape.e2);
   return x;
 }
 

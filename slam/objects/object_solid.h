@@ -4,12 +4,12 @@
 #include <ceres/rotation.h>
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cmath>
-#include <type_traits>
 
+#include "slam/geometry/radial_distance.h"
 #include "slam/geometry/superquadric.h"
-#include "slam/geometry/superquadric_norm.h"
 
 namespace sqslam {
 
@@ -36,30 +36,15 @@ enum Index : int {
 inline constexpr double kExponentMiddle = 0.5 * (kMinShapeExponent + kMaxShapeExponent);
 inline constexpr double kExponentReach = 0.5 * (kMaxShapeExponent - kMinShapeExponent);
 
+// Exponents and the angles that stand for them. At the bounds the sine has no slope: angles keep off these.
 template <typename T>
-using Vector3 = Eigen::Matrix<T, 3, 1>;
-
-// The norm whose unit sphere is a superquadric, for numbers and for Jets: |(|(x, y)|_p2, z)|_p1.
-template <typename T>
-T SolidNorm(const T& x, const T& y, const T& z, const T& p1, const T& p2) {
-  if constexpr (std::is_same_v<T, double>) {
-    return SuperquadricNorm<PNormWithSlope>({x, y, z}, p1, p2).Value();
-  } else {
-    const SuperquadricNorm<PNormWithSlope> norm({x.a, y.a, z.a}, p1.a, p2.a);
-    const auto& [section, whole] = norm;
-    return T(whole.value, whole.by_x * (section.by_x * x.v + section.by_y * y.v + section.by_p * p2.v) +
-                              whole.by_y * z.v + whole.by_p * p1.v);
-  }
+T ExponentOf(const T& angle) {
+  using std::sin;
+  return kExponentMiddle + kExponentReach * sin(angle);
 }
-
-// Signed radial distance of a point in the frame of a superquadric from its surface (Eq. 11), negative
-// inside; at the centre minus the smallest half size. `p1`, `p2`: powers 2 / e1 and 2 / e2.
-template <typename T>
-T RadialDistance(const Vector3<T>& p, const Vector3<T>& half_size, const T& p1, const T& p2) {
-  using std::sqrt;
-  const Vector3<T> unit = p.cwiseQuotient(half_size);
-  const T scale = SolidNorm<T>(unit.x(), unit.y(), unit.z(), p1, p2);
-  return scale > 0.0 ? T(sqrt(p.squaredNorm()) * (1.0 - 1.0 / scale)) : T(-half_size.minCoeff());
+inline double AngleOf(double exponent) {
+  constexpr double kInside = 0.999;
+  return std::asin(std::clamp((exponent - kExponentMiddle) / kExponentReach, -kInside, kInside));
 }
 
 // Variations of a superquadric.
@@ -106,8 +91,8 @@ struct ObjectSolid {
     shift = body.x() - hull.x();
     cos_yaw = cos(x[parameter::kYaw]);
     sin_yaw = sin(x[parameter::kYaw]);
-    e1 = kExponentMiddle + kExponentReach * sin(x[parameter::kExponents]);
-    e2 = kExponentMiddle + kExponentReach * sin(x[parameter::kExponents + 1]);
+    e1 = ExponentOf(x[parameter::kExponents]);
+    e2 = ExponentOf(x[parameter::kExponents + 1]);
     if (variant.leaning) {
       e1 = e2 = T(1.0);
       const T back[3] = {-x[parameter::kTilt], -x[parameter::kTilt + 1], T(0.0)};

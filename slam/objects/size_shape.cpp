@@ -1,10 +1,11 @@
 #include "slam/objects/size_shape.h"
 
-#include <ceres/ceres.h>
-#include <ceres/normal_prior.h>
+#include <ceres/tiny_solver.h>
+#include <ceres/tiny_solver_autodiff_function.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -15,51 +16,57 @@
 namespace sqslam {
 namespace {
 
-// Weighted radial distance of a point as a function of e1 and e2.
-struct ShapeCost {
+// Robust weighted radial distances of points, and the prior, as functions of two angles: the exponents are
+// those of ObjectSolid.
+struct ShapeEnergy {
+  std::span<const Eigen::Vector3d> p_object;
   Eigen::Vector3d half_size;
-  Eigen::Vector3d p;
-  double factor;  // sqrt(alpha) / mean half size
+  std::vector<double> factors;  // sqrt(alpha) / mean half size
+  SizeShapeOptions options;
+
+  using Scalar = double;
+  enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = 2 };
+  int NumResiduals() const { return static_cast<int>(p_object.size()) + 2; }
 
   template <typename T>
-  bool operator()(const T* exponents, T* residual) const {
-    residual[0] =
-        factor * RadialDistance<T>(p.cast<T>(), half_size.cast<T>(), 2.0 / exponents[0], 2.0 / exponents[1]);
+  bool operator()(const T* angles, T* residuals) const {
+    const T exponents[2] = {ExponentOf(angles[0]), ExponentOf(angles[1])};
+    for (std::size_t i = 0; i < p_object.size(); ++i) {
+      const T distance = RadialDistance<T>(p_object[i].cast<T>(), half_size.cast<T>(), 2.0 / exponents[0],
+                                           2.0 / exponents[1]);
+      *residuals++ = Huber<T>(factors[i] * distance, options.huber);
+    }
+    const double factor =
+        options.huber * std::sqrt(options.regularisation * static_cast<double>(p_object.size()));
+    for (const T& exponent : exponents) {
+      *residuals++ = factor * (exponent - options.prior_exponent);
+    }
     return true;
+  }
+
+  // Signed square root of Huber's loss.
+  template <typename T>
+  static T Huber(const T& r, double width) {
+    using std::sqrt;
+    const T size = r < 0.0 ? T(-r) : r;
+    const T root = size <= width ? size : T(sqrt(2.0 * width * size - width * width));
+    return r < 0.0 ? T(-root) : root;
   }
 };
 
-double HuberCost(double residual, double width) {
-  const double r = std::abs(residual);
-  return r <= width ? r * r : 2.0 * width * r - width * width;
-}
-
-// Mean robust cost at fixed exponents; the function that the refinement minimises.
-double CostAt(const std::vector<ShapeCost>& costs, double e1, double e2, const SizeShapeOptions& options) {
-  const double exponents[2] = {e1, e2};
-  double sum = 0.0;
-  for (const ShapeCost& cost : costs) {
-    double residual = 0.0;
-    cost(exponents, &residual);
-    sum += HuberCost(residual, options.huber);
-  }
-  const double d1 = e1 - options.prior_exponent;
-  const double d2 = e2 - options.prior_exponent;
-  return sum / static_cast<double>(costs.size()) +
-         options.regularisation * options.huber * options.huber * (d1 * d1 + d2 * d2);
-}
-
-ShapeFit BestOfGrid(const std::vector<ShapeCost>& costs, const SizeShapeOptions& options) {
+ShapeFit BestOfGrid(const ShapeEnergy& energy) {
+  const double step = energy.options.grid_step;
+  const int steps = static_cast<int>((kMaxShapeExponent - kMinShapeExponent) / step + 1e-6);
+  Eigen::VectorXd residuals(energy.NumResiduals());
   ShapeFit best;
   best.cost = std::numeric_limits<double>::infinity();
-  const int steps = static_cast<int>((kMaxShapeExponent - kMinShapeExponent) / options.grid_step + 1e-6);
   for (int i = 0; i <= steps; ++i) {
     for (int j = 0; j <= steps; ++j) {
-      const double e1 = kMinShapeExponent + i * options.grid_step;
-      const double e2 = kMinShapeExponent + j * options.grid_step;
-      const double cost = CostAt(costs, e1, e2, options);
-      if (cost < best.cost) {
-        best = {e1, e2, cost};
+      const double e1 = kMinShapeExponent + i * step;
+      const double e2 = kMinShapeExponent + j * step;
+      energy(std::array{AngleOf(e1), AngleOf(e2)}.data(), residuals.data());
+      if (residuals.squaredNorm() < best.cost) {
+        best = {e1, e2, residuals.squaredNorm()};
       }
     }
   }
@@ -95,36 +102,17 @@ ShapeFit FitShape(std::span<const Eigen::Vector3d> p_object, const Eigen::Vector
   if (p_object.empty()) {
     return {options.prior_exponent, options.prior_exponent, 0.0};
   }
-  const std::vector<double> alpha = ShapeWeights(p_object);
-  std::vector<ShapeCost> costs;
-  for (std::size_t i = 0; i < p_object.size(); ++i) {
-    costs.push_back({half_size, p_object[i], std::sqrt(alpha[i]) / half_size.mean()});
+  ShapeEnergy energy{p_object, half_size, ShapeWeights(p_object), options};
+  for (double& factor : energy.factors) {
+    factor = std::sqrt(factor) / half_size.mean();
   }
-  const ShapeFit start = BestOfGrid(costs, options);
-
-  double exponents[2] = {start.e1, start.e2};
-  const double factor =
-      options.huber * std::sqrt(options.regularisation * static_cast<double>(p_object.size()));
-  ceres::Problem problem;
-  for (const ShapeCost& cost : costs) {
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<ShapeCost, 1, 2>(new ShapeCost(cost)),
-                             new ceres::HuberLoss(options.huber), exponents);
-  }
-  problem.AddResidualBlock(new ceres::NormalPrior(factor * ceres::Matrix::Identity(2, 2),
-                                                  ceres::Vector::Constant(2, options.prior_exponent)),
-                           nullptr, exponents);
-  for (int i = 0; i < 2; ++i) {
-    problem.SetParameterLowerBound(exponents, i, kMinShapeExponent);
-    problem.SetParameterUpperBound(exponents, i, kMaxShapeExponent);
-  }
-  ceres::Solver::Options solver;
-  solver.linear_solver_type = ceres::DENSE_QR;
-  solver.max_num_iterations = options.max_iterations;
-  solver.logging_type = ceres::SILENT;
-  ceres::Solver::Summary summary;
-  ceres::Solve(solver, &problem, &summary);
-  const ShapeFit refined{exponents[0], exponents[1], CostAt(costs, exponents[0], exponents[1], options)};
-  return refined.cost <= start.cost ? refined : start;
+  const ShapeFit start = BestOfGrid(energy);
+  Eigen::Vector2d angles(AngleOf(start.e1), AngleOf(start.e2));
+  using Derived = ceres::TinySolverAutoDiffFunction<ShapeEnergy, Eigen::Dynamic, 2>;
+  ceres::TinySolver<Derived> solver{};
+  solver.options.max_num_iterations = options.max_iterations;
+  const double cost = 2.0 * solver.Solve(Derived(energy), &angles).final_cost;
+  return {ExponentOf(angles[0]), ExponentOf(angles[1]), cost / static_cast<double>(p_object.size())};
 }
 
 PosedSuperquadric SuperquadricAtYaw(std::span<const Eigen::Vector3d> p_map, double yaw,
