@@ -240,15 +240,18 @@ void ApplyFit(Landmark& landmark, const StandingFit& fit, const std::vector<BoxV
 }
 
 std::optional<SizedObject> KnownSizeOf(const Landmark& landmark, const ClassPriors& classes) {
-  constexpr double kMapped = 0.15;  // standard deviation of the logarithm of a mapped size
+  constexpr double kMinShare = 1e-3;  // of the information about the size that the class did not give
   const ClassPrior& known = classes.Of(landmark.labels.Best());
   const Eigen::Vector3d& half = landmark.superquadric.shape.half_size;
   const bool completed = half.head<2>() != landmark.visible.shape.half_size.head<2>();
   if (!known.log_metres || completed) {
     return std::nullopt;
   }
+  const Eigen::Vector3d by_half = half.cwiseInverse() / 3.0;
+  const double variance = by_half.dot(landmark.covariance.block<3, 3>(3, 3) * by_half);
+  const double measured = 1.0 - variance / (known.size_sigma * known.size_sigma);
   return SizedObject{landmark.id, *known.log_metres - LogSize(landmark.superquadric.shape),
-                     std::hypot(known.size_sigma, kMapped)};
+                     std::hypot(known.size_sigma, std::sqrt(variance / std::max(measured, kMinShare)))};
 }
 
 std::vector<SizedObject> KnownSizesAmong(std::span<const Landmark* const> landmarks,

@@ -46,7 +46,7 @@ std::vector<BoxView> HeldOutViews(const std::vector<BoxView>& all, const std::ve
                                   std::size_t count);
 
 // Estimates the map's scale from an object whose class has a metric size; empty for others, and for one that
-// has its depth from its class.
+// has its depth from its class. The fit knew the size of the class, so only the information beyond it counts.
 std::optional<SizedObject> KnownSizeOf(const Landmark& landmark, const ClassPriors& classes);
 
 // The same for those of the landmarks that have one.

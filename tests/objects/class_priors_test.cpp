@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "slam/objects/landmark_estimation.h"
 #include "slam/objects/reliability.h"
 #include "slam/util/data_path.h"
 #include "slam/util/error.h"
@@ -107,6 +108,23 @@ TEST(Reliability, FallsWithEveryReasonForDoubt) {
   EXPECT_LT(with([](auto& e) { e.class_surprise = 200.0; }), 0.55);
   EXPECT_EQ(with([](auto& e) { e.held_out_agreement = 0.2; }), 0.0);
   EXPECT_LT(with([](auto& e) { e.holds_larger = true; }), 0.5);
+}
+
+TEST(KnownSizeOf, DiscountsSizeThatCameFromTheClass) {
+  const ClassPriors classes = ClassPriors::Named("default");
+  const double size_sigma = classes.Of("cup").size_sigma;
+  Landmark cup;
+  cup.labels.Add("cup", 1.0);
+  const Eigen::Vector3d half(0.2, 0.1, 0.3);
+  cup.superquadric.shape.half_size = cup.visible.shape.half_size = half;
+  const auto sigma = [&](double of_size) {
+    cup.covariance.setZero();
+    cup.covariance.block<3, 3>(3, 3) = of_size * of_size * half * half.transpose();
+    return KnownSizeOf(cup, classes)->sigma;
+  };
+  EXPECT_NEAR(sigma(0.02), size_sigma, 0.01) << "measured";
+  EXPECT_NEAR(sigma(std::sqrt(0.5) * size_sigma), std::sqrt(2.0) * size_sigma, 1e-9) << "half of it measured";
+  EXPECT_GT(sigma(size_sigma), 5.0 * size_sigma);
 }
 
 TEST(ClassSurprise, VanishesForATypicalObjectAtTheRightScale) {
