@@ -131,7 +131,6 @@ void JudgeReliability(Landmark& landmark, const std::vector<BoxView>& used,
   const Superquadric& shape = landmark.superquadric.shape;
   ReliabilityEvidence evidence;
   evidence.observations = landmark.Evidence();
-  evidence.holds_larger = context.surroundings.holds_larger;
   evidence.held_out_agreement = BoxAgreement(landmark.visible, held_out, context.camera);
   if (context.options->refinement.enabled) {
     evidence.log_size_sigma = landmark.refined ? LogSizeSigma(shape, landmark.covariance) : kUnknownSigma;

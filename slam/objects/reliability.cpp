@@ -24,13 +24,12 @@ double Reliability(const ReliabilityEvidence& evidence) {
   constexpr double kUsualSurprise = 9.0;
   constexpr double kLabelIsWrong = 0.2;
   constexpr double kHalfConvinced = 10.0;  // boxes
-  constexpr double kImpossible = 0.5;      // factor; not 0, as the label may be wrong
   const double agreement = std::clamp((evidence.held_out_agreement - kUseless) / (1.0 - kUseless), 0.0, 1.0);
   const double sharpness = 1.0 / (1.0 + std::pow(evidence.log_size_sigma / kUsualSigma, 2));
   const double plausible =
       kLabelIsWrong + (1.0 - kLabelIsWrong) / (1.0 + evidence.class_surprise / kUsualSurprise);
   const double seen = evidence.observations / (evidence.observations + kHalfConvinced);
-  return std::sqrt(agreement * plausible) * sharpness * seen * (evidence.holds_larger ? kImpossible : 1.0);
+  return std::sqrt(agreement * plausible) * sharpness * seen;
 }
 
 }  // namespace sqslam

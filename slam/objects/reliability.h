@@ -14,7 +14,6 @@ struct ReliabilityEvidence {
   double held_out_agreement = 0.0;  // mean IoU with boxes that the fit did not use, in [0, 1]
   double log_size_sigma = 0.0;      // root mean square over the axes of sigma(half size) / half size
   double class_surprise = 0.0;      // chi square of size and proportions under the class's prior, three terms
-  bool holds_larger = false;        // it encloses a better known object of a larger class
 };
 
 // Chi square of the size and of the two ratios under the prior, each over its standard deviation.

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "slam/objects/landmark_geometry.h"
 #include "slam/objects/visibility.h"
 #include "slam/util/statistics.h"
 #include "slam/util/to_vector.h"
@@ -42,17 +41,6 @@ bool StandsOn(const Landmark& other, const Landmark& landmark, std::span<const L
          });
 }
 
-// True if at least half of a better known object of a larger class lies in the landmark.
-bool Holds(const Landmark& landmark, const Landmark& other, const ClassPriors& classes) {
-  constexpr double kHeld = 0.5;
-  const std::optional<double>& size = classes.Of(landmark.labels.Best()).log_metres;
-  const std::optional<double>& other_size = classes.Of(other.labels.Best()).log_metres;
-  return size && other_size && *other_size > *size && other.observations > landmark.observations &&
-         other.reliability > landmark.reliability &&
-         other.superquadric.shape.Volume() < landmark.superquadric.shape.Volume() &&
-         OverlapOfSmaller(other.superquadric, landmark.superquadric) > kHeld;
-}
-
 }  // namespace
 
 Surroundings SurroundingsOf(const Landmark& landmark, std::span<const Landmark* const> shown,
@@ -72,7 +60,6 @@ Surroundings SurroundingsOf(const Landmark& landmark, std::span<const Landmark* 
       continue;
     }
     result.others.push_back(other->superquadric);
-    result.holds_larger = result.holds_larger || Holds(landmark, *other, classes);
     if (other->superquadric.shape.Volume() < kMuchSmaller * volume) {
       result.smaller.push_back(other->superquadric);
       if (StandsOn(*other, landmark, shown)) {

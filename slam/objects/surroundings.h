@@ -19,7 +19,6 @@ struct Surroundings {
   std::vector<PosedSuperquadric> occluders;  // larger ones that may hide it: MayOcclude()
   std::optional<double> hidden_support;      // support of the nearest of these, which it may share
   std::optional<double> top_height;          // height of its top, on which smaller ones stand
-  bool holds_larger = false;                 // it encloses a better known object of a larger class
 };
 
 // Collects the surroundings of a landmark from the shown landmarks, which may include itself. Empty if it has

@@ -19,7 +19,7 @@ TEST(Assignment, FindsTheBestSumOfAllPermutations) {
   for (int trial = 0; trial < 50; ++trial) {
     Eigen::MatrixXd gain(4, 5);
     for (double& value : gain.reshaped()) {
-      value = uniform(generator) - (trial % 2) * 0.5;  // every other one falls into blocks
+      value = uniform(generator) - (trial % 2) * 0.5;  // half of them impossible in every other one
     }
     std::vector<int> columns(5);
     std::iota(columns.begin(), columns.end(), 0);

@@ -107,7 +107,6 @@ TEST(Reliability, FallsWithEveryReasonForDoubt) {
   EXPECT_LT(with([](auto& e) { e.log_size_sigma = 0.4; }), 0.4);
   EXPECT_LT(with([](auto& e) { e.class_surprise = 200.0; }), 0.55);
   EXPECT_EQ(with([](auto& e) { e.held_out_agreement = 0.2; }), 0.0);
-  EXPECT_LT(with([](auto& e) { e.holds_larger = true; }), 0.5);
 }
 
 TEST(KnownSizeOf, DiscountsSizeThatCameFromTheClass) {

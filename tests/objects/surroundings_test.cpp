@@ -74,26 +74,6 @@ TEST(DirectionToTableAxis, PointsAcrossTheTableFromItsSideAndAlongItFromItsEnd) 
                   .isApprox(turn.rotation * Eigen::Vector3d(0.0, -0.7, 0.0)));
 }
 
-TEST(Surroundings, LetsSinkHoldCupsButNoBetterKnownChair) {
-  Landmark sink = MappedBox(1, {0.0, 2.0, 0.5}, {0.5, 0.8, 0.5});
-  sink.labels.Add("sink", 0.9);
-  sink.observations = 20;
-  sink.reliability = 0.4;
-  const auto holds = [&](const char* label, const Eigen::Vector3d& centre, int observations) {
-    Landmark other = MappedBox(2, centre, {0.2, 0.2, 0.4});
-    other.labels.Add(label, 0.9);
-    other.observations = observations;
-    other.reliability = 0.6;
-    const std::vector<const Landmark*> shown = {&sink, &other};
-    return SurroundingsOf(sink, shown, ClassPriors::Named("default")).holds_larger;
-  };
-  EXPECT_TRUE(holds("chair", {0.1, 2.1, 0.5}, 30));
-  EXPECT_FALSE(holds("cup", {0.1, 2.1, 0.5}, 30));
-  EXPECT_FALSE(holds("chair", {0.1, 2.1, 0.5}, 10)) << "less known than the sink";
-  EXPECT_FALSE(holds("chair", {0.6, 2.1, 0.5}, 30)) << "more than half of it is outside";
-  EXPECT_FALSE(holds("unheard of", {0.1, 2.1, 0.5}, 30));
-}
-
 TEST(Surroundings, LetsTableHideChairWithBackAboveIt) {
   const Landmark table = MappedBox(1, {0.0, 2.0, 0.35}, {0.8, 0.5, 0.35});
   Landmark back = MappedBox(2, {0.1, 2.4, 0.85}, {0.2, 0.05, 0.12});
