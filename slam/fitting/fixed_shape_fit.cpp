@@ -12,12 +12,20 @@ namespace {
 constexpr double kNoise = 0.05;  // of the mean half size
 constexpr double kPull = 0.1;    // of each half size
 
+// Half sizes by their logarithms; of a round thing the second is that along x.
+template <typename T>
+Eigen::Matrix<T, 3, 1> HalfSize(const T* log_size, bool round) {
+  using std::exp;
+  return {exp(log_size[0]), exp(log_size[round ? 0 : 1]), exp(log_size[2])};
+}
+
 // Distance of a point over the noise. Parameters: centre (in the frame of `start`), logarithms of the half
 // sizes, rotation about the z axis.
 struct PointCost {
   Eigen::Vector3d p;
   Superquadric shape;
   double noise;
+  bool round;
 
   template <typename T>
   bool operator()(const T* centre, const T* log_size, const T* yaw, T* residual) const {
@@ -25,8 +33,7 @@ struct PointCost {
     const Vector offset = p.cast<T>() - Eigen::Map<const Vector>(centre);
     const T c = cos(*yaw);
     const T s = sin(*yaw);
-    const Vector half(exp(log_size[0]), exp(log_size[1]), exp(log_size[2]));
-    const SurfaceDistanceOf<T> distance(half, T(shape.e1), T(shape.e2));
+    const SurfaceDistanceOf<T> distance(HalfSize(log_size, round), T(shape.e1), T(shape.e2));
     *residual =
         distance({c * offset.x() + s * offset.y(), c * offset.y() - s * offset.x(), offset.z()}) / noise;
     return true;
@@ -37,31 +44,15 @@ struct PointCost {
 // size. Priors on centre and size instead would let a shape seen from above shrink to its visible part.
 struct SidesCost {
   Eigen::Vector3d start;  // half sizes
+  bool round;
 
   template <typename T>
   bool operator()(const T* centre, const T* log_size, T* residuals) const {
+    const Eigen::Matrix<T, 3, 1> half = HalfSize(log_size, round);
     for (int i = 0; i < 3; ++i) {
-      const T half = exp(log_size[i]);
-      residuals[2 * i] = (centre[i] - half + start[i]) / (kPull * start[i]);
-      residuals[2 * i + 1] = (centre[i] + half - start[i]) / (kPull * start[i]);
+      residuals[2 * i] = (centre[i] - half[i] + start[i]) / (kPull * start[i]);
+      residuals[2 * i + 1] = (centre[i] + half[i] - start[i]) / (kPull * start[i]);
     }
-    return true;
-  }
-};
-
-// Keeps the first two of three parameters equal.
-struct EqualFirstTwo {
-  template <typename T>
-  bool Plus(const T* x, const T* delta, T* sum) const {
-    sum[0] = x[0] + delta[0];
-    sum[1] = x[1] + delta[0];
-    sum[2] = x[2] + delta[1];
-    return true;
-  }
-  template <typename T>
-  bool Minus(const T* y, const T* x, T* difference) const {
-    difference[0] = 0.5 * (y[0] - x[0] + y[1] - x[1]);
-    difference[1] = y[2] - x[2];
     return true;
   }
 };
@@ -79,18 +70,16 @@ PosedSuperquadric FitPlaceAndSize(std::span<const Eigen::Vector3d> p_map, const 
   ceres::Problem problem;
   const Rigid3d T_object_map = start.T_map_object.Inverse();
   for (const Eigen::Vector3d& p : p_map) {
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<PointCost, 1, 3, 3, 1>(new PointCost{
-                                 T_object_map * p, start.shape, kNoise * start.shape.half_size.mean()}),
-                             new ceres::HuberLoss(1.0), centre.data(), log_size.data(), &yaw);
+    problem.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<PointCost, 1, 3, 3, 1>(new PointCost{
+            T_object_map * p, start.shape, kNoise * start.shape.half_size.mean(), freedom.round}),
+        new ceres::HuberLoss(1.0), centre.data(), log_size.data(), &yaw);
   }
-  problem.AddResidualBlock(
-      new ceres::AutoDiffCostFunction<SidesCost, 6, 3, 3>(new SidesCost{start.shape.half_size}), nullptr,
-      centre.data(), log_size.data());
+  problem.AddResidualBlock(new ceres::AutoDiffCostFunction<SidesCost, 6, 3, 3>(
+                               new SidesCost{start.shape.half_size, freedom.round}),
+                           nullptr, centre.data(), log_size.data());
   if (!freedom.yaw) {
     problem.SetParameterBlockConstant(&yaw);
-  }
-  if (freedom.round) {
-    problem.SetManifold(log_size.data(), new ceres::AutoDiffManifold<EqualFirstTwo, 3, 2>);
   }
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
@@ -99,7 +88,7 @@ PosedSuperquadric FitPlaceAndSize(std::span<const Eigen::Vector3d> p_map, const 
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
   PosedSuperquadric fitted = start;
-  fitted.shape.half_size = log_size.array().exp();
+  fitted.shape.half_size = HalfSize(log_size.data(), freedom.round);
   fitted.T_map_object.translation = start.T_map_object * centre;
   fitted.T_map_object.rotation =
       (start.T_map_object.rotation * Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ())).normalized();

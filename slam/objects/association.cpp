@@ -52,7 +52,7 @@ double InterFrameGain(const BoxCandidate& box, const KnownLandmark& landmark, co
     return same_place || same_points ? 0.5 * (iou + shared) : 0.0;
   }
   const bool by_iou = iou >= options.accept_iou || (iou >= options.min_iou && !parts.points);
-  const bool by_both = iou >= options.min_iou && (shared >= options.min_shared || box.point_ids.size() <= 6);
+  const bool by_both = iou >= options.min_iou && shared >= options.min_shared;
   const bool by_points = shared >= 2.0 * options.min_shared;
   return by_iou || by_both || by_points ? iou + shared : 0.0;
 }

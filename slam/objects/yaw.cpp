@@ -1,6 +1,7 @@
 #include "slam/objects/yaw.h"
 
 #include <ceres/tiny_solver.h>
+#include <ceres/tiny_solver_autodiff_function.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -8,6 +9,8 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+
+#include "slam/objects/object_terms.h"
 
 namespace sqslam {
 namespace {
@@ -94,33 +97,17 @@ struct YawProblem {
 
   int NumResiduals() const { return static_cast<int>(matches->size()); }
 
-  bool operator()(const double* yaw, double* residuals, double* jacobian) const {
+  template <typename T>
+  bool operator()(const T* yaw, T* residuals) const {
+    using std::asin, std::cos, std::sin, std::sqrt;
     constexpr double kWidth = 0.03;
     for (const Match& match : *matches) {
       const NormalisedLine& line = (*lines)[match.line];
-      const Eigen::Vector2d axis = AxisAt(*yaw + match.offset);
-      const Eigen::Vector2d d = line.image * axis;
-      const Eigen::Vector2d slope = line.image * Eigen::Vector2d(-axis.y(), axis.x());
-      const double norm = std::sqrt(d.squaredNorm() + 1e-12);
-      const double sine = d.dot(line.normal) / norm;
-      if (fit == LineFit::kLeastSquares) {
-        *residuals++ = std::asin(sine);
-        if (jacobian != nullptr) {
-          *jacobian++ = (slope.dot(line.normal) / norm - sine * d.dot(slope) / (norm * norm)) /
-                        std::sqrt(std::max(1e-12, 1.0 - sine * sine));
-        }
-        continue;
-      }
-      const double square = sine * sine / (kWidth * kWidth);
-      const double root = std::sqrt(line.weight);
-      // The signed root of the loss, log(1 + square), which is the sine itself near zero.
-      const bool tiny = square < 1e-9;
-      const double robust = tiny ? sine : std::copysign(kWidth * std::sqrt(std::log(1.0 + square)), sine);
-      *residuals++ = root * robust;
-      if (jacobian != nullptr) {
-        const double by_yaw = slope.dot(line.normal) / norm - sine * d.dot(slope) / (norm * norm);
-        *jacobian++ = root * by_yaw * (tiny ? 1.0 : sine / (robust * (1.0 + square)));
-      }
+      const T angle = *yaw + match.offset;
+      const Eigen::Matrix<T, 2, 1> d = line.image.cast<T>() * Eigen::Matrix<T, 2, 1>(cos(angle), sin(angle));
+      const T sine =
+          (d.x() * line.normal.x() + d.y() * line.normal.y()) / sqrt(d.x() * d.x() + d.y() * d.y() + 1e-12);
+      *residuals++ = fit == LineFit::kLeastSquares ? T(asin(sine)) : Robust(sine, kWidth, line.weight);
     }
     return true;
   }
@@ -129,9 +116,11 @@ struct YawProblem {
 double RefineYaw(const std::vector<NormalisedLine>& lines, const std::vector<Match>& matches, double start,
                  LineFit fit) {
   Eigen::Matrix<double, 1, 1> yaw(start);
-  ceres::TinySolver<YawProblem> solver;
+  const YawProblem problem{&lines, &matches, fit};
+  using Derived = ceres::TinySolverAutoDiffFunction<YawProblem, Eigen::Dynamic, 1>;
+  ceres::TinySolver<Derived> solver{};
   solver.options.max_num_iterations = 10;
-  solver.Solve(YawProblem{&lines, &matches, fit}, &yaw);
+  solver.Solve(Derived(problem), &yaw);
   return yaw[0];
 }
 
