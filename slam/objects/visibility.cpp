@@ -146,13 +146,13 @@ EdgeFlags BlockedEdges(const Box2d& box, double depth, const Rigid3d& T_other_ca
 void FreeEdgesAbove(std::span<const Landmark* const> beneath, const Camera& camera,
                     const DetectionFilterOptions& options, std::vector<BoxView>& views) {
   for (BoxView& view : views) {
-    const BoxEdges edges = EdgesOf(view, camera, options);
+    const EdgeFlags cut = CutEdges(view.box, camera, options);
     for (const Landmark* other : beneath) {
       const auto same = std::ranges::lower_bound(other->views, view.frame_index, {}, &BoxView::frame_index);
       for (int edge = 0; edge < 4 && same != other->views.end() && same->frame_index == view.frame_index;
            ++edge) {
-        view.edge_free[edge] = view.edge_free[edge] || (edges.kinds[edge] == EdgeKind::kHidden &&
-                                                        CoveredShare(view.box, edge, same->box) > kHidden);
+        view.edge_free[edge] =
+            view.edge_free[edge] || (!cut[edge] && CoveredShare(view.box, edge, same->box) > kHidden);
       }
     }
   }
