@@ -90,10 +90,12 @@ std::optional<Place> Meeting(const Sight& a, const Sight& b) {
   return distance(a) < kMiss * place.half.maxCoeff() ? std::optional(place) : std::nullopt;
 }
 
+// Share of the box's width (axis 0) or height in which the centre of its object lies.
+double MiddleShare(const Sight& sight, int axis) { return sight.free[axis] ? 0.5 : 1.0; }
+
 // True if the box may show an object at the place: its centre lies in the middle of the box, and they are
 // about as large. Where an edge is not free, the box may end anywhere on the object.
 bool Shows(const Sight& sight, const Place& place, const Camera& camera) {
-  constexpr double kMiddle = 0.5;  // of the width or the height
   const Eigen::Vector3d p = sight.T_camera_map * place.centre;
   if (p.z() <= 0.0) {
     return false;
@@ -106,7 +108,7 @@ bool Shows(const Sight& sight, const Place& place, const Camera& camera) {
     const double shown = p.z() * sight.half_tangent[axis];
     const bool as_large = place.half[axis] == 0.0 || (shown < kMaxRatio * place.half[axis] &&
                                                       (!free || kMaxRatio * shown > place.half[axis]));
-    if (!as_large || std::abs(off[axis]) > 0.5 * (free ? kMiddle : 1.0) * extent[axis]) {
+    if (!as_large || std::abs(off[axis]) > 0.5 * MiddleShare(sight, axis) * extent[axis]) {
       return false;
     }
   }
@@ -164,6 +166,21 @@ Group LargestGroup(const std::vector<Sight>& sights, std::span<const Landmark* c
   return largest;
 }
 
+// Returns how many groups as large arise by chance from as many boxes anywhere in the image, if each pair of
+// them makes a hypothesis (a contrario: Desolneux, Moisan and Morel, IJCV 2000).
+double FalseAlarms(const Group& group, const std::vector<Sight>& sights, const Camera& camera) {
+  double shown = 0.0;  // mean share of the image in which a place is shown by a box
+  for (const Sight& sight : sights) {
+    shown += MiddleShare(sight, 0) * sight.box.width * MiddleShare(sight, 1) * sight.box.height /
+             (camera.width * camera.height * static_cast<double>(sights.size()));
+  }
+  const auto count = static_cast<double>(sights.size());
+  const auto others = static_cast<double>(group.frames) - 2.0;  // two made the hypothesis
+  const double log_choices =
+      std::lgamma(count + 1.0) - std::lgamma(others + 1.0) - std::lgamma(count - others + 1.0);
+  return 0.5 * count * count * std::exp(log_choices + others * std::log(std::min(1.0, shown)));
+}
+
 }  // namespace
 
 std::optional<std::size_t> ObjectShownBy(const Landmark& fragment, std::span<const Landmark* const> mapped,
@@ -186,6 +203,7 @@ std::optional<std::size_t> ObjectShownBy(const Landmark& fragment, std::span<con
 std::vector<std::vector<std::size_t>> GroupsOfOnePlace(std::span<const Landmark* const> fragments,
                                                        const Camera& camera) {
   constexpr std::size_t kMinFrames = 3;
+  constexpr double kMaxFalseAlarms = 0.05;
   std::map<std::string, std::vector<std::size_t>> by_label;
   for (std::size_t i = 0; i < fragments.size(); ++i) {
     by_label[fragments[i]->labels.Best()].push_back(i);
@@ -193,8 +211,9 @@ std::vector<std::vector<std::size_t>> GroupsOfOnePlace(std::span<const Landmark*
   std::vector<std::vector<std::size_t>> groups;
   for (auto& [label, members] : by_label) {
     while (members.size() > 1) {
-      const Group group = LargestGroup(SightsOf(fragments, members, camera), fragments, camera);
-      if (group.frames < kMinFrames) {
+      const std::vector<Sight> sights = SightsOf(fragments, members, camera);
+      const Group group = LargestGroup(sights, fragments, camera);
+      if (group.frames < kMinFrames || FalseAlarms(group, sights, camera) > kMaxFalseAlarms) {
         break;
       }
       std::erase_if(members, [&](std::size_t i) { return std::ranges::count(group.fragments, i) > 0; });

@@ -128,8 +128,10 @@ struct ObjectMapper::Impl {
     }
     Estimate(merged, poses, context);
     if (all && options.refinement.enabled) {
-      merged = AssociateLeft(poses);
+      std::vector<int> grouped;
+      merged = AssociateLeft(poses, grouped);
       Estimate(merged, poses, context);
+      RejectWithoutPoints(grouped);
     }
     while (all && !merged.empty()) {  // re-estimated ones may be duplicates of others
       merged = MergeAllPairs(all);
@@ -284,9 +286,18 @@ struct ObjectMapper::Impl {
     return fragments;
   }
 
-  // Associates what shows no object with the mapped objects, and the rest with each other. Returns the
-  // landmarks that must be re-estimated.
-  std::vector<int> AssociateLeft(const PoseLookup& poses) {
+  // Groups of left boxes may be a detector's errors that move with the image: what is there has map points.
+  void RejectWithoutPoints(const std::vector<int>& grouped) {
+    for (const int id : grouped) {
+      Landmark& landmark = landmarks.at(Surviving(id));
+      landmark.estimated =
+          landmark.estimated && static_cast<int>(landmark.points.size()) >= options.min_points;
+    }
+  }
+
+  // Associates what shows no object with the mapped objects, and the rest with each other (`grouped`: the
+  // landmarks of such groups). Returns the landmarks that must be re-estimated.
+  std::vector<int> AssociateLeft(const PoseLookup& poses, std::vector<int>& grouped) {
     for (Landmark& landmark : left) {
       UpdatePoses(poses, landmark);
     }
@@ -305,6 +316,7 @@ struct ObjectMapper::Impl {
     }
     for (const std::vector<std::size_t>& group : GroupsOfOnePlace({rest.begin(), rest.end()}, *last_camera)) {
       const int id = Begin(*rest[group.front()]);
+      grouped.push_back(id);
       for (const std::size_t i : group | std::views::drop(1)) {
         joins.emplace_back(id, rest[i]);
       }
