@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <numeric>
 
 #include "slam/objects/object_tracker.h"
 #include "slam/snapshot/byte_archive.h"
@@ -101,31 +100,23 @@ TEST(ObjectMapper, DeletesObjectsSeenOnce) {
 // Boxes that were associated with nothing when they were seen, as in views far apart.
 TEST(ObjectMapper, AssociatesLeftBoxesAtTheEnd) {
   const SyntheticDesk desk(5);
-  const auto boxes_of_objects = [&](int first_left) {
-    DeskRun run(desk);
-    for (int i = 0; i < SyntheticDesk::kFrames; ++i) {
-      std::vector<ObjectObservation> seen = run.tracker.Track(desk.Frame(i), *run.mapper.View());
-      for (ObjectObservation& observation : seen) {
-        observation.object_id = i >= first_left ? -1 : observation.object_id;
-      }
-      run.mapper.AddObservations(seen);
+  DeskRun run(desk);
+  int boxes = 0;
+  for (int i = 0; i < SyntheticDesk::kFrames; i += 4) {
+    std::vector<ObjectObservation> seen = run.tracker.Track(desk.Frame(i), *run.mapper.View());
+    for (ObjectObservation& observation : seen) {
+      observation.object_id = -1;
     }
-    run.mapper.UpdateAll(run.lookup, desk.Camera());
-    std::vector<int> boxes;
-    for (const SnapshotObject& object : run.mapper.Objects()) {
-      boxes.push_back(object.observations);
-    }
-    return boxes;
-  };
-  const std::vector<int> all = boxes_of_objects(SyntheticDesk::kFrames);
-  const std::vector<int> some = boxes_of_objects(SyntheticDesk::kFrames / 2);
-  const std::vector<int> none = boxes_of_objects(0);
-  const auto sum = [](const std::vector<int>& counts) {
-    return std::accumulate(counts.begin(), counts.end(), 0);
-  };
-  EXPECT_EQ(some.size(), all.size());
-  EXPECT_GT(sum(some), 0.9 * sum(all));
-  EXPECT_GT(sum(none), 0.7 * sum(all)) << "objects of single boxes";
+    boxes += static_cast<int>(seen.size());
+    run.mapper.AddObservations(seen);
+  }
+  run.mapper.UpdateAll(run.lookup, desk.Camera());
+  int used = 0;
+  for (const SnapshotObject& object : run.mapper.Objects()) {
+    used += object.observations;
+  }
+  EXPECT_GE(run.mapper.Objects().size(), desk.Objects().size() - 2);
+  EXPECT_GT(used, 0.7 * boxes);
 }
 
 TEST(ObjectMapper, EstimatesNoMoreObjectsAtAKeyframeThanAllowed) {
