@@ -248,33 +248,33 @@ bool IsFloor(const Scene& scene, const Plane& plane) {
 
 // Returns the floor below the plane found, such as that around a desk, if it is nearly parallel. Its points
 // are farther away, so they scatter more.
-std::optional<Fit> FloorBelow(Scene scene, const Fit& found, const GravityOptions& options,
+std::optional<Fit> FloorBelow(const Scene& scene, const Fit& found, const GravityOptions& options,
                               std::uint64_t seed) {
   constexpr double kMaxAngleDeg = 4.0;
   constexpr double kMoreScatter = 3.0;
-  const Scene all = scene;
+  constexpr double kBelow = 4.0;  // tolerances
   std::vector<Eigen::Vector3d> points;
-  std::vector<double> weights;
-  for (std::size_t i = 0; i < all.points.size(); ++i) {
-    if (found.plane.Distance(all.points[i]) < -4.0 * scene.tolerance) {
-      points.push_back(all.points[i]);
-      weights.push_back(all.weights[i]);
+  Scene rest = scene;
+  rest.weights.clear();
+  for (std::size_t i = 0; i < scene.points.size(); ++i) {
+    if (found.plane.Distance(scene.points[i]) < -kBelow * scene.tolerance) {
+      points.push_back(scene.points[i]);
+      rest.weights.push_back(scene.weights[i]);
     }
   }
   if (static_cast<int>(points.size()) < options.min_points) {
     return std::nullopt;
   }
-  scene.points = points;
-  scene.weights = std::move(weights);
-  scene.mean_up = found.plane.normal;
-  scene.tolerance *= kMoreScatter;
+  rest.points = points;
+  rest.mean_up = found.plane.normal;
+  rest.tolerance *= kMoreScatter;
   GravityOptions parallel = options;
   parallel.max_angle_deg = kMaxAngleDeg;
-  const std::optional<Plane> start = BestPlane(scene, parallel, seed);
-  const std::optional<Fit> fit = start ? RefinedPlane(scene, *start) : std::nullopt;
-  const bool is_floor = fit && IsPlausible(scene, fit->plane, parallel) && IsFloor(all, fit->plane) &&
+  const std::optional<Plane> start = BestPlane(rest, parallel, seed);
+  const std::optional<Fit> fit = start ? RefinedPlane(rest, *start) : std::nullopt;
+  const bool is_floor = fit && IsPlausible(rest, fit->plane, parallel) && IsFloor(scene, fit->plane) &&
                         3 * fit->inliers >= options.min_points &&
-                        fit->spread[1] > kMinFlatness * scene.tolerance;
+                        fit->spread[1] > kMinFlatness * rest.tolerance;
   return is_floor ? fit : std::nullopt;
 }
 

@@ -272,7 +272,7 @@ struct ObjectMapper::Impl {
     return fragment.id;
   }
 
-  // What shows no object: landmarks of too few boxes, and what is left.
+  // Returns what shows no object: landmarks of too few boxes, and what is left.
   std::vector<Landmark*> Fragments() {
     std::vector<Landmark*> fragments;
     for (auto& [id, landmark] : landmarks) {

@@ -6,10 +6,12 @@
 #include <random>
 
 #include "synthetic_desk.h"
+#include "test_camera.h"
 
 namespace sqslam {
 namespace {
 
+using testing::CameraLookingAt;
 using testing::SyntheticDesk;
 
 double AngleDeg(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
@@ -69,12 +71,8 @@ TEST(SupportPlane, LevelsTheFloorBesideADesk) {
     world.points.emplace_back(p.x(), p.y(), 2.0 * noise(generator));
   }
   for (int i = 0; i < 10; ++i) {
-    const Eigen::Vector3d centre(1.5 * std::cos(0.2 * i), 1.5 * std::sin(0.2 * i), 1.5);
-    const Eigen::Vector3d forward = (Eigen::Vector3d(0.0, 0.0, 0.7) - centre).normalized();
-    const Eigen::Vector3d right = forward.cross(Eigen::Vector3d::UnitZ()).normalized();
-    Eigen::Matrix3d R;
-    R << right, forward.cross(right), forward;
-    world.poses.push_back({Eigen::Quaterniond(R), centre});
+    world.poses.push_back(
+        CameraLookingAt({0.0, 0.0, 0.7}, {1.5 * std::cos(0.2 * i), 1.5 * std::sin(0.2 * i), 1.5}));
   }
   const auto plane = EstimateSupportPlane(world.points, world.poses, {}, GravityOptions(), 1);
   ASSERT_TRUE(plane);

@@ -13,6 +13,7 @@
 namespace sqslam {
 namespace {
 
+using testing::CameraLookingAt;
 using ::testing::ElementsAre;
 using testing::ObservationOf;
 using testing::TestCamera;
@@ -28,12 +29,7 @@ PosedSuperquadric BoxAt(double x, double y) {
 // A camera 3 m from the origin in the direction of the angle, degrees, that looks at it.
 Rigid3d CameraFrom(double degrees) {
   const double angle = degrees * kRadiansPerDegree;
-  const Eigen::Vector3d position(3.0 * std::cos(angle), 3.0 * std::sin(angle), 1.0);
-  const Eigen::Vector3d forward = -position.normalized();
-  const Eigen::Vector3d right = forward.cross(Eigen::Vector3d::UnitZ()).normalized();
-  Eigen::Matrix3d R;
-  R << right, forward.cross(right), forward;
-  return {Eigen::Quaterniond(R), position};
+  return CameraLookingAt(Eigen::Vector3d::Zero(), {3.0 * std::cos(angle), 3.0 * std::sin(angle), 1.0});
 }
 
 // A landmark of the boxes that show the solid in some frames; frame i looks from 30 i degrees.
