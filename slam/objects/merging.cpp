@@ -82,13 +82,13 @@ bool IsOneOfTwoLabels(const Landmark& a, const Landmark& b, const Camera& camera
   return AgreementWith(other, rarer, camera) >= kAgrees;
 }
 
-// A detector boxes many objects twice for a while, such as a chair and its back; but what it nearly always
-// boxes twice is two objects: stacked books.
+// A detector boxes many objects twice for a while, such as a chair and its back; but what it boxes twice in
+// most frames is two objects: stacked books.
 bool AreMostlySeenTogether(const Landmark& a, const Landmark& b) {
-  constexpr double kMostly = 0.6;
+  constexpr double kMajority = 0.5;
   constexpr double kFew = 5.0;
   const double more = static_cast<double>(std::max(a.views.size(), b.views.size()));
-  const int enough = static_cast<int>(std::max(kFew, kMostly * more)) + 1;
+  const int enough = static_cast<int>(std::max(kFew, kMajority * more)) + 1;
   return CountFrames(a, b, enough, [](auto&&...) { return true; }) >= enough;
 }
 

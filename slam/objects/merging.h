@@ -18,7 +18,7 @@ bool AreDuplicates(const Landmark& a, const Landmark& b, const ObjectOptions& al
 
 // True if two landmarks fill the same space, once both are refined from all their boxes. Two things cannot,
 // so this outweighs frames in which their boxes were apart: one of them may hold boxes of a third. But two
-// that nearly all frames show are two: stacked books. Of two labels, each must also explain the other's
+// that most frames show are two: stacked books. Of two labels, each must also explain the other's
 // boxes: a detector calls a chair a bench from one side.
 bool OccupySamePlace(const Landmark& a, const Landmark& b, const Camera& camera);
 

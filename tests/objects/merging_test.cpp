@@ -264,6 +264,7 @@ TEST(Merging, KeepsStackedBooksApartWhenEstimatesOverlap) {
     return book;
   };
   EXPECT_FALSE(OccupySamePlace(lower, upper(5), camera));
+  EXPECT_FALSE(OccupySamePlace(lower, upper(18), camera)) << "the majority of the frames shows both";
   EXPECT_TRUE(OccupySamePlace(lower, upper(30), camera)) << "a quarter of the frames shows both";
 }
 
