@@ -219,13 +219,23 @@ std::vector<int> IndicesWhere(std::size_t count, auto&& holds) {
   return indices;
 }
 
-// MAGSAC++ refines its models; the translation of plain RANSAC is so inaccurate that bundle adjustment of
-// two views with little parallax does not recover.
+// MAGSAC++ scores and refines: the translation of plain RANSAC is so inaccurate that bundle adjustment of two
+// views with little parallax does not recover.
 cv::Mat FindEssential(const std::vector<cv::Point2d>& points1, const std::vector<cv::Point2d>& points2,
-                      const cv::Mat& K, std::vector<uchar>* inliers = nullptr) {
-  const auto mask = inliers != nullptr ? cv::OutputArray(*inliers) : cv::OutputArray(cv::noArray());
-  return cv::findEssentialMat(points1, points2, K, cv::USAC_MAGSAC, kRansacConfidence, std::sqrt(kVariance),
-                              mask);
+                      const cv::Mat& K) {
+  return cv::findEssentialMat(points1, points2, K, cv::USAC_MAGSAC, kRansacConfidence, std::sqrt(kVariance));
+}
+
+// The same with a shorter refinement: as accurate where there are enough matches, in a third of the time.
+cv::Mat FindEssentialFast(const std::vector<cv::Point2d>& points1, const std::vector<cv::Point2d>& points2,
+                          const cv::Mat& K, std::vector<uchar>& inliers) {
+  cv::UsacParams params;
+  params.confidence = kRansacConfidence;
+  params.threshold = std::sqrt(kVariance);
+  params.maxIterations = 1000;
+  params.score = cv::SCORE_METHOD_MAGSAC;
+  params.loMethod = cv::LOCAL_OPTIM_INNER_LO;
+  return cv::findEssentialMat(points1, points2, K, K, cv::noArray(), cv::noArray(), inliers, params);
 }
 
 // Returns the distance of each match from the best-fitting rotation, px.
@@ -281,7 +291,7 @@ EpipolarSupport FindEpipolarSupport(const Camera& camera, const std::vector<TwoV
   cv::eigen2cv(camera.K(), K);
   const auto [points1, points2] = PixelsOf(sampled);
   std::vector<uchar> mask;
-  const cv::Mat E_cv = FindEssential(points1, points2, K, &mask);
+  const cv::Mat E_cv = FindEssentialFast(points1, points2, K, mask);
   if (E_cv.rows < 3) {
     return support;
   }
