@@ -225,4 +225,26 @@ std::vector<std::vector<std::size_t>> GroupsOfOnePlace(std::span<const Landmark*
   return groups;
 }
 
+FragmentAssociation AssociateFragments(std::span<const Landmark* const> fragments,
+                                       std::span<const Landmark* const> mapped, const Camera& camera) {
+  FragmentAssociation association;
+  std::vector<const Landmark*> rest;
+  std::vector<std::size_t> index_of_rest;
+  for (std::size_t i = 0; i < fragments.size(); ++i) {
+    if (const std::optional<std::size_t> object = ObjectShownBy(*fragments[i], mapped, camera)) {
+      association.shown.emplace_back(i, *object);
+    } else {
+      rest.push_back(fragments[i]);
+      index_of_rest.push_back(i);
+    }
+  }
+  association.groups = GroupsOfOnePlace(rest, camera);
+  for (std::vector<std::size_t>& group : association.groups) {
+    for (std::size_t& i : group) {
+      i = index_of_rest[i];
+    }
+  }
+  return association;
+}
+
 }  // namespace sqslam

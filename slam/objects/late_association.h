@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "slam/geometry/camera.h"
@@ -25,5 +26,14 @@ std::optional<std::size_t> ObjectShownBy(const Landmark& fragment, std::span<con
 // boxes is taken unless as many would agree by chance, then that of the rest, and so on.
 std::vector<std::vector<std::size_t>> GroupsOfOnePlace(std::span<const Landmark* const> fragments,
                                                        const Camera& camera);
+
+struct FragmentAssociation {
+  std::vector<std::pair<std::size_t, std::size_t>> shown;  // fragment, and the mapped object that it shows
+  std::vector<std::vector<std::size_t>> groups;            // of the rest, that show one object each
+};
+
+// Associates the fragments with the mapped objects, and those that show none of them with each other.
+FragmentAssociation AssociateFragments(std::span<const Landmark* const> fragments,
+                                       std::span<const Landmark* const> mapped, const Camera& camera);
 
 }  // namespace sqslam

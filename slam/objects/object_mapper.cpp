@@ -21,6 +21,7 @@
 #include "slam/objects/late_association.h"
 #include "slam/objects/merging.h"
 #include "slam/objects/paper_method.h"
+#include "slam/objects/point_evidence.h"
 #include "slam/objects/single_view_quadric.h"
 #include "slam/objects/surroundings.h"
 #include "slam/objects/visibility.h"
@@ -195,6 +196,16 @@ struct ObjectMapper::Impl {
     return shown;
   }
 
+  std::vector<const Landmark*> RepresentedLandmarks() const {
+    std::vector<const Landmark*> represented;
+    for (const auto& [id, landmark] : landmarks) {
+      if (Represented(landmark)) {
+        represented.push_back(&landmark);
+      }
+    }
+    return represented;
+  }
+
   // Returns the survivors, which must be re-estimated.
   std::vector<int> MergeAllPairs(bool all_refined) {
     std::set<int> survivors;
@@ -301,24 +312,22 @@ struct ObjectMapper::Impl {
     for (Landmark& landmark : left) {
       UpdatePoses(poses, landmark);
     }
-    std::vector<std::pair<int, Landmark*>> joins;  // the id of the landmark, and what becomes part of it
-    std::vector<Landmark*> rest;
     std::vector<const Landmark*> mapped = Shown();
     std::erase_if(mapped, [&](const Landmark* landmark) {  // boxes that no fit would use
       return static_cast<int>(landmark->views.size()) >= options.refinement.max_views;
     });
-    for (Landmark* fragment : Fragments()) {
-      if (const std::optional<std::size_t> object = ObjectShownBy(*fragment, mapped, *last_camera)) {
-        joins.emplace_back(mapped[*object]->id, fragment);
-      } else {
-        rest.push_back(fragment);
-      }
+    const std::vector<Landmark*> fragments = Fragments();
+    const auto [shown, groups] =
+        AssociateFragments({fragments.begin(), fragments.end()}, mapped, *last_camera);
+    std::vector<std::pair<int, Landmark*>> joins;  // the id of the landmark, and what becomes part of it
+    for (const auto& [fragment, object] : shown) {
+      joins.emplace_back(mapped[object]->id, fragments[fragment]);
     }
-    for (const std::vector<std::size_t>& group : GroupsOfOnePlace({rest.begin(), rest.end()}, *last_camera)) {
-      const int id = Begin(*rest[group.front()]);
+    for (const std::vector<std::size_t>& group : groups) {
+      const int id = Begin(*fragments[group.front()]);
       grouped.push_back(id);
       for (const std::size_t i : group | std::views::drop(1)) {
-        joins.emplace_back(id, rest[i]);
+        joins.emplace_back(id, fragments[i]);
       }
     }
     for (const auto& [id, fragment] : joins) {
@@ -628,48 +637,11 @@ std::vector<std::vector<LineView>> ObjectMapper::Lines() const {
 }
 
 std::unordered_map<std::int64_t, int> ObjectMapper::PointObjects() const {
-  std::unordered_map<std::int64_t, int> owners;
-  std::unordered_map<std::int64_t, double> distances;
-  for (const auto& [id, landmark] : impl_->landmarks) {
-    if (!impl_->Represented(landmark)) {
-      continue;
-    }
-    const Rigid3d T_object_map = landmark.superquadric.T_map_object.Inverse();
-    for (const auto& [point, p] : landmark.points) {
-      // A point in the boxes of two objects belongs to the one whose surface it is nearer to.
-      const double distance = std::abs(landmark.superquadric.shape.RadialDistance(T_object_map * p));
-      const auto [it, is_new] = distances.emplace(point, distance);
-      if (is_new || distance < it->second) {
-        it->second = distance;
-        owners[point] = id;
-      }
-    }
-  }
-  return owners;
+  return OwnersOfPoints(impl_->RepresentedLandmarks());
 }
 
 std::unordered_map<std::int64_t, PointEvidence> ObjectMapper::Evidence() const {
-  std::unordered_map<std::int64_t, PointEvidence> evidence;
-  for (const auto& [point, id] : PointObjects()) {
-    evidence[point].object_id = id;
-  }
-  std::unordered_map<std::int64_t, int> sightings;  // in the boxes of the object that rejected the point
-  for (const auto& [id, landmark] : impl_->landmarks) {
-    if (!impl_->Represented(landmark)) {
-      continue;
-    }
-    for (const PointVerdict& verdict : landmark.verdicts) {
-      PointEvidence& of_point = evidence[verdict.point];
-      if (verdict.kept) {
-        of_point.anomaly = of_point.object_id == id ? verdict.anomaly : of_point.anomaly;
-      } else if (verdict.sightings > sightings[verdict.point]) {
-        sightings[verdict.point] = verdict.sightings;
-        of_point.rejected_by = id;
-        of_point.anomaly = of_point.object_id < 0 ? verdict.anomaly : of_point.anomaly;
-      }
-    }
-  }
-  return evidence;
+  return EvidenceOfPoints(impl_->RepresentedLandmarks());
 }
 
 }  // namespace sqslam
