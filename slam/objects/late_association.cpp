@@ -9,6 +9,7 @@
 #include <string>
 
 #include "slam/geometry/ray.h"
+#include "slam/objects/detection_filter.h"
 #include "slam/objects/landmark_estimation.h"
 #include "slam/objects/landmark_geometry.h"
 #include "slam/objects/merging.h"
@@ -115,6 +116,8 @@ bool Shows(const Sight& sight, const Place& place, const Camera& camera) {
   return true;
 }
 
+constexpr double kMaxFalseAlarms = 0.05;  // of a group
+
 // Fragments that show an object at one place, and the number of frames that do.
 struct Group {
   std::vector<std::size_t> fragments;
@@ -150,35 +153,48 @@ Group GroupAt(const Place& place, const std::vector<Sight>& sights,
   return group;
 }
 
-// Returns the group that explains the most frames, over all pairs of sights.
-Group LargestGroup(const std::vector<Sight>& sights, std::span<const Landmark* const> fragments,
-                   const Camera& camera) {
-  constexpr std::size_t kMaxTried = 60;  // sights, of which all pairs are tried
-  const std::vector<Sight> tried = sqslam::Thinned(sights, kMaxTried);
-  Group largest;
-  for (std::size_t a = 0; a < tried.size(); ++a) {
-    for (std::size_t b = a + 1; b < tried.size(); ++b) {
-      if (const std::optional<Place> place = Meeting(tried[a], tried[b])) {
-        largest = std::ranges::max(largest, GroupAt(*place, sights, fragments, camera), {}, &Group::frames);
-      }
+// Returns how many groups as large, of boxes as small, arise by chance from as many boxes anywhere in the
+// image, if each pair of them makes a hypothesis (a contrario: Desolneux, Moisan and Morel, IJCV 2000).
+double FalseAlarms(const Group& group, const std::vector<Sight>& sights, const Camera& camera) {
+  double log_shown =
+      0.0;  // of the share of the image in which a place is shown by a box, mean over the group
+  int grouped = 0;
+  for (const Sight& sight : sights) {
+    if (std::ranges::count(group.fragments, sight.fragment) > 0) {
+      log_shown += std::log(MiddleShare(sight, 0) * MiddleShare(sight, 1) * ShareOfImage(sight.box, camera));
+      ++grouped;
     }
   }
-  return largest;
-}
-
-// Returns how many groups as large arise by chance from as many boxes anywhere in the image, if each pair of
-// them makes a hypothesis (a contrario: Desolneux, Moisan and Morel, IJCV 2000).
-double FalseAlarms(const Group& group, const std::vector<Sight>& sights, const Camera& camera) {
-  double shown = 0.0;  // mean share of the image in which a place is shown by a box
-  for (const Sight& sight : sights) {
-    shown += MiddleShare(sight, 0) * sight.box.width * MiddleShare(sight, 1) * sight.box.height /
-             (camera.width * camera.height * static_cast<double>(sights.size()));
-  }
+  log_shown /= grouped;
   const auto count = static_cast<double>(sights.size());
   const auto others = static_cast<double>(group.frames) - 2.0;  // two made the hypothesis
   const double log_choices =
       std::lgamma(count + 1.0) - std::lgamma(others + 1.0) - std::lgamma(count - others + 1.0);
-  return 0.5 * count * count * std::exp(log_choices + others * std::log(std::min(1.0, shown)));
+  return 0.5 * count * count * std::exp(log_choices + others * std::min(0.0, log_shown));
+}
+
+// Returns the group of the fewest false alarms, over all pairs of sights; an empty one if all could be
+// chance.
+Group BestGroup(const std::vector<Sight>& sights, std::span<const Landmark* const> fragments,
+                const Camera& camera) {
+  constexpr std::size_t kMaxTried = 60;  // sights, of which all pairs are tried
+  constexpr std::size_t kMinFrames = 3;
+  const std::vector<Sight> tried = sqslam::Thinned(sights, kMaxTried);
+  Group best;
+  double fewest = kMaxFalseAlarms;
+  for (std::size_t a = 0; a < tried.size(); ++a) {
+    for (std::size_t b = a + 1; b < tried.size(); ++b) {
+      if (const std::optional<Place> place = Meeting(tried[a], tried[b])) {
+        Group group = GroupAt(*place, sights, fragments, camera);
+        const double alarms = group.frames < kMinFrames ? fewest : FalseAlarms(group, sights, camera);
+        if (alarms < fewest) {
+          fewest = alarms;
+          best = std::move(group);
+        }
+      }
+    }
+  }
+  return best;
 }
 
 }  // namespace
@@ -202,8 +218,6 @@ std::optional<std::size_t> ObjectShownBy(const Landmark& fragment, std::span<con
 
 std::vector<std::vector<std::size_t>> GroupsOfOnePlace(std::span<const Landmark* const> fragments,
                                                        const Camera& camera) {
-  constexpr std::size_t kMinFrames = 3;
-  constexpr double kMaxFalseAlarms = 0.05;
   std::map<std::string, std::vector<std::size_t>> by_label;
   for (std::size_t i = 0; i < fragments.size(); ++i) {
     by_label[fragments[i]->labels.Best()].push_back(i);
@@ -212,8 +226,8 @@ std::vector<std::vector<std::size_t>> GroupsOfOnePlace(std::span<const Landmark*
   for (auto& [label, members] : by_label) {
     while (members.size() > 1) {
       const std::vector<Sight> sights = SightsOf(fragments, members, camera);
-      const Group group = LargestGroup(sights, fragments, camera);
-      if (group.frames < kMinFrames || FalseAlarms(group, sights, camera) > kMaxFalseAlarms) {
+      const Group group = BestGroup(sights, fragments, camera);
+      if (group.fragments.empty()) {
         break;
       }
       std::erase_if(members, [&](std::size_t i) { return std::ranges::count(group.fragments, i) > 0; });

@@ -22,8 +22,8 @@ std::optional<std::size_t> ObjectShownBy(const Landmark& fragment, std::span<con
 
 // Returns groups of at least three fragments (indices) that show one object each, those with most boxes
 // first: fragments of one label whose boxes, one a frame, have a place and a size in common. Such a place is
-// where the lines of sight through the centres of two boxes meet; of all pairs the one that explains the most
-// boxes is taken unless as many would agree by chance, then that of the rest, and so on.
+// where the lines of sight through the centres of two boxes meet; of all pairs the one whose group is least
+// likely to arise by chance is taken, then that of the rest, and so on, until chance explains what is left.
 std::vector<std::vector<std::size_t>> GroupsOfOnePlace(std::span<const Landmark* const> fragments,
                                                        const Camera& camera);
 

@@ -77,6 +77,19 @@ TEST(LateAssociation, GroupsNothingWhenBoxesShowDifferentThings) {
   EXPECT_TRUE(GroupsOfOnePlace(Pointers(fragments), TestCamera()).empty());
 }
 
+// Boxes of most of the image would agree on any place; they say nothing about the small ones.
+TEST(LateAssociation, GroupsSmallBoxesAmongLargeOnes) {
+  PosedSuperquadric wall = BoxAt(0.0, 0.0);
+  wall.shape.half_size = {0.8, 0.8, 0.8};
+  std::vector<Landmark> fragments;
+  for (int frame = 0; frame < 4; ++frame) {
+    fragments.push_back(Fragment(BoxAt(0.5, 0.0), {frame}));
+    fragments.push_back(Fragment(wall, {frame + 6}));
+  }
+  EXPECT_THAT(GroupsOfOnePlace(Pointers(fragments), TestCamera()),
+              ElementsAre(UnorderedElementsAre(0, 2, 4, 6)));
+}
+
 TEST(LateAssociation, TakesOneBoxAFrame) {
   const std::vector<Landmark> fragments = {Fragment(BoxAt(0.0, 0.0), {0, 1, 2}),
                                            Fragment(BoxAt(0.02, 0.0), {0}), Fragment(BoxAt(0.0, 0.0), {3})};
