@@ -7,6 +7,7 @@
 #include "app/result/map_input.h"
 #include "render/gl/offscreen_context.h"
 #include "render/picture/picture.h"
+#include "render/scene/object_look.h"
 #include "slam/snapshot/recording.h"
 #include "slam/snapshot/snapshot.h"
 
@@ -18,14 +19,6 @@ namespace sqslam::app {
 inline void DrawHighlighted(const MapSnapshot& map, const std::filesystem::path& recording,
                             const std::set<int>& chosen, const SceneStyle& style, RenderBackend backend,
                             const std::filesystem::path& file) {
-  MapSnapshot shown = map;
-  for (std::size_t i = 0; i < shown.objects.size(); ++i) {
-    const bool is_chosen = chosen.contains(static_cast<int>(i));
-    shown.objects[i].fit.reliability = is_chosen ? 1.0 : 0.0;  // those of 0 are drawn as faint outlines
-    if (!is_chosen) {
-      shown.objects[i].name = " ";
-    }
-  }
   PictureOptions options;
   options.backend = backend;
   options.style = style;
@@ -34,7 +27,7 @@ inline void DrawHighlighted(const MapSnapshot& map, const std::filesystem::path&
       options.layers.dense_cloud || options.layers.dense_mesh ? ObjectLook::kGlass : ObjectLook::kSolid;
   options.style.objects.labels = true;
   options.style.text.legend = false;  // it would count the outlines as uncertain
-  WritePicture(file, RenderPicture(shown, options));
+  WritePicture(file, RenderPicture(Highlighted(map, chosen), options));
 }
 
 }  // namespace sqslam::app

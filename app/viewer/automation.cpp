@@ -1,6 +1,7 @@
 #include "app/viewer/automation.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -43,12 +44,14 @@ std::string StateValue(const ViewerState& state, const std::string& key) {
   for (const Notice& notice : state.messages.notices) {
     error = notice.error ? notice.text : error;
   }
+  const std::optional<std::set<int>>& answers = state.selection.answers;
   const CloudLayerPtr& cloud = state.layers.drawn.dense_cloud;
   const SurfaceMeshPtr& mesh = state.layers.drawn.dense_mesh;
   const std::vector<std::pair<std::string, std::string>> values = {
       {"title", document.title},
       {"selected", id(state.selection.selected)},
       {"hovered", id(state.selection.hovered)},
+      {"answers", answers ? fmt::format("{}", fmt::join(*answers, " ")) : "none"},
       {"frame", document.shown ? std::to_string(document.shown->frame_index) : "none"},
       {"objects", std::to_string(map != nullptr ? map->objects.size() : 0)},
       {"image", flag(document.shown && !document.shown->image.empty())},

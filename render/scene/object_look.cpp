@@ -17,4 +17,15 @@ bool HidesOthers(const SnapshotObject& object, const SceneStyle::Objects& style,
   return certain && (see_through || LookOf(object.label, style, false) == ObjectLook::kSolid);
 }
 
+MapSnapshot Highlighted(MapSnapshot map, const std::set<int>& chosen) {
+  for (std::size_t i = 0; i < map.objects.size(); ++i) {
+    const bool is_chosen = chosen.contains(static_cast<int>(i));
+    map.objects[i].fit.reliability = is_chosen ? 1.0 : 0.0;  // those of 0 are drawn as faint outlines
+    if (!is_chosen) {
+      map.objects[i].name = " ";
+    }
+  }
+  return map;
+}
+
 }  // namespace sqslam

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <set>
 #include <string>
 
 #include "render/scene/style.h"
@@ -20,5 +21,9 @@ ObjectLook LookOf(const std::string& label, const SceneStyle::Objects& style, bo
 // Returns true if an object hides what is behind it: a solid that is not drawn as thin lines because it is
 // uncertain. `see_through`: all objects are, and the nearest one counts.
 bool HidesOthers(const SnapshotObject& object, const SceneStyle::Objects& style, bool see_through);
+
+// Returns the map with the chosen objects (indices) as reliable ones, all others as faint outlines without
+// names.
+MapSnapshot Highlighted(MapSnapshot map, const std::set<int>& chosen);
 
 }  // namespace sqslam

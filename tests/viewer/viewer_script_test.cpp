@@ -54,6 +54,24 @@ TEST_F(ViewerScript, ClicksOnLabels) {
   EXPECT_EQ(run.exit_code, 0) << run.err;
 }
 
+TEST_F(ViewerScript, AnswersQuestionsAndFadesOtherObjects) {
+  WriteGrowingMap(folder_.Path());
+  const ProgramRun run = Play(
+      "wait idle\nexpect answers none\npicture before.png\n"
+      "click Objects\nclick search\ntext largest thing\nframes 3\nwait idle\n"
+      "expect answers 0\npicture largest.png\n"
+      "keydown Control\nkey A\nkeyup Control\ntext cupz\nframes 3\nwait idle\nexpect answers none\n"
+      "keydown Control\nkey A\nkeyup Control\ntext cup\nframes 3\nwait idle\nexpect answers none\n"
+      "picture words.png\nclose\n",
+      "desk");
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  const auto scene = [&](const char* name) {
+    return cv::imread((folder_.Path() / name).string())(cv::Rect(0, 40, 520, 400)).clone();
+  };
+  EXPECT_GT(PictureDifference(scene("before.png"), scene("largest.png")), 0.005);
+  EXPECT_LT(PictureDifference(scene("before.png"), scene("words.png")), 0.001);
+}
+
 TEST_F(ViewerScript, RepeatsUntilTimeIsOver) {
   WriteGrowingMap(folder_.Path());
   // The first round switches the help on, the second off again: an end after one round is seen here.

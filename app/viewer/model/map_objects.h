@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <compare>
 #include <optional>
 #include <span>
@@ -75,6 +76,11 @@ class RowFilter {
   // Names the part of the text that is no column or number, for a hint beside the field; empty if all is
   // valid. With a problem no row is shown.
   const std::string& Problem() const { return problem_; }
+
+  // Returns true if the text has a comparison.
+  bool Compares() const {
+    return std::ranges::any_of(terms_, [](const Term& term) { return term.holds != nullptr; });
+  }
 
  private:
   struct Term {

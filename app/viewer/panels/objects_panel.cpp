@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "app/viewer/model/map_objects.h"
+#include "app/viewer/model/object_search.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/widgets/widgets.h"
 #include "slam/geometry/angles.h"
@@ -17,7 +18,7 @@
 namespace sqslam::viewer {
 namespace {
 
-// The table of objects with its filter, and actions on the selected object.
+// The table of objects with its search, and actions on the selected object.
 class ObjectsPanel : public Panel {
  public:
   explicit ObjectsPanel(ViewerState& s) : Panel(Place::kSide, "Objects", s) {}
@@ -28,7 +29,7 @@ class ObjectsPanel : public Panel {
       return;
     }
     MakeRows();
-    DrawFilter();
+    DrawSearch();
     const SnapshotObject* selected = document_.Object(selection_.selected);
     const float bar = selected != nullptr ? ImGui::GetFrameHeightWithSpacing() : 0.0F;
     DrawTable(std::max(ImGui::GetContentRegionAvail().y - bar, 3.0F * ImGui::GetFrameHeight()));
@@ -52,22 +53,29 @@ class ObjectsPanel : public Panel {
     SortRows(rows_, order_.column, order_.ascending);
   }
 
-  void DrawFilter() {
-    const auto shown = std::ranges::count_if(rows_, [this](const auto& row) { return filter_.Shows(row); });
+  void DrawSearch() {
+    const auto shown = std::ranges::count_if(rows_, [this](const auto& row) { return search_.Shows(row); });
     const std::string count = shown == std::ssize(rows_) ? fmt::format("{}", rows_.size())
                                                          : fmt::format("{} of {}", shown, rows_.size());
     const float width = ImGui::CalcTextSize("00 of 00").x + ImGui::GetFontSize();
     ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x - width);
-    if (ImGui::InputTextWithHint("##filter", "Filter: cup, seen > 50, e1 < 0.3", &text_)) {
-      filter_ = RowFilter(text_);
+    const bool typed = ImGui::InputTextWithHint("##search", "cup, seen > 50, cups on the table", &text_);
+    ReportItem("search");
+    // During a run the map changes all the time: its relations are found again when the text changes.
+    if (typed || !document_.run.active) {
+      search_.Update(text_, rows_, document_.last, document_.file.parent_path());
     }
-    Tip("Words of name, label or number; comparisons with observations, points, score, ax, ay, az, e1, e2, "
-        "yaw, residual, agreement");
+    selection_.answers = search_.Answers();
+    if (text_.empty()) {  // the tip would cover the answer
+      Tip("Words of name, label or number; comparisons with observations, points, score, ax, ay, az, e1, e2, "
+          "yaw, residual, agreement; or a question, such as: largest box next to the sink");
+    }
     ImGui::SameLine();
     Dim(count);
-    if (!filter_.Problem().empty()) {
-      ImGui::PushStyleColor(ImGuiCol_Text, PaletteOf(window_.settings.theme).bad);
-      ImGui::TextWrapped("%s", filter_.Problem().c_str());
+    if (!search_.Message().empty()) {
+      const Palette& palette = PaletteOf(window_.settings.theme);
+      ImGui::PushStyleColor(ImGuiCol_Text, search_.Failed() ? palette.bad : palette.text);
+      ImGui::TextWrapped("%s", search_.Message().c_str());
       ImGui::PopStyleColor();
     }
   }
@@ -134,7 +142,7 @@ class ObjectsPanel : public Panel {
       Tip(info.help.c_str());
     }
     for (const ObjectRow& row : rows_) {
-      if (filter_.Shows(row)) {
+      if (search_.Shows(row)) {
         DrawRow(row);
       }
     }
@@ -211,7 +219,7 @@ class ObjectsPanel : public Panel {
 
   const std::vector<ColumnInfo> columns_ = Columns();
   std::string text_;
-  RowFilter filter_;
+  ObjectSearch search_;
   Order order_, sorted_by_;
   MapSnapshotPtr map_;
   ObjectEdits edits_;

@@ -15,6 +15,7 @@
 #include "app/viewer/widgets/widgets.h"
 #include "render/picture/interactive_scene.h"
 #include "render/picture/photo.h"
+#include "render/scene/object_look.h"
 
 namespace sqslam::viewer {
 namespace {
@@ -79,7 +80,9 @@ class ScenePanel : public Panel {
     if (UpdateShown(photo_of_, BackgroundPhoto(view_, document_)) && photo_of_) {
       photo_.Upload(Undistorted(photo_of_->image, photo_of_->map->camera));
     }
+    const bool asked = UpdateShown(answers_, selection_.answers);
     SceneStyle style = view_.style;
+    style.text.legend = style.text.legend && !answers_;      // it would count the outlines as uncertain
     style.cameras.current = style.cameras.current && !live;  // DrawSceneMarks() draws it then
     if (photo_of_) {
       style = StyleOverPhoto(std::move(style));
@@ -104,11 +107,23 @@ class ScenePanel : public Panel {
     // During a run the map is only redrawn if it has changed: the camera moves all the time.
     const MapSnapshotPtr map = document_.shown ? document_.shown->map : nullptr;
     const bool edited = UpdateShown(edits_, context_.editing.applied);
-    const bool same_state = live && !edited && map_ && map && map_->sequence_number == map->sequence_number;
-    if (!same_state && UpdateShown(map_, map)) {
-      scene_.Show(map);
+    const bool same_state =
+        live && !edited && !asked && map_ && map && map_->sequence_number == map->sequence_number;
+    if (!same_state && (UpdateShown(map_, map) || asked)) {
+      scene_.Show(map && answers_ ? WithAnswers(*map) : map);
       changed_ = true;
     }
+  }
+
+  // Returns the map with all but the answers faded.
+  MapSnapshotPtr WithAnswers(const MapSnapshot& map) const {
+    std::set<int> chosen;
+    for (std::size_t i = 0; i < map.objects.size(); ++i) {
+      if (answers_->contains(map.objects[i].id)) {
+        chosen.insert(static_cast<int>(i));
+      }
+    }
+    return std::make_shared<MapSnapshot>(Highlighted(map, chosen));
   }
 
   void HandleMouse() {
@@ -234,6 +249,7 @@ class ScenePanel : public Panel {
   std::optional<SceneStyle> style_;
   SceneLayers drawn_layers_;
   AppliedEdits edits_;
+  std::optional<std::set<int>> answers_;
   SceneStyle::Clip clip_;
   MapSnapshotPtr frame_;
   MapSnapshotPtr map_;

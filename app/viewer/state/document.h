@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <variant>
@@ -58,9 +59,10 @@ struct Document {
 
 // The user's selection in the map, in any panel.
 struct Selection {
-  std::optional<int> selected;  // id of an object
-  std::optional<int> hovered;   // the object under the mouse
-  std::optional<int> pointed;   // set by panels while drawing; becomes `hovered` in the next frame
+  std::optional<int> selected;           // id of an object
+  std::optional<int> hovered;            // the object under the mouse
+  std::optional<int> pointed;            // set by panels while drawing; becomes `hovered` in the next frame
+  std::optional<std::set<int>> answers;  // to the question in the search field: all others fade
 
   bool measuring = false;                 // clicks pick points
   std::vector<Eigen::Vector3d> measured;  // at most two, map frame; their distance is shown
