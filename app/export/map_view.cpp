@@ -6,6 +6,7 @@
 #include <numeric>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <span>
 
 #include "app/export/map_export.h"
 #include "render/camera/scene_framing.h"
@@ -15,6 +16,9 @@
 #include "slam/io/image_files.h"
 #include "slam/io/input_images.h"
 #include "slam/io/trajectory.h"
+#include "slam/scene/labelled_scene.h"
+#include "slam/scene/query.h"
+#include "slam/scene/question.h"
 #include "slam/scene/scene_graph.h"
 #include "slam/util/data_path.h"
 #include "slam/util/thinned.h"
@@ -54,6 +58,37 @@ ViewJson PoseOf(const Rigid3d& pose) {
 }
 
 constexpr std::size_t kBestViews = 3;  // at most, per object
+
+// Returns the words of questions and what they ask for: see assets/view/ask.js.
+ViewJson QuestionData(const MapSnapshot& map, const SceneGraph& graph) {
+  const ClassTraitsTable classes = ClassTraitsTable::Bundled();
+  ViewJson data = {
+      {"terms", ViewJson::object()},
+      {"classes", ViewJson::array()},
+      {"nodes", ToVector(graph.nodes, [](const SceneNode& node) { return std::string(NameOf(node.kind)); })},
+      {"relations", ViewJson::array()},
+      {"extents", ViewJson::array()},
+      {"distances", ViewJson::array()}};
+  for (const auto& [phrase, term] : question::Terms()) {
+    data["terms"][phrase] = {NameOf(term.role), term.value};
+  }
+  for (const auto& [label, traits] : classes.All()) {
+    data["classes"].push_back({label, traits.legs ? 1 : 0, traits.synonyms});
+  }
+  for (const SceneRelation& relation : graph.relations) {
+    data["relations"].push_back(
+        {NameOf(relation.kind), relation.subject, relation.other, Short(relation.probability)});
+  }
+  for (const SnapshotObject& object : map.objects) {
+    const PlacedSolid placed(object.superquadric, classes.Of(object.label));
+    data["extents"].push_back({Short(placed.solid.shape.Volume()), Short(placed.bottom), Short(placed.top)});
+  }
+  const std::vector<std::vector<double>> distances = DistancesToNodes(map, graph, classes);
+  for (std::size_t a = 0; a < distances.size(); ++a) {  // symmetric: to the nodes after it
+    data["distances"].push_back(ToVector(std::span(distances[a]).subspan(a + 1), Short));
+  }
+  return data;
+}
 
 class MapViewWriter {
  public:
@@ -178,9 +213,11 @@ class MapViewWriter {
                       {"size", Short(extras_.style.cameras.size * focus.radius)}};
   }
 
-  // Adds to each object its likely relations in words, [["on", "dining table 1"], ...].
+  // Adds to each object its likely relations in words, [["on", "dining table 1"], ...], and to the page what
+  // it needs to answer questions.
   void AddRelations() {
     const SceneGraph graph = SceneGraphOf(map_, recording_.parent_path());
+    scene_["questions"] = QuestionData(map_, graph);
     for (const SceneRelation& relation : graph.relations) {
       const auto add = [&](int of, int to) {
         if (static_cast<std::size_t>(of) < map_.objects.size()) {

@@ -19,9 +19,9 @@ namespace fs = std::filesystem;
 constexpr std::array kLibraries = {"three.min.js", "examples/js/controls/OrbitControls.js",
                                    "examples/js/loaders/GLTFLoader.js"};
 
-constexpr std::array kScripts = {"data.js",    "materials.js", "lines.js",  "scene.js", "outlines.js",
-                                 "cameras.js", "motion.js",    "labels.js", "photo.js", "timeline.js",
-                                 "panel.js",   "measure.js",   "share.js",  "main.js"};
+constexpr std::array kScripts = {"data.js",    "materials.js", "lines.js",   "scene.js", "outlines.js",
+                                 "cameras.js", "motion.js",    "labels.js",  "photo.js", "timeline.js",
+                                 "ask.js",     "panel.js",     "measure.js", "share.js", "main.js"};
 
 constexpr const char* kLicence =
     "three.js, https://threejs.org, copyright 2010-2019 three.js authors, MIT licence: Permission is hereby "

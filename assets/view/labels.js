@@ -28,7 +28,7 @@ sq.drawLabels = (view) => {
     const box = [at.x - width / 2, at.y - height - 5, at.x + width / 2, at.y - 5];
     const chosen = object.index === view.state.selected;
     const free = at.z < 1 && taken.every((b) => box[2] < b[0] || box[0] > b[2] || box[3] < b[1] || box[1] > b[3]);
-    const shown = object.solid.visible && view.objectGroup.visible && free && (view.state.layers.labels || chosen);
+    const shown = object.solid.visible && view.objectGroup.visible && free && (chosen || (view.state.layers.labels && !(view.state.answers && sq.isFaint(view, object))));
     object.label.style.visibility = shown ? "visible" : "hidden";
     object.label.classList.toggle("sq-chosen", chosen);
     if (shown) {

@@ -10,7 +10,7 @@ sq.makeView = (root, loaded) => {
     alone: document.documentElement.classList.contains("sq-alone"),
     ratio: 1,  // pixels of the canvas for one of the page
     frames: 0,
-    state: {motion: "orbit", look: "solid", selected: -1, pointed: -1, keyframe: -1, measuring: false, playing: false, ride: false, time: 0,
+    state: {motion: "orbit", look: "solid", selected: -1, pointed: -1, answers: null, keyframe: -1, measuring: false, playing: false, ride: false, time: 0,
       theme: "light", layers: {objects: true, uncertain: true, points: true, cloud: true, path: true, keyframes: true, truth: true, grid: true, labels: true}},
   };
   const listeners = {state: [], select: []};

@@ -7,6 +7,8 @@ sq.buildOutlines = (view) => {
   const most = view.objects.length * sq.segmentsOfObject;
   view.outlines = {plain: sq.makeLines(view, most, 1.2), faint: sq.makeLines(view, most, 1.3, 0.55), chosen: sq.makeLines(view, most, 3.2)};
   for (const lines of Object.values(view.outlines)) lines.material.depthWrite = false;
+  view.outlines.chosen.material.depthTest = false;  // the discs of a dense cloud would hide small objects
+  view.outlines.chosen.renderOrder = 8;
   for (const object of view.objects) {
     const {position, normal} = object.solid.geometry.attributes;
     object.mesh = {place: position.array, normal: normal.array, index: object.solid.geometry.index.array, turn: new Float32Array(position.count)};
@@ -51,7 +53,8 @@ sq.drawOutlines = (view) => {
     for (const object of view.objects) {
       if (!object.solid.visible) continue;
       object.solid.updateMatrixWorld();
-      sq.addOutline(view, object, object.index === view.state.selected ? chosen : object.data.uncertain ? faint : plain);
+      const marked = object.index === view.state.selected || view.state.answers?.has(object.index);
+      sq.addOutline(view, object, marked ? chosen : sq.isFaint(view, object) ? faint : plain);
     }
   }
   for (const lines of [plain, faint, chosen]) lines.upload(lines.used);

@@ -19,6 +19,7 @@ sq.buildPanel = (view) => {
     list.append(object.row);
   }
   sq.buildLayers(view);
+  sq.buildSearch(view);
   root.addEventListener("click", (event) => {
     const button = event.target.closest("button");
     if (!button) return;
@@ -109,6 +110,7 @@ sq.fold = (view) => {
 
 sq.escape = (view) => {
   if (!view.box.hidden) return sq.closePhoto(view);
+  if (document.activeElement === view.searchBox && view.searchBox.value) return sq.search(view, (view.searchBox.value = ""));
   if (view.state.measuring) return sq.setMeasuring(view, false);
   if (view.root.classList.contains("sq-filling") && view.state.selected < 0) return sq.setFull(view, false);
   sq.select(view, -1);

@@ -79,13 +79,16 @@ sq.makeObject = (view, data, index) => {
   return object;
 };
 
-// Looks: solids with a thin dark line around them, panes, or lines alone. Uncertain objects are faint lines; among
-// solids, hollow ones are panes, which show what stands in them.
-sq.lookOf = (view, data) => (data.uncertain ? "outline" : view.state.look === "solid" && data.hollow ? "glass" : view.state.look);
+// Faint are uncertain objects or, after a question, all but its answers.
+sq.isFaint = (view, object) => (view.state.answers ? !view.state.answers.has(object.index) : object.data.uncertain);
+
+// Looks: solids with a thin dark line around them, panes, or lines alone. Faint objects are faint lines; among solids,
+// hollow ones are panes, which show what stands in them.
+sq.lookOf = (view, object) => (sq.isFaint(view, object) ? "outline" : view.state.look === "solid" && object.data.hollow ? "glass" : view.state.look);
 
 sq.styleObject = (view, object) => {
   const {solid, data} = object;
-  const look = sq.lookOf(view, data);
+  const look = sq.lookOf(view, object);
   const chosen = view.state.selected === object.index;
   const pointed = view.state.pointed === object.index;
   const u = solid.material.uniforms;

@@ -52,9 +52,9 @@ sq.applyTime = (view) => {
   for (const object of view.objects) {
     const age = done ? 1 : (state.time - object.data.first) / Math.max(0.3, view.end / 40);
     const grown = Math.min(1, Math.max(0, age));
-    object.solid.visible = grown > 0 && (state.layers.uncertain || !object.data.uncertain);
+    object.solid.visible = grown > 0 && (state.layers.uncertain || !!state.answers || !object.data.uncertain);
     object.solid.scale.setScalar(0.4 + 0.6 * (1 - (1 - grown) * (1 - grown)));
-    if (object.shadow) object.shadow.visible = object.solid.visible && state.layers.objects;
+    if (object.shadow) object.shadow.visible = object.solid.visible && state.layers.objects && !sq.isFaint(view, object);
   }
   sq.showCameraNow(view);
 };

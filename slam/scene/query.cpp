@@ -68,6 +68,19 @@ class Evaluator {
     return answers;
   }
 
+  // Returns the distance between the surfaces of two solids: horizontally and in height.
+  double Distance(int a, int node) const {
+    const PlacedSolid& first = Solid(a);
+    if (!IsObject(node)) {
+      const SceneNode& room = graph_.nodes[static_cast<std::size_t>(node)];
+      return std::max(0.0,
+                      room.kind == SceneNodeKind::kWall ? Gap(first, room.wall) : first.bottom - room.height);
+    }
+    const PlacedSolid& second = Solid(node);
+    const double vertical = std::max({0.0, first.bottom - second.top, second.bottom - first.top});
+    return std::hypot(std::max(0.0, Gap(first, second)), vertical);
+  }
+
  private:
   const PlacedSolid& Solid(int i) const { return solids_[static_cast<std::size_t>(i)]; }
   bool IsObject(int node) const { return node < static_cast<int>(solids_.size()); }
@@ -133,18 +146,6 @@ class Evaluator {
     return ToVector(members, &QueryAnswer::object);
   }
 
-  // Returns the distance between the surfaces of two solids: horizontally and in height.
-  double Distance(int a, int node) const {
-    const PlacedSolid& first = Solid(a);
-    if (!IsObject(node)) {
-      const SceneNode& room = graph_.nodes[static_cast<std::size_t>(node)];
-      return std::max(0.0,
-                      room.kind == SceneNodeKind::kWall ? Gap(first, room.wall) : first.bottom - room.height);
-    }
-    const PlacedSolid& second = Solid(node);
-    const double vertical = std::max({0.0, first.bottom - second.top, second.bottom - first.top});
-    return std::hypot(std::max(0.0, Gap(first, second)), vertical);
-  }
   double DistanceTo(int a, const std::vector<int>& nodes) const {
     double nearest = 1e300;
     for (const int node : nodes) {
@@ -201,6 +202,18 @@ class Evaluator {
 std::vector<QueryAnswer> AnswerQuery(const std::string& question, const MapSnapshot& map,
                                      const SceneGraph& graph, const ClassTraitsTable& classes) {
   return Evaluator(map, graph, classes).Answer(question::Parse(question, map, graph, classes));
+}
+
+std::vector<std::vector<double>> DistancesToNodes(const MapSnapshot& map, const SceneGraph& graph,
+                                                  const ClassTraitsTable& classes) {
+  const Evaluator evaluator(map, graph, classes);
+  std::vector<std::vector<double>> distances(map.objects.size(), std::vector<double>(graph.nodes.size()));
+  for (std::size_t a = 0; a < distances.size(); ++a) {
+    for (std::size_t b = 0; b < graph.nodes.size(); ++b) {
+      distances[a][b] = evaluator.Distance(static_cast<int>(a), static_cast<int>(b));
+    }
+  }
+  return distances;
 }
 
 }  // namespace sqslam

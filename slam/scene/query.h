@@ -34,4 +34,9 @@ struct QueryAnswer {
 std::vector<QueryAnswer> AnswerQuery(const std::string& question, const MapSnapshot& map,
                                      const SceneGraph& graph, const ClassTraitsTable& classes);
 
+// Returns the distances between the surfaces of each object and each node of the graph, as questions measure
+// them: horizontally and in height.
+std::vector<std::vector<double>> DistancesToNodes(const MapSnapshot& map, const SceneGraph& graph,
+                                                  const ClassTraitsTable& classes);
+
 }  // namespace sqslam

@@ -7,7 +7,6 @@
 #include <charconv>
 #include <cmath>
 #include <iterator>
-#include <map>
 #include <set>
 
 #include "slam/util/error.h"
@@ -16,16 +15,7 @@
 #include "slam/util/to_vector.h"
 
 namespace sqslam::question {
-namespace {
 
-using Words = std::vector<std::string>;
-
-struct Term {
-  Role role;
-  int value = 0;  // a relation, side, superlative, certainty or kind of node
-};
-
-// Returns what words mean. A phrase of several words is written with blanks.
 const std::map<std::string, Term>& Terms() {
   static const std::map<std::string, Term> kTerms = [] {
     std::map<std::string, Term> terms;
@@ -68,6 +58,10 @@ const std::map<std::string, Term>& Terms() {
   }();
   return kTerms;
 }
+
+namespace {
+
+using Words = std::vector<std::string>;
 
 // Words in lower case; commas are words, other punctuation separates. Fillers are left out.
 Words WordsOf(const std::string& question) {

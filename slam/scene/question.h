@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -8,15 +10,28 @@
 #include "slam/scene/class_traits.h"
 #include "slam/scene/scene_graph.h"
 #include "slam/snapshot/snapshot.h"
+#include "slam/util/enum_names.h"
 
 namespace sqslam::question {
 
 // Parts that the words of a question play, apart from the names of classes.
 enum class Role { kFiller, kJoin, kNot, kRelation, kWithin, kSide, kSuperlative, kCertainty, kThings, kRoom };
+constexpr auto EnumNames(Role) {
+  return std::array{"filler", "join",        "not",       "relation", "within",
+                    "side",   "superlative", "certainty", "things",   "room"};
+}
 
 enum Connection : int { kOn, kIn, kUnder, kAbove, kNextTo, kLeans };
 enum Side : int { kLeft, kRight, kInFront, kBehind };
 enum Superlative : int { kLargest, kSmallest, kTallest, kHighest, kLowest, kNearest, kFarthest };
+
+struct Term {
+  Role role;
+  int value = 0;  // a relation, side, superlative, certainty or kind of node
+};
+
+// Returns what words mean. A phrase of several words is written with blanks.
+const std::map<std::string, Term>& Terms();
 
 struct Choice {
   Superlative by = kLargest;

@@ -10,9 +10,12 @@
 
 #include "app/report/report.h"
 #include "run_program.h"
+#include "slam/scene/query.h"
 #include "slam/snapshot/recording.h"
+#include "slam/util/error.h"
 #include "tests/render/baseline.h"
 #include "tests/render/hand_made_map.h"
+#include "tests/scene/made_room.h"
 
 namespace sqslam {
 namespace {
@@ -153,6 +156,88 @@ TEST_F(MapViewInBrowserTest, OpensInBrowserWithoutMessages) {
   EXPECT_THAT(seen["console"], IsEmpty()) << seen["console"];
   EXPECT_EQ(seen["requests"].size(), 1u) << seen["requests"];  // the page itself
   ExpectBaseline(cv::imread(shot.string()), "map_page");
+}
+
+// Every question gets the answers, or the error, of AnswerQuery.
+TEST_F(MapViewInBrowserTest, AnswersQuestionsAsTheCommandDoes) {
+  RecordingWriter(folder_.Path() / "room.sqmap", {}).Add(testing::MadeRoom());
+  MapSnapshot map = *RecordingReader(folder_.Path() / "room.sqmap").Last();
+  std::ranges::sort(map.keyframes, {}, &SnapshotKeyframe::timestamp);
+  const SceneGraph graph = SceneGraphOf(map, folder_.Path());
+  const ClassTraitsTable classes = ClassTraitsTable::Bundled();
+  const std::string page = (folder_.Path() / "room.html").string();
+  ASSERT_EQ(RunProgram("export " + (folder_.Path() / "room.sqmap").string() + " -o " + page).exit_code, 0);
+  json steps = json::array();
+  std::vector<std::string> expected;
+  for (const char* question : {"show me all the mugs",
+                               "Which cups are on the table?",
+                               "certain cups on the dining table",
+                               "uncertain objects",
+                               "books on a book",
+                               "books in the shelves",
+                               "apples inside bowls",
+                               "chairs not under the table",
+                               "things under cup 2",
+                               "cups, bottles and bowls on the table",
+                               "largest book",
+                               "2 largest objects",
+                               "lowest cup",
+                               "tallest thing on the floor",
+                               "cup nearest to the bottle",
+                               "cup farthest from the bottle",
+                               "objects next to cup 2",
+                               "objects within 15 cm of the bottle",
+                               "objects within 0.5m of the floor",
+                               "on the table",
+                               "objects leaning against the shelf",
+                               "chairs right of the table seen from 0",
+                               "chairs left of the table seen from frame 90",
+                               "things above the chair and next to the bowl",
+                               "cups on the tabel",
+                               "cups on",
+                               "nearest cup",
+                               "cups within 0.3 units of the bowl",
+                               "cups within 3 units of the bowl",
+                               "cups of the bowl",
+                               "cups left of the bowl"}) {
+    std::string answer;
+    try {
+      for (const QueryAnswer& found : AnswerQuery(question, map, graph, classes)) {
+        answer += fmt::format("{} ", map.objects[static_cast<std::size_t>(found.object)].id);
+      }
+    } catch (const UsageError& error) {
+      answer = std::string(error.what()).substr(std::string("question: ").size());
+    }
+    expected.push_back(std::string(question) + ": " + answer);
+    steps.push_back({{"eval", fmt::format("(() => {{ try {{ return sq.answer(sq.view, {}).map(({{index}}) => "
+                                          "sq.view.data.objects[index].id + ' ').join('') }} catch (error) "
+                                          "{{ return error.message }} }})()",
+                                          json(question).dump())}});
+  }
+  const json seen = InBrowser(page, steps);
+  ASSERT_EQ(seen["results"].size(), expected.size()) << seen;
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    const std::string question = expected[i].substr(0, expected[i].find(": "));
+    EXPECT_EQ(question + ": " + seen["results"][i].get<std::string>(), expected[i]);
+  }
+}
+
+TEST_F(MapViewInBrowserTest, FadesAllButTheAnswers) {
+  const auto ask = [](const char* text) {
+    return json{
+        {"eval", fmt::format("sq.search(sq.view, '{}'), "
+                             "sq.view.objects.map(o => (o.row.hidden ? '-' : '+') + (sq.isFaint(sq.view, o) "
+                             "? 'faint' : 'shown')).join(' ') + "
+                             "'|' + document.querySelector('.sq-ask div').textContent",
+                             text)}};
+  };
+  const json seen =
+      InBrowser(Export(), {ask("largest object"), ask("mugs"), ask("book"), ask("cupz"), ask("")});
+  EXPECT_THAT(
+      seen["results"],
+      ElementsAre("+shown -faint -faint|book 0", "-faint +shown -faint|cup 1", "+shown -faint -shown|",
+                  "-shown -faint -shown|'cupz' is not known; did you mean 'cup'?", "+shown +faint +shown|"))
+      << seen;
 }
 
 TEST_F(MapViewInBrowserTest, SelectsObjectsByClick) {
