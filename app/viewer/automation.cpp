@@ -52,6 +52,7 @@ std::string StateValue(const ViewerState& state, const std::string& key) {
       {"selected", id(state.selection.selected)},
       {"hovered", id(state.selection.hovered)},
       {"answers", answers ? fmt::format("{}", fmt::join(*answers, " ")) : "none"},
+      {"hint", word(state.selection.Hint())},
       {"frame", document.shown ? std::to_string(document.shown->frame_index) : "none"},
       {"objects", std::to_string(map != nullptr ? map->objects.size() : 0)},
       {"image", flag(document.shown && !document.shown->image.empty())},

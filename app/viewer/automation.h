@@ -39,8 +39,8 @@ class ScriptPlayer {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-// Returns the value of a key of `expect`: title, selected, hovered, answers, frame, objects, playing, style,
-// preset, error, ... Throws InputError for an unknown key.
+// Returns the value of a key of `expect`: title, selected, hovered, answers, hint, frame, objects, playing,
+// style, preset, error, ... Throws InputError for an unknown key.
 std::string StateValue(const ViewerState& state, const std::string& key);
 
 // Measures the speed of the window, for --timing.

@@ -196,6 +196,19 @@ TEST_F(ViewerWindow, ShowsErrorAndContinues) {
   Open();
 }
 
+TEST_F(ViewerWindow, KeepsErrorsUntilTheyAreClosed) {
+  for (int i = 0; i < 2; ++i) {
+    stage_.viewer->Open(folder_.Path() / "nothing.sqmap");
+    stage_.Settle();
+  }
+  const std::vector<Notice>& notices = stage_.State().messages.notices;
+  stage_.viewer->Frame(60.0);  // seconds
+  ASSERT_EQ(notices.size(), 1U) << "the same error twice";
+  EXPECT_FALSE(stage_.viewer->Busy()) << "an error alone must not keep the window drawing";
+  stage_.Key(key::kEscape);
+  EXPECT_TRUE(notices.empty());
+}
+
 TEST_F(ViewerWindow, OpensDroppedFolder) {
   WriteGrowingMap(folder_.Path());
   stage_.Handle({.kind = InputEvent::Kind::kDrop, .text = (folder_.Path() / "desk").string()});

@@ -72,6 +72,21 @@ TEST_F(ViewerScript, AnswersQuestionsAndFadesOtherObjects) {
   EXPECT_LT(PictureDifference(scene("before.png"), scene("words.png")), 0.001);
 }
 
+TEST_F(ViewerScript, TellsWhatMeasuringWaitsFor) {
+  WriteGrowingMap(folder_.Path());
+  const ProgramRun run = Play(
+      "wait idle\nexpect hint none\nkey M\nframes 2\n"
+      "expect hint Click the first point, on an object or on a point of the map\n"
+      "move 20 60\npress left\nrelease left\nframes 2\n"
+      "expect hint Nothing there: click on an object or on a point\npicture nothing.png\n"
+      "move 265 250\npress left\nrelease left\nframes 2\nexpect hint Click the second point\n"
+      "move 300 260\npress left\nrelease left\nframes 2\n"
+      "expect hint The next click measures anew; M or Escape ends\n"
+      "key M\nframes 2\nexpect hint none\nclose\n",
+      "desk");
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+}
+
 TEST_F(ViewerScript, RepeatsUntilTimeIsOver) {
   WriteGrowingMap(folder_.Path());
   // The first round switches the help on, the second off again: an end after one round is seen here.

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <string>
 #include <utility>
 #include <vector>
@@ -16,7 +17,9 @@ class Dialogs : public Panel {
  public:
   explicit Dialogs(ViewerState& s) : Panel(Place::kOver, "", s) {}
 
-  bool Busy() const override { return !messages_.notices.empty(); }
+  bool Busy() const override {
+    return !std::ranges::all_of(messages_.notices, &Notice::error);  // errors stay until they are closed
+  }
 
   void Draw() override {
     if (window_.show_help) {
@@ -170,7 +173,10 @@ class Dialogs : public Panel {
     }
     ImGui::PopStyleVar();
     ImGui::PopStyleColor();
-    std::erase_if(notices, [&](Notice& notice) { return (notice.seconds_left -= window_.seconds) <= 0.0; });
+    std::erase_if(notices, [&](Notice& notice) {
+      notice.seconds_left -= notice.error ? 0.0 : window_.seconds;
+      return notice.seconds_left <= 0.0;
+    });
   }
 
   void DrawNotice(Notice& notice, const std::string& id, float& top) const {
@@ -187,6 +193,9 @@ class Dialogs : public Panel {
       ImGui::TextUnformatted(((notice.error ? "Error: " : "") + notice.text).c_str());
       ImGui::PopStyleColor();
       ImGui::PopTextWrapPos();
+      if (notice.error) {
+        Dim("a click or Escape closes this");
+      }
       if (ImGui::IsWindowHovered() && ImGui::IsMouseClicked(ImGuiMouseButton_Left)) {
         notice.seconds_left = 0.0;
       }

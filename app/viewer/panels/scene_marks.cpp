@@ -109,6 +109,16 @@ class SceneMarks {
     }
   }
 
+  // Draws a line of text at the lower edge of the scene.
+  void DrawHint(const std::string& text) const {
+    const float em = ImGui::GetFontSize();
+    const ImVec2 size = ImGui::CalcTextSize(text.c_str()) + ImVec2(1.2F, 0.5F) * em;
+    const ImVec2 corner =
+        origin_ + Vec(0.5 * view_.size.width, view_.size.height) - ImVec2(0.5F * size.x, size.y + em);
+    list_->AddRectFilled(corner, corner + size, palette_.surface, 5.0F);
+    list_->AddText(corner + ImVec2(0.6F, 0.25F) * em, palette_.text, text.c_str());
+  }
+
   void DrawObjectPoints(const SnapshotObject& object, PointColors colors) const {
     const double brightest = 0.3 * object.superquadric.shape.half_size.mean();  // residual
     const float r = 3.6F * scale_;
@@ -253,6 +263,7 @@ void DrawSceneMarks(const EditContext& context, const WindowState& window, ImVec
   }
   if (selection.measuring) {
     marks.DrawMeasurement(selection.measured);
+    marks.DrawHint(selection.Hint());
   }
   const SnapshotObject* object = document.Object(selection.selected);
   if (object != nullptr && context.editing.point_colors != PointColors::kNone) {

@@ -163,13 +163,7 @@ class ScenePanel : public Panel {
       selection_.selected = PickObject(ray, document_.Map()->objects, view_.Cut());
       return;
     }
-    if (const auto point = PointAt(mouse)) {
-      auto& points = selection_.measured;
-      if (points.size() >= 2) {
-        points.clear();
-      }
-      points.push_back(*point);
-    }
+    selection_.Measure(PointAt(mouse));
   }
 
   std::optional<Eigen::Vector3d> PointAt(const Eigen::Vector2d& mouse) const {

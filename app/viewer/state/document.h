@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <filesystem>
 #include <memory>
@@ -66,6 +67,31 @@ struct Selection {
 
   bool measuring = false;                 // clicks pick points
   std::vector<Eigen::Vector3d> measured;  // at most two, map frame; their distance is shown
+  bool missed = false;                    // the last click while measuring met nothing
+
+  void SetMeasuring(bool on) {
+    measuring = on;
+    missed = false;
+    measured.clear();
+  }
+  // Takes a point to measure from; empty: the click met nothing.
+  void Measure(const std::optional<Eigen::Vector3d>& p_map) {
+    missed = !p_map;
+    if (p_map) {
+      if (measured.size() >= 2) {
+        measured.clear();
+      }
+      measured.push_back(*p_map);
+    }
+  }
+  // Returns what the view waits for; empty unless it is measuring.
+  std::string Hint() const {
+    return !measuring             ? ""
+           : missed               ? "Nothing there: click on an object or on a point"
+           : measured.empty()     ? "Click the first point, on an object or on a point of the map"
+           : measured.size() == 1 ? "Click the second point"
+                                  : "The next click measures anew; M or Escape ends";
+  }
 };
 
 // Requests of panels and keys to the viewer, which handles them before the next frame.
@@ -93,16 +119,22 @@ using Request = std::variant<OpenRequest, ScreenshotRequest, CopyCommandRequest,
 
 struct Notice {
   std::string text;
-  bool error = false;
-  double seconds_left = 6.0;
+  bool error = false;         // stays until a click or Escape
+  double seconds_left = 5.0;  // of others
 };
 
 // Messages in the window.
 struct Messages {
   std::vector<Notice> notices;
 
-  void AddNotice(std::string text) { notices.push_back({std::move(text), false, 5.0}); }
-  void AddError(std::string text) { notices.push_back({std::move(text), true, 12.0}); }
+  void AddNotice(std::string text) { notices.push_back({std::move(text)}); }
+  // An error that is still there is not added again.
+  void AddError(std::string text) {
+    std::erase_if(notices, [&](const Notice& notice) { return notice.error && notice.text == text; });
+    notices.push_back({std::move(text), true});
+  }
+  // Removes all errors; returns true if there were any.
+  bool CloseErrors() { return std::erase_if(notices, &Notice::error) > 0; }
 
   // Runs `action`; an exception becomes a message. Returns false then.
   bool Try(auto&& action) {

@@ -83,11 +83,13 @@ void Escape(ViewerState& s) {
     s.window.show_open = false;
   } else if (s.window.show_help) {
     s.window.show_help = false;
+  } else if (s.messages.CloseErrors()) {
+    return;
   } else if (s.editing.annotation.active) {
     s.editing.annotation.selected.reset();
     s.editing.annotation.chosen.clear();
   } else if (s.selection.measuring) {
-    s.selection.measuring = false;
+    s.selection.SetMeasuring(false);
   } else {
     s.selection.selected.reset();
   }
@@ -121,10 +123,7 @@ std::vector<Shortcut> MakeShortcuts() {
          Flip([](State& s) -> bool& { return s.view.style.covisibility.show; })),
       On('P', "P", "true path of the camera", Flip([](State& s) -> bool& { return s.layers.true_path; })),
       On('M', "M", "measure between two points",
-         [](State& s) {
-           s.selection.measuring = !s.selection.measuring;
-           s.selection.measured.clear();
-         }),
+         [](State& s) { s.selection.SetMeasuring(!s.selection.measuring); }),
       On(key::kF12, "F12", "save a picture", [](State& s) { s.requests.push_back(s.window.screenshot); }),
       On('R', "R", "film the screen, stop",
          [](State& s) { s.requests.push_back(FilmRequest{!s.window.filming}); }),
