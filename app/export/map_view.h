@@ -50,7 +50,7 @@ struct MapViewOptions {
   int image_quality = 68;          // JPEG quality, 0 to 100
   int images = 110;                // keyframes with an image, at most
   std::size_t points = 60'000;     // map points, at most
-  std::size_t cloud = 180'000;     // points of the dense cloud, at most
+  std::size_t cloud = 400'000;     // points of the dense cloud, at most
   int segments = 36;               // steps of longitude of each superquadric
   double outline_tolerance = 0.5;  // px; maximum error of the simplified outlines over images
 };
