@@ -80,9 +80,10 @@ ViewCamera EyeOn(const MapSnapshot& map, const std::vector<PosedSuperquadric>& s
                  const std::vector<Eigen::Vector3d>& points, double reach, double aspect);
 
 // Draws objects from above, in their order, and over all of them their names: in those with room for it,
-// beside the others. `room`: part of the page that they may cover.
-void DrawFootprints(FigureSheet& sheet, const PlotArea& plot, const FigureRect& room,
-                    const std::vector<TrajectoryFigure::Footprint>& objects);
+// beside the others. `room`: part of the page that they may cover. Returns the objects whose names are far
+// from them (FigureNames::Draw).
+std::vector<std::size_t> DrawFootprints(FigureSheet& sheet, const PlotArea& plot, const FigureRect& room,
+                                        const std::vector<TrajectoryFigure::Footprint>& objects);
 
 // Draws a placeholder for a missing image.
 void DrawNoImage(FigureSheet& sheet, const FigureRect& area);

@@ -10,20 +10,30 @@ cv::Size FigureNames::SizeOf(const std::string& name) const {
   return {cvCeil(scale_ * (TextWidth(name, letters_) + 2.0)), cvCeil(scale_ * 1.15 * letters_)};
 }
 
-void FigureNames::Draw(const std::vector<std::string>& names, const std::vector<Eigen::Vector3d>& inks,
-                       const std::vector<LabelRequest>& requests, const cv::Mat1i& number) {
+std::vector<std::size_t> FigureNames::Draw(const std::vector<std::string>& names,
+                                           const std::vector<Eigen::Vector3d>& inks,
+                                           const std::vector<LabelRequest>& requests,
+                                           const cv::Mat1i& number) {
   const std::vector<LabelPlace> places = PlaceLabels(requests, number, taken_);
   for (const LabelPlace& place : places) {  // below all names
     if (place.leader) {
       DrawLeader(place);
     }
   }
+  constexpr double kMaxLeader = 2.5;  // lines
+  std::vector<std::size_t> far;
   for (std::size_t i = 0; i < places.size(); ++i) {
+    const double leader = places[i].leader ? cv::norm(LeaderStart(places[i]) - places[i].anchor) : 0.0;
+    if (!requests[i].part.bounds.empty() &&
+        (places[i].area.empty() || leader > kMaxLeader * places[i].area.height)) {
+      far.push_back(i);
+    }
     if (const cv::Rect& at = places[i].area; !at.empty()) {
       sheet_.page.Text({names[i], OnPage(at.x + 0.5 * at.width, at.y + 0.5 * at.height), letters_, inks[i],
                         TextAlign::kCenter, false, 0.0, sheet_.theme.background});
     }
   }
+  return far;
 }
 
 void FigureNames::KeepFree(const FigureRect& taken) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
@@ -21,9 +22,11 @@ class FigureNames {
 
   cv::Size SizeOf(const std::string& name) const;
 
-  // Draws the names that have a place, with leaders where one is needed.
-  void Draw(const std::vector<std::string>& names, const std::vector<Eigen::Vector3d>& inks,
-            const std::vector<LabelRequest>& requests, const cv::Mat1i& number);
+  // Draws the names that have a place, with leaders where one is needed. Returns the indices of the others,
+  // and of those with a leader longer than 2.5 lines.
+  std::vector<std::size_t> Draw(const std::vector<std::string>& names,
+                                const std::vector<Eigen::Vector3d>& inks,
+                                const std::vector<LabelRequest>& requests, const cv::Mat1i& number);
 
   // Keeps names out of a part of the page.
   void KeepFree(const FigureRect& taken);

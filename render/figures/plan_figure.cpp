@@ -111,9 +111,28 @@ double DimensionRoom(const PlanFigure& figure, const FigureTheme& theme) {
   return figure.walls.empty() ? 0.0 : 2.0 * theme.font;
 }
 
-// Returns the largest area with the plan's scale on both axes.
-PlotArea PlaceOnPage(const FigureSheet& sheet, const PlanFigure& figure, const Eigen::AlignedBox2d& extent) {
-  const double left = DimensionRoom(figure, sheet.theme), below = left + 2.0 * sheet.theme.font;
+using PlanKey = std::vector<std::string>;  // "1 toaster": names of the objects that have a number in the plan
+
+double KeyLine(const FigureTheme& theme) { return 1.3 * theme.small; }
+
+// Returns the lines of the key below the plan.
+std::vector<std::string> KeyLines(const PlanKey& key, double width, const FigureTheme& theme) {
+  std::vector<std::string> lines;
+  for (const std::string& entry : key) {
+    const std::string longer = lines.empty() ? "" : lines.back() + ",  " + entry;
+    if (!longer.empty() && TextWidth(longer, theme.small) <= width) {
+      lines.back() = longer;
+    } else {
+      lines.push_back(entry);
+    }
+  }
+  return lines;
+}
+
+// Returns the largest area with the plan's scale on both axes, `below` points above the lower edge.
+PlotArea PlaceOnPage(const FigureSheet& sheet, const PlanFigure& figure, const Eigen::AlignedBox2d& extent,
+                     double below) {
+  const double left = DimensionRoom(figure, sheet.theme);
   const FigureRect room{sheet.area.x + left, sheet.area.y, sheet.area.width - left,
                         sheet.area.height - below};
   ThrowIf<UsageError>(room.width < 20.0 || room.height < 20.0,
@@ -123,17 +142,25 @@ PlotArea PlaceOnPage(const FigureSheet& sheet, const PlanFigure& figure, const E
           {extent.min().y(), extent.max().y(), 1.0}};
 }
 
-}  // namespace
+struct DrawnPlan {
+  FigurePage page;
+  std::vector<std::size_t> far;  // objects whose names are far from them
+};
 
-FigurePage DrawPlan(const PlanFigure& figure, const FigureOptions& options) {
+DrawnPlan DrawPlanWithKey(const PlanFigure& figure, const PlanKey& key, const FigureOptions& options) {
   const Eigen::AlignedBox2d extent = ExtentOf(figure);
   FigureSheet sheet =
       MakeSheet(options, kColumnWidth, "Floor plan", [&](double width, const FigureTheme& theme) {
         const double left = DimensionRoom(figure, theme);
         const double high = extent.sizes().y() / extent.sizes().x();
-        return left + 2.0 * theme.font + (width - left) * std::clamp(high, 0.2, 1.5);
+        return left + 2.0 * theme.font + (width - left) * std::clamp(high, 0.2, 1.5) +
+               KeyLine(theme) * static_cast<double>(KeyLines(key, width, theme).size());
       });
-  const PlotArea plot = PlaceOnPage(sheet, figure, extent);
+  const std::vector<std::string> lines = KeyLines(key, sheet.area.width, sheet.theme);
+  const double key_height = KeyLine(sheet.theme) * static_cast<double>(lines.size());
+  sheet.area.height -= key_height;
+  const PlotArea plot =
+      PlaceOnPage(sheet, figure, extent, DimensionRoom(figure, sheet.theme) + 2.0 * sheet.theme.font);
   for (const WallLine& wall : figure.walls) {
     sheet.page.Line(plot.At(wall.from.x(), wall.from.y()), plot.At(wall.to.x(), wall.to.y()),
                     {sheet.theme.ink, kWallWidth, {}});
@@ -141,14 +168,38 @@ FigurePage DrawPlan(const PlanFigure& figure, const FigureOptions& options) {
   sheet.page.Polyline(ToVector(figure.path, [&](const Eigen::Vector2d& p) { return plot.At(p.x(), p.y()); }),
                       {sheet.theme.muted, kCameraWidth, {3.0, 1.5}});
   const double left = sheet.area.x + DimensionRoom(figure, sheet.theme);
-  DrawFootprints(sheet, plot,
-                 {left, sheet.area.y, sheet.area.Right() - left, plot.area.Bottom() - sheet.area.y},
-                 figure.objects);
+  const std::vector<std::size_t> far = DrawFootprints(
+      sheet, plot, {left, sheet.area.y, sheet.area.Right() - left, plot.area.Bottom() - sheet.area.y},
+      figure.objects);
   if (!figure.walls.empty()) {
     DrawRoomSize(sheet, plot, figure);
   }
   DrawPlanScale(sheet, plot, figure);
-  return std::move(sheet.page);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    sheet.page.Text(lines[i],
+                    {left, sheet.area.Bottom() + (static_cast<double>(i) + 0.6) * KeyLine(sheet.theme)},
+                    sheet.theme.small, sheet.theme.ink);
+  }
+  return {std::move(sheet.page), far};
+}
+
+}  // namespace
+
+FigurePage DrawPlan(const PlanFigure& figure, const FigureOptions& options) {
+  DrawnPlan plan = DrawPlanWithKey(figure, {}, options);
+  if (plan.far.empty()) {
+    return std::move(plan.page);
+  }
+  PlanFigure numbered = figure;
+  PlanKey key;
+  std::ranges::sort(plan.far, {}, [&](std::size_t i) {  // from left to right
+    return figure.objects[i].outline.empty() ? 0.0 : figure.objects[i].outline.front().x();
+  });
+  for (const std::size_t i : plan.far) {
+    numbered.objects[i].name = std::to_string(key.size() + 1);
+    key.push_back(fmt::format("{} {}", numbered.objects[i].name, figure.objects[i].name));
+  }
+  return DrawPlanWithKey(numbered, key, options).page;
 }
 
 namespace {
@@ -277,7 +328,7 @@ FigureEntry PlanEntry() {
       .help = "Floor plan: objects and walls from above, with a scale",
       .details = R"(
 Objects are drawn as their exact outlines from above, uncertain ones dashed; the dashed grey line is the camera
-path. After sqslam densify, walls are drawn where the dense cloud is vertical over at least half of the scene's
+path. Where names do not fit beside their objects, numbers stand for them, with a key below the plan. After sqslam densify, walls are drawn where the dense cloud is vertical over at least half of the scene's
 height; of a tall cupboard and the wall behind it, the wall. Width and depth are those that the walls span. The plan
 is turned until the longest wall, or the path, runs across the page. Lengths are metres after sqslam scale,
 otherwise map units. --set dense_cloud.show=false omits the walls.

@@ -149,8 +149,8 @@ cv::Mat1i NumberImage(const std::vector<std::vector<Eigen::Vector2d>>& outlines,
 
 }  // namespace
 
-void DrawFootprints(FigureSheet& sheet, const PlotArea& plot, const FigureRect& room,
-                    const std::vector<TrajectoryFigure::Footprint>& objects) {
+std::vector<std::size_t> DrawFootprints(FigureSheet& sheet, const PlotArea& plot, const FigureRect& room,
+                                        const std::vector<TrajectoryFigure::Footprint>& objects) {
   auto& [page, area, theme] = sheet;
   std::vector<std::vector<Eigen::Vector2d>> outlines;
   for (const TrajectoryFigure::Footprint& object : objects) {
@@ -174,13 +174,16 @@ void DrawFootprints(FigureSheet& sheet, const PlotArea& plot, const FigureRect& 
     inks.push_back(objects[i].uncertain ? theme.muted : theme.ink);
     const VisiblePart part = VisiblePartOf(number == static_cast<int>(i));
     const cv::Size size = writer.SizeOf(names.back());
-    requests.push_back({part, size, static_cast<double>(part.bounds.area()), static_cast<int>(i)});
-    // Within a large object; on a small one it would hide it.
-    if (part.bounds.width > size.width && part.bounds.height > size.height) {
+    // Numbers lie on their objects, and are placed before names.
+    const bool is_number = names.back().find_first_not_of("0123456789") == std::string::npos;
+    requests.push_back(
+        {part, size, is_number ? 0.0 : static_cast<double>(part.bounds.area()), static_cast<int>(i)});
+    // Within a large object; on a small one a name would hide it.
+    if (is_number || (part.bounds.width > size.width && part.bounds.height > size.height)) {
       requests.back().first = cv::Rect(part.anchor - cv::Point(size / 2), size);
     }
   }
-  writer.Draw(names, inks, requests, number);
+  return writer.Draw(names, inks, requests, number);
 }
 
 namespace {

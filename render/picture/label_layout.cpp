@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <opencv2/imgproc.hpp>
 #include <optional>
@@ -16,10 +17,12 @@ namespace {
 constexpr int kMaxLinesAway =
     7;  // lines by which a text may be moved away before all free places are searched
 
-// Costs in ranks of the list of candidates.
-constexpr double kCoverCost = 6.0;   // of a text that lies on other objects only
-constexpr double kLeaderCost = 3.0;  // of the need for a leader
-constexpr double kCrossCost = 5.0;   // of a leader through another text, or a text on another leader
+// Costs in lines of text that a leader is long.
+constexpr double kRankCost = 0.2;    // of one place less in the list of candidates
+constexpr double kCoverCost = 1.0;   // of a text that lies on other objects only
+constexpr double kHideCost = 8.0;    // of another object that a text hides altogether
+constexpr double kLeaderCost = 1.0;  // of the need for a leader
+constexpr double kCrossCost = 2.5;   // of a leader through another text, or a text on another leader
 
 int GapOf(const cv::Size& text) { return std::max(2, text.height / 4); }
 
@@ -34,11 +37,14 @@ std::vector<cv::Rect> Candidates(const LabelRequest& request) {
                                  {{centered, b.br().y + gap}, s},
                                  {{b.br().x + gap, middle}, s},
                                  {{b.x - gap - s.width, middle}, s}};
-  for (int step = 1; step <= kMaxLinesAway; ++step) {
-    for (const int shift : {0, s.width / 2 + gap, -s.width / 2 - gap}) {
-      areas.push_back({{centered + shift, b.y - gap - s.height - step * (s.height + gap)}, s});
-      areas.push_back({{centered + shift, b.br().y + gap + step * (s.height + gap)}, s});
+  const int side = s.width / 2 + gap, line = s.height + gap;
+  for (int step = 0; step <= kMaxLinesAway; ++step) {  // rows above and below, and beside them
+    for (const int shift : {0, side, -side, b.width / 2 + side, -b.width / 2 - side}) {
+      areas.push_back({{centered + shift, b.y - (step + 1) * line}, s});
+      areas.push_back({{centered + shift, b.br().y + gap + step * line}, s});
     }
+    areas.push_back({{b.br().x + gap + step * s.height, middle}, s});
+    areas.push_back({{b.x - gap - s.width - step * s.height, middle}, s});
   }
   return areas;
 }
@@ -62,7 +68,9 @@ std::vector<cv::Rect> AllPlaces(const LabelRequest& request, const cv::Size& pic
 class LabelLayout {
  public:
   LabelLayout(const cv::Mat1i& number, std::span<const cv::Rect> taken)
-      : number_(number), whole_({0, 0}, number.size()), used_(taken.begin(), taken.end()) {}
+      : number_(number), whole_({0, 0}, number.size()), used_(taken.begin(), taken.end()) {
+    pixels_ = CountPixels(whole_);
+  }
 
   LabelPlace Place(const LabelRequest& request) {
     LabelPlace best;
@@ -73,7 +81,8 @@ class LabelLayout {
     }
     for (std::size_t rank = 0; rank < candidates.size(); ++rank) {
       if (const std::optional<LabelPlace> place = At(candidates[rank], request)) {
-        const double cost = static_cast<double>(rank) + CostOf(*place, request.number);
+        const double preference = kRankCost * static_cast<double>(std::min<std::size_t>(rank, 4));
+        const double cost = preference + CostOf(*place, request.number);
         best = cost < least ? *place : best;
         least = std::min(least, cost);
       }
@@ -102,7 +111,8 @@ class LabelLayout {
       return std::nullopt;
     }
     LabelPlace place{area, true, request.part.anchor};
-    if (cv::countNonZero(number_(area) != request.number) == 0) {  // on the object itself
+    const bool wanted = request.first == area && number_((area.tl() + area.br()) / 2) == request.number;
+    if (wanted || cv::countNonZero(number_(area) != request.number) == 0) {  // on the object itself
       return LabelPlace{area, false, (area.tl() + area.br()) / 2};
     }
     const int gap = GapOf(area.size());
@@ -153,16 +163,33 @@ class LabelLayout {
     return nearest;
   }
 
+  // Returns the number of pixels of each object in an area.
+  std::map<int, int> CountPixels(const cv::Rect& area) const {
+    std::map<int, int> pixels;
+    for (const int there : cv::Mat1i(number_(area))) {
+      if (there >= 0) {
+        ++pixels[there];
+      }
+    }
+    return pixels;
+  }
+
   double CostOf(const LabelPlace& place, int number) const {
-    const cv::Mat1i below = number_(place.area);
-    const int others = cv::countNonZero((below >= 0) & (below != number));
-    const double covered = static_cast<double>(others) / std::max(1, place.area.area());
+    double covered = 0.0, hidden = 0.0;
+    for (const auto& [other, count] : CountPixels(place.area)) {
+      if (other != number) {
+        covered += static_cast<double>(count) / std::max(1, place.area.area());
+        hidden += static_cast<double>(count) / pixels_.at(other);
+      }
+    }
     int crossings = 0;
     for (const LabelPlace& other : placed_) {
       crossings += place.leader && Crosses(place, other.area) ? 1 : 0;
       crossings += other.leader && Crosses(other, place.area) ? 1 : 0;
     }
-    return kCoverCost * covered + (place.leader ? kLeaderCost : 0.0) + kCrossCost * crossings;
+    const double length = cv::norm(LeaderStart(place) - place.anchor) / std::max(1, place.area.height);
+    return kCoverCost * covered + kHideCost * hidden + (place.leader ? kLeaderCost + length : 0.0) +
+           kCrossCost * crossings;
   }
 
   static bool Crosses(const LabelPlace& place, const cv::Rect& area) {
@@ -173,6 +200,7 @@ class LabelLayout {
 
   const cv::Mat1i& number_;
   cv::Rect whole_;
+  std::map<int, int> pixels_;  // of each object
   std::vector<cv::Rect> used_;
   std::vector<LabelPlace> placed_;
 };

@@ -171,6 +171,13 @@ struct AxesLayout {
       bar_to = bar_from + cv::Point2d(bar * unit, 0.0);
       right = std::max(right, Pixels(bar_to.x + small) + text.Width(bar_text, small));
     }
+    if (!cell.empty() || !bar_text.empty()) {
+      const int gap = Pixels(0.6 * small), line = Pixels(1.5 * small);
+      const int first = Pixels(bar_text.empty() ? cell_at.y : bar_from.y);
+      const int last = Pixels(cell.empty() ? bar_from.y : cell_at.y);
+      panel = {cell_at.x - gap, first - line / 2 - gap / 2, right - cell_at.x + 2 * gap,
+               last - first + line + gap};
+    }
     const int top = Pixels(origin.y - length - size);
     area = {0, top, right, picture.height - top};
   }
@@ -181,6 +188,7 @@ struct AxesLayout {
   std::string cell;  // or nothing
   cv::Point2d bar_from, bar_to;
   std::string bar_text;  // or nothing
+  cv::Rect panel;        // behind the texts; empty without them
   cv::Rect area;         // of all of them
 };
 
@@ -196,8 +204,11 @@ void DrawScaleBar(cv::Mat& image, const AxesLayout& layout, const Eigen::Vector3
             layout.small, ink);
 }
 
-void DrawAxes(cv::Mat& image, const ViewCamera& camera, const AxesLayout& layout, const SceneStyle& style,
-              const TextPainter& text) {
+void DrawAxes(cv::Mat& image, const ViewCamera& camera, const AxesLayout& layout, bool panel_behind,
+              const SceneStyle& style, const TextPainter& text) {
+  if (panel_behind && !layout.panel.empty()) {
+    DrawPanel(image, layout.panel, 0.4 * layout.size, ParseColor(style.background), 0.8);
+  }
   const ViewAxes view = AxesOf(camera);
   const std::array<const char*, 3> names = {"x", "y", "z"};
   const std::array<Eigen::Vector3d, 3> colors = {ParseColor("#c0392b"), ParseColor("#2e8b57"),
@@ -404,15 +415,16 @@ void DrawTexts(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera,
                const PictureCaptions& captions, const SceneStyle& style, const TextPainter& text) {
   const std::vector<SnapshotObject> objects = NamedObjects(map, captions, style);
   const double scale = PictureScale(image.size());
+  const bool panel_behind = captions.panel || image.channels() == 3;
   if (style.text.legend) {
     const auto entries = SceneLegend(objects, !map.keyframes.empty(), captions, style);
-    DrawSceneLegend(image, entries, {image.size(), entries, style, text, scale},
-                    captions.panel || image.channels() == 3, style, text);
+    DrawSceneLegend(image, entries, {image.size(), entries, style, text, scale}, panel_behind, style, text);
     const std::vector<ColorBar> bars = BarsOf(captions.truth.get());
     DrawColorBars(image, bars, {image.size(), bars, style, text, scale}, style, text);
   }
   if (style.text.scale) {
-    DrawAxes(image, camera, {image.size(), captions, map.metric, style, text, scale}, style, text);
+    DrawAxes(image, camera, {image.size(), captions, map.metric, style, text, scale}, panel_behind, style,
+             text);
   }
   if (style.objects.labels && style.objects.show) {
     DrawLabels(image, objects, camera, captions, style, text, scale,

@@ -280,6 +280,26 @@ TEST(PlanFigureTest, ScaleBarAgreesWithFootprint) {
   }
 }
 
+// Objects in a crowd, whose names do not fit beside them, get numbers with a key below the plan.
+TEST(PlanFigureTest, NumbersObjectsWithoutRoomForTheirNames) {
+  const auto texts_of = [](double distance) {
+    PlanFigure plan;
+    plan.path = {{0.0, 0.0}, {40.0, 20.0}};
+    for (int i = 0; i < 25; ++i) {
+      const double x = 20.0 + distance * (i % 5), y = 10.0 + distance * (i / 5);
+      plan.objects.push_back({fmt::format("cereal box {}", static_cast<char>('a' + i)),
+                              {0.2, 0.4, 0.6},
+                              {{x, y, 0.0}, {x + 0.9, y, 0.0}, {x + 0.9, y + 0.9, 0.0}, {x, y + 0.9, 0.0}},
+                              false});
+    }
+    return SvgTexts(EncodeFigure(DrawPlan(plan, {}), "plan.svg"));
+  };
+  const auto is_key = [](const std::string& text) { return text.starts_with("1 cereal box"); };
+  EXPECT_EQ(std::ranges::count_if(texts_of(1.0), is_key), 1);
+  EXPECT_EQ(std::ranges::count(texts_of(1.0), "2"), 1);
+  EXPECT_EQ(std::ranges::count_if(texts_of(12.0), is_key), 0);
+}
+
 TEST(PlanFigureTest, FindsWallsOfRoomAndItsSize) {
   std::vector<Eigen::Vector3d> points;
   for (int i = 0; i < 200; ++i) {  // 4 by 3 map units, 2.5 high, one side open, with a floor and a table

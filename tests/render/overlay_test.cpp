@@ -94,6 +94,21 @@ TEST(PlaceImageTest, KeepsAspectAndCentresImage) {
   EXPECT_NEAR(place.camera.cy, 151.0, 1e-9);
 }
 
+TEST(PanelTest, LiesBehindSizeOfGridCells) {
+  const MapSnapshot map = HandMadeMap();
+  const SceneFocus focus = FindFocus(map);
+  const ViewCamera camera = FrameScene(focus, 16.0 / 9.0);
+  SceneStyle style;
+  style.background = "#ffffff";
+  style.objects.labels = false;
+  const PictureCaptions captions(style, map, {}, focus, LabelColors(style.objects.colors), camera);
+  cv::Mat image(720, 1280, CV_8UC3, cv::Scalar::all(0));  // as a dark cloud below
+  DrawTexts(image, map, camera, captions, style, TextPainter());
+  cv::Mat1b light;
+  cv::inRange(image(cv::Rect(0, 620, 320, 100)), cv::Scalar::all(190), cv::Scalar::all(255), light);
+  EXPECT_GT(cv::countNonZero(light), 1500);
+}
+
 TEST(PanelTest, DrawsOnlyPartInsideImage) {
   const Eigen::Vector3d color(0.2, 0.4, 0.6);
   cv::Mat whole(100, 120, CV_8UC3, cv::Scalar::all(255));

@@ -199,7 +199,7 @@ TEST(PictureTest, LeavesOnlyBackgroundTransparent) {
 
 TEST(PictureTest, MatchesOpaquePictureWhenBlendedOverWhite) {
   PictureOptions options = SmallPicture();
-  options.style.text.legend = false;  // its panel is drawn on opaque pictures only
+  options.style.text.legend = options.style.text.scale = false;  // opaque pictures have panels behind them
   const cv::Mat opaque = RenderPicture(HandMadeMap(), options);
   options.transparent = true;
   const cv::Mat image = RenderPicture(HandMadeMap(), options);
