@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include "slam/io/map_frame.h"
+#include "slam/scene/distance_table.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/parallel.h"
 #include "slam/util/throw_if.h"
@@ -46,12 +47,13 @@ struct CurvePoint {
 // Half the squared distance of a point in the first octant from the surface point at two angles, with
 // gradient and Hessian.
 struct Approach {
+  Eigen::Vector2d at;  // profile and section
   Eigen::Vector3d surface;
   double cost = 0.0;
   Eigen::Vector2d gradient;
   Eigen::Matrix2d hessian;
 
-  Approach(const Superquadric& shape, const Eigen::Vector3d& p, const Eigen::Vector2d& angles) {
+  Approach(const Superquadric& shape, const Eigen::Vector3d& p, const Eigen::Vector2d& angles) : at(angles) {
     const CurvePoint profile(angles[0], shape.e1), section(angles[1], shape.e2);
     const Eigen::Vector3d& h = shape.half_size;
     const auto point = [&h](const Eigen::Vector2d& along, const Eigen::Vector2d& around) {
@@ -124,14 +126,62 @@ Eigen::Vector2d AnglesOf(const Eigen::Vector3d& unit, double e2) {
   return {std::atan2(unit.z(), along), section};
 }
 
-}  // namespace
+// Returns by how much the surface point is at most farther from an outer point than the nearest one. All of a
+// convex solid lies behind its support plane across the way: the distance from the plane is a lower bound.
+double DualityGap(const Superquadric& shape, const Eigen::Vector3d& p, const Approach& approach) {
+  const Eigen::Vector3d way = p - approach.surface;
+  const double length = way.norm();
+  return length > 0.0 ? length - (way.dot(p) - shape.SupportExtent(way)) / length : 0.0;
+}
 
-SurfaceDistance DistanceFrom(const PosedSuperquadric& solid, const Eigen::Vector3d& p_map) {
-  const Superquadric& shape = solid.shape;
-  const Eigen::Vector3d p_object = solid.T_map_object.Inverse() * p_map;
-  const Eigen::Vector3d p = p_object.cwiseAbs();
+// Maximises a function of an angle in [0, pi / 2] with one maximum by golden sections. Returns angle and
+// value.
+std::pair<double, double> MaximumOf(const auto& function) {
+  constexpr int kRounds = 44;  // to 1e-9
+  constexpr double kGolden = std::numbers::phi - 1.0;
+  double low = 0.0, high = kQuarter;
+  double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
+  double at_a = function(a), at_b = function(b);
+  for (int i = 0; i < kRounds; ++i) {
+    if (at_a >= at_b) {
+      high = b;
+      b = a;
+      at_b = at_a;
+      a = high - kGolden * (high - low);
+      at_a = function(a);
+    } else {
+      low = a;
+      a = b;
+      at_a = at_b;
+      b = low + kGolden * (high - low);
+      at_b = function(b);
+    }
+  }
+  return at_a >= at_b ? std::pair(a, at_a) : std::pair(b, at_b);
+}
+
+// Returns the surface point nearest to an outer point in the first octant: on the support plane that is
+// farthest from it. The distance from the plane has one maximum along every great circle of normals, so that
+// nested searches find it, whatever the exponents; slowly.
+Eigen::Vector3d ProjectByPlanes(const Superquadric& shape, const Eigen::Vector3d& p) {
+  const auto normal = [](double along, double around) {
+    return Eigen::Vector3d(std::cos(along) * std::cos(around), std::cos(along) * std::sin(around),
+                           std::sin(along));
+  };
+  const auto best_along = [&](double around) {
+    return MaximumOf([&](double along) {
+      const Eigen::Vector3d n = normal(along, around);
+      return n.dot(p) - shape.SupportExtent(n);
+    });
+  };
+  const double around = MaximumOf([&](double angle) { return best_along(angle).second; }).first;
+  const auto [along, distance] = best_along(around);
+  return p - distance * normal(along, around);
+}
+
+// Returns the nearest surface point of a point in the first octant.
+Approach Nearest(const Superquadric& shape, const Eigen::Vector3d& p, bool inside) {
   const Eigen::Vector3d unit = p.cwiseQuotient(shape.half_size);
-  const bool inside = shape.RadialScale(p) < 1.0;
   Approach nearest = Descend(shape, p, AnglesOf(unit, shape.e2));
   if (inside || std::max(shape.e1, shape.e2) > 1.0) {  // one of several faces is nearest, or a ridge
     for (int axis = 0; axis < 3; ++axis) {
@@ -143,6 +193,35 @@ SurfaceDistance DistanceFrom(const PosedSuperquadric& solid, const Eigen::Vector
     const Approach middle = Descend(shape, p, AnglesOf(Eigen::Vector3d::Ones(), shape.e2));
     nearest = middle.cost < nearest.cost ? middle : nearest;
   }
+  // A descent may end at an edge or a ridge, where the cost is far from quadratic.
+  const auto is_farther = [&] {
+    return !inside && DualityGap(shape, p, nearest) > 1e-9 * shape.half_size.norm();
+  };
+  constexpr int kStarts = 4;
+  for (int i = 0; i < kStarts * kStarts && is_farther(); ++i) {
+    const Eigen::Vector2d start(i / kStarts + 0.5, i % kStarts + 0.5);
+    const Approach found = Descend(shape, p, kQuarter / kStarts * start);
+    nearest = found.cost < nearest.cost ? found : nearest;
+  }
+  if (is_farther()) {
+    nearest.surface = ProjectByPlanes(shape, p);
+    nearest.at = AnglesOf(nearest.surface.cwiseMax(0.0).cwiseQuotient(shape.half_size), shape.e2);
+  }
+  return nearest;
+}
+
+}  // namespace
+
+Eigen::Vector2d NearestAngles(const Superquadric& shape, const Eigen::Vector3d& p_octant) {
+  return Nearest(shape, p_octant, shape.RadialScale(p_octant) < 1.0).at;
+}
+
+SurfaceDistance DistanceFrom(const PosedSuperquadric& solid, const Eigen::Vector3d& p_map) {
+  const Superquadric& shape = solid.shape;
+  const Eigen::Vector3d p_object = solid.T_map_object.Inverse() * p_map;
+  const Eigen::Vector3d p = p_object.cwiseAbs();
+  const bool inside = shape.RadialScale(p) < 1.0;
+  const Approach nearest = Nearest(shape, p, inside);
   SurfaceDistance result;
   const Eigen::Vector3d way = p - nearest.surface;
   result.distance = (inside ? -1.0 : 1.0) * way.norm();
@@ -159,47 +238,126 @@ SurfaceDistance DistanceFrom(const PosedSuperquadric& solid, const Eigen::Vector
 
 DistanceField::DistanceField(const MapSnapshot& map, double sigmas) {
   for (const SnapshotObject& object : map.objects) {
-    bodies_.push_back({object.superquadric, object.superquadric.shape.half_size.norm(),
+    const Rigid3d T_object_map = object.superquadric.T_map_object.Inverse();
+    bodies_.push_back({object.superquadric, T_object_map.rotation.toRotationMatrix(),
+                       T_object_map.translation,
                        sigmas * sigmas * object.fit.covariance.topLeftCorner<3, 3>(), 0.0});
     bodies_.back().grown = std::sqrt(std::max(0.0, bodies_.back().covariance.trace()));
   }
 }
 
-SurfaceDistance DistanceField::At(const Eigen::Vector3d& p_map) const {
-  SurfaceDistance nearest{std::numeric_limits<double>::infinity(), Eigen::Vector3d::UnitZ()};
-  // The radial distance bounds that of the nearest body from above, the spheres bound each from below.
-  double bound = std::numeric_limits<double>::infinity();
-  const auto least_distance = [&](const Body& body) {
-    return (p_map - body.solid.T_map_object.translation).norm() - body.radius - body.grown;
-  };
-  for (const Body& body : bodies_) {
-    if (least_distance(body) < bound) {
-      const Eigen::Vector3d p = body.solid.T_map_object.Inverse() * p_map;
-      bound = std::min(bound, std::max(0.0, body.solid.shape.RadialDistance(p)));
+double DistanceField::LeastDistance(const Body& body, const Eigen::Vector3d& p_map) {
+  const Eigen::Vector3d p = body.R_object_map * p_map + body.t_object_map;
+  const Eigen::Vector3d past = p.cwiseAbs() - body.solid.shape.half_size;
+  return std::min(0.0, past.maxCoeff()) + past.cwiseMax(0.0).norm() - body.grown;
+}
+
+// Returns a table for each body that is probably the nearest or next to it for enough points.
+std::vector<std::unique_ptr<DistanceTable>> DistanceField::MakeTables(std::span<const Eigen::Vector3d> points,
+                                                                      int threads) const {
+  constexpr std::size_t kMinPoints = 20'000, kSamples = 1000;
+  std::vector<std::unique_ptr<DistanceTable>> tables(bodies_.size());
+  if (points.size() < kMinPoints) {
+    return tables;
+  }
+  std::vector<std::size_t> samples(bodies_.size(), 0);
+  for (std::size_t i = 0; i < kSamples && !bodies_.empty(); ++i) {
+    const Eigen::Vector3d& p = points[i * points.size() / kSamples];
+    std::array<std::pair<double, std::size_t>, 2> least;
+    least.fill({std::numeric_limits<double>::infinity(), 0});
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+      const std::pair candidate(LeastDistance(bodies_[b], p), b);
+      least[1] = std::min(least[1], std::max(candidate, least[0]));
+      least[0] = std::min(least[0], candidate);
+    }
+    for (const auto& [distance, b] : least) {
+      samples[b] += std::isinf(distance) ? 0 : 1;
     }
   }
-  for (const Body& body : bodies_) {
-    const double least = least_distance(body);
-    if (least > bound || least >= nearest.distance) {
-      continue;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const Superquadric& shape = bodies_[b].solid.shape;
+    if (std::max(shape.e1, shape.e2) <= 1.0 && samples[b] * points.size() / kSamples >= kMinPoints) {
+      tables[b] = std::make_unique<DistanceTable>(bodies_[b].solid, threads);
     }
-    SurfaceDistance from = DistanceFrom(body.solid, p_map);
-    from.distance -= std::sqrt(std::max(0.0, from.gradient.dot(body.covariance * from.gradient)));
+  }
+  return tables;
+}
+
+// A part of the points, and what is known of them so far.
+struct DistanceField::Part {
+  std::span<const Eigen::Vector3d> points;
+  std::vector<double> least;             // of each body: lower bounds of the distances
+  std::vector<SurfaceDistance> nearest;  // of the bodies asked so far
+  std::vector<std::size_t> asked;        // points of the present body
+  std::vector<Eigen::Vector3d> asked_points;
+  std::vector<SurfaceDistance> answers;
+};
+
+void DistanceField::Ask(std::size_t body_index, const DistanceTable* table, Part& part) const {
+  const Body& body = bodies_[body_index];
+  part.asked_points.clear();
+  for (const std::size_t i : part.asked) {
+    part.asked_points.push_back(part.points[i]);
+  }
+  part.answers.resize(part.asked.size());
+  if (table != nullptr) {
+    table->At(part.asked_points, part.answers);
+  } else {
+    std::ranges::transform(part.asked_points, part.answers.begin(),
+                           [&body](const Eigen::Vector3d& p) { return DistanceFrom(body.solid, p); });
+  }
+  for (std::size_t k = 0; k < part.asked.size(); ++k) {
+    SurfaceDistance& from = part.answers[k];
+    if (body.grown > 0.0) {
+      from.distance -= std::sqrt(std::max(0.0, from.gradient.dot(body.covariance * from.gradient)));
+    }
+    SurfaceDistance& nearest = part.nearest[part.asked[k]];
     nearest = from.distance < nearest.distance ? from : nearest;
   }
+}
+
+void DistanceField::Solve(const std::vector<std::unique_ptr<DistanceTable>>& tables, Part& part) const {
+  const std::size_t count = part.points.size();
+  part.least.resize(bodies_.size() * count);
+  part.nearest.assign(count, {std::numeric_limits<double>::infinity(), Eigen::Vector3d::UnitZ()});
+  std::vector<std::size_t> first(count, 0);  // the body with the least bound
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    for (std::size_t i = 0; i < count; ++i) {
+      part.least[b * count + i] = LeastDistance(bodies_[b], part.points[i]);
+      first[i] = part.least[b * count + i] < part.least[first[i] * count + i] ? b : first[i];
+    }
+  }
+  for (const bool others : {false, true}) {  // then those that may be nearer yet
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+      part.asked.clear();
+      for (std::size_t i = 0; i < count; ++i) {
+        if (others ? first[i] != b && part.least[b * count + i] < part.nearest[i].distance : first[i] == b) {
+          part.asked.push_back(i);
+        }
+      }
+      Ask(b, tables[b].get(), part);
+    }
+  }
+}
+
+SurfaceDistance DistanceField::At(const Eigen::Vector3d& p_map) const {
+  SurfaceDistance nearest;
+  At({&p_map, 1}, {&nearest.distance, 1}, {&nearest.gradient, 1}, 1);
   return nearest;
 }
 
 void DistanceField::At(std::span<const Eigen::Vector3d> points, std::span<double> distances,
                        std::span<Eigen::Vector3d> gradients, int threads) const {
   constexpr std::size_t kBlock = 1024;
-  const std::size_t blocks = (points.size() + kBlock - 1) / kBlock;
-  ParallelFor(blocks, threads, [&](std::size_t block) {
-    for (std::size_t i = block * kBlock; i < std::min(points.size(), (block + 1) * kBlock); ++i) {
-      const SurfaceDistance at = At(points[i]);
-      distances[i] = at.distance;
+  const std::vector<std::unique_ptr<DistanceTable>> tables = MakeTables(points, threads);
+  ParallelFor((points.size() + kBlock - 1) / kBlock, threads, [&](std::size_t block) {
+    const std::size_t begin = block * kBlock;
+    Part part{points.subspan(begin, std::min(kBlock, points.size() - begin)), {}, {}, {}, {}, {}};
+    Solve(tables, part);
+    for (std::size_t i = 0; i < part.nearest.size(); ++i) {
+      distances[begin + i] = part.nearest[i].distance;
       if (!gradients.empty()) {
-        gradients[i] = at.gradient;
+        gradients[begin + i] = part.nearest[i].gradient;
       }
     }
   });

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <filesystem>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -21,6 +22,12 @@ struct SurfaceDistance {
 // Returns the distance from a solid, exact to 1e-9 of its size. `p_map`: map frame.
 SurfaceDistance DistanceFrom(const PosedSuperquadric& solid, const Eigen::Vector3d& p_map);
 
+// Returns the polar angles (profile, section) of the surface point nearest to a point of the object frame's
+// first octant.
+Eigen::Vector2d NearestAngles(const Superquadric& shape, const Eigen::Vector3d& p_octant);
+
+class DistanceTable;
+
 // The distance from the nearest object of a map.
 class DistanceField {
  public:
@@ -38,10 +45,20 @@ class DistanceField {
  private:
   struct Body {
     PosedSuperquadric solid;
-    double radius;               // of a sphere around it
+    Eigen::Matrix3d R_object_map;
+    Eigen::Vector3d t_object_map;
     Eigen::Matrix3d covariance;  // of the centre, times sigmas squared
     double grown;                // the most by which it grows
   };
+  struct Part;
+
+  // Returns a lower bound of the distance: that from the box around the body.
+  static double LeastDistance(const Body& body, const Eigen::Vector3d& p_map);
+  std::vector<std::unique_ptr<DistanceTable>> MakeTables(std::span<const Eigen::Vector3d> points,
+                                                         int threads) const;
+  void Solve(const std::vector<std::unique_ptr<DistanceTable>>& tables, Part& part) const;
+  void Ask(std::size_t body_index, const DistanceTable* table, Part& part) const;
+
   std::vector<Body> bodies_;
 };
 

@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "slam/scene/distance_table.h"
 #include "slam/util/error.h"
 #include "tests/io/temporary_folder.h"
 #include "tests/scene/made_room.h"
@@ -104,6 +105,52 @@ TEST(DistanceFrom, GradientAgreesWithDifferences) {
   }
 }
 
+// The plane through the nearest point, across the way to it, bounds the distance from below.
+TEST(DistanceFrom, FindsNearestPointFarFromFlatAndSharpSolids) {
+  std::mt19937 random(6);
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  for (const auto& [e1, e2] : {std::pair(0.1, 0.1), {0.2, 0.1}, {0.1, 1.9}, {1.9, 0.5}, {1.9, 1.9}}) {
+    const PosedSuperquadric solid{{{0.3, 0.2, 0.12}, e1, e2}, {}};
+    for (int i = 0; i < 200; ++i) {
+      const Eigen::Vector3d p(1.4 * unit(random), unit(random), 0.6 * unit(random));
+      const SurfaceDistance at = DistanceFrom(solid, p);
+      if (at.distance > 0.0) {
+        EXPECT_NEAR(at.distance, at.gradient.dot(p) - SupportExtent(solid, at.gradient), 1e-7)
+            << e1 << ' ' << e2 << ": " << p.transpose();
+      }
+    }
+  }
+}
+
+TEST(DistanceTable, AgreesWithDistanceFromAndDenseSearch) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  for (const auto& [e1, e2] : {std::pair(0.1, 0.1), {0.2, 1.0}, {0.5, 0.5}, {1.0, 1.0}}) {
+    const PosedSuperquadric solid{
+        {{0.3, 0.2, 0.12}, e1, e2},
+        {Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitZ())), {0.1, 0.2, 0.3}}};
+    std::vector<Eigen::Vector3d> points;
+    for (int i = 0; i < 600; ++i) {  // half of them near
+      const double reach = i % 2 == 0 ? 1.3 : 6.0;
+      points.emplace_back(
+          solid.T_map_object *
+          (reach * Eigen::Vector3d(0.3 * unit(random), 0.2 * unit(random), 0.12 * unit(random))));
+    }
+    std::vector<SurfaceDistance> found(points.size());
+    DistanceTable(solid, 1).At(points, found);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const SurfaceDistance exact = DistanceFrom(solid, points[i]);
+      EXPECT_NEAR(found[i].distance, exact.distance, 1e-6) << points[i].transpose();
+      if (exact.distance > 0.0) {
+        EXPECT_LT((found[i].gradient - exact.gradient).norm(), 1e-6) << points[i].transpose();
+      }
+    }
+    for (std::size_t i = 0; i < 6; ++i) {
+      EXPECT_NEAR(found[i].distance, DenseDistance(solid, points[i]), 1e-6);
+    }
+  }
+}
+
 TEST(DistanceFrom, MatchesSpheres) {
   const PosedSuperquadric ball{{{0.2, 0.2, 0.2}, 1.0, 1.0}, {}};
   EXPECT_NEAR(DistanceFrom(ball, {0.3, 0.4, 0.0}).distance, 0.3, 1e-9);
@@ -128,6 +175,22 @@ TEST(DistanceField, TakesNearestObject) {
   EXPECT_EQ(distances, std::vector<double>(points.size(), nearest));
   EXPECT_EQ(gradients.back(), field.At(p).gradient);
   EXPECT_TRUE(std::isinf(DistanceField(MapSnapshot()).At(p).distance));
+}
+
+TEST(DistanceField, GivesManyPointsWhatItGivesOne) {
+  const MapSnapshot map = testing::MadeRoom();
+  const DistanceField field(map, 1.0);
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  std::vector<Eigen::Vector3d> points(50'000);  // enough for tables of some objects
+  for (Eigen::Vector3d& p : points) {
+    p = {2.0 + 8.0 * unit(random), 8.0 * unit(random), 1.0 + unit(random)};
+  }
+  std::vector<double> distances(points.size());
+  field.At(points, distances, {}, 2);
+  for (std::size_t i = 0; i < points.size(); i += 100) {
+    EXPECT_NEAR(distances[i], field.At(points[i]).distance, 1e-6);
+  }
 }
 
 TEST(DistanceField, GrowsObjectsByTheirCovariance) {
