@@ -16,6 +16,7 @@
 #include "app/export/map_export.h"
 #include "app/export/map_view.h"
 #include "app/export/mjcf.h"
+#include "app/export/urdf.h"
 #include "app/result/map_input.h"
 #include "app/terminal/terminal.h"
 #include "slam/io/result_files.h"
@@ -51,19 +52,21 @@ struct ExportArguments {
 };
 
 void CheckArguments(const ExportArguments& a, const std::string& extension) {
-  static const std::vector<std::string> kExtensions = {".glb",  ".obj", ".ply", ".json", ".txt",
-                                                       ".html", ".xml", ".npy", ".pgm"};
+  static const std::vector<std::string> kExtensions = {".glb",  ".obj", ".ply",  ".json", ".txt",
+                                                       ".html", ".xml", ".urdf", ".npy",  ".pgm"};
   ThrowIf<UsageError>(std::ranges::find(kExtensions, extension) == kExtensions.end(),
                       "--output {}: unknown extension, expected {}", a.output, fmt::join(kExtensions, ", "));
   for (const auto& [given, option, only] : {std::tuple(a.meshes, "--meshes", ".ply"),
                                             {a.surface, "--surface", ".glb"},
                                             {a.up.has_value(), "--up", ".obj"},
-                                            {a.scale.has_value(), "--scale", ".xml"},
                                             {!a.ground_truth.empty(), "--ground-truth", ".html"}}) {
     ThrowIf<UsageError>(given && extension != only,
                         "{0}: applies to a {1} only, expected --output FILE{1} instead of {2}", option, only,
                         a.output);
   }
+  ThrowIf<UsageError>(a.scale && extension != ".xml" && extension != ".urdf",
+                      "--scale: applies to a .xml or .urdf only, expected --output FILE.xml instead of {}",
+                      a.output);
   ThrowIf<UsageError>(a.cell && extension != ".npy" && extension != ".pgm",
                       "--cell: applies to a .npy or .pgm only, expected --output FILE.npy instead of {}",
                       a.output);
@@ -105,16 +108,22 @@ void WriteViewPage(const ExportArguments& a, const fs::path& map_path) {
                                              .render_options = options}));
 }
 
-// Writes a scene for MuJoCo, of reliable objects only: what is more likely wrong would stand in the way.
-void WriteSimulation(const ExportArguments& a, const fs::path& map_path) {
-  ObjectArguments objects = a.objects;
-  objects.reliable_only = true;
+// Returns the map in metres if its scale is known or given.
+MapSnapshot ScaledMap(const ExportArguments& a, const ObjectArguments& objects, const fs::path& map_path) {
   MapSnapshot map = *OpenMap(map_path, objects, HiddenObjects::kLeaveOut).Last();
   if (a.scale) {
     ThrowIf<UsageError>(map.metric, "--scale: {} is in metres already (sqslam scale)", map_path.string());
     ScaleLengths(*a.scale, map);
     map.metric = true;
   }
+  return map;
+}
+
+// Writes a scene for MuJoCo, of reliable objects only: what is more likely wrong would stand in the way.
+void WriteSimulation(const ExportArguments& a, const fs::path& map_path) {
+  ObjectArguments objects = a.objects;
+  objects.reliable_only = true;
+  const MapSnapshot map = ScaledMap(a, objects, map_path);
   const SceneGraph graph = MakeSceneGraph(map, ClassTraitsTable::Bundled());
   const MjcfSummary summary = WriteMjcf(a.output, map, graph);
   for (const std::string& note : summary.notes) {
@@ -188,6 +197,10 @@ void Export(const ExportArguments& a) {
     WriteSimulation(a, map_path);
     return;
   }
+  if (extension == ".urdf") {
+    WriteUrdf(a.output, ScaledMap(a, a.objects, map_path));
+    return;
+  }
   if (extension == ".npy" || extension == ".pgm") {
     WriteGrid(a, map_path, extension);
     return;
@@ -227,6 +240,8 @@ By extension:
   .xml   a scene for the simulator MuJoCo (MJCF, metres, gravity down) with meshes in a folder beside it: reliable
          objects as boxes, cylinders, ellipsoids or convex meshes; furniture fixed, small things free; masses and
          friction by class; moved within their covariances so that nothing penetrates; keyframes as cameras
+  .urdf  one object (--objects ID) as a robot of one link, in metres, with its convex mesh as .obj beside it; mass and
+         friction by class, inertia of an even solid
   .npy   signed distances from the objects on a grid (float32, [z][y][x]), with its frame in a .yaml beside it
   .pgm   floor plan of what the objects occupy, with a .yaml: the format of ROS' map_server
 With --format, a new folder with the keyframes of a finished run and their images:
@@ -245,6 +260,7 @@ Examples:
   sqslam export out/kitchen -o kitchen.glb --surface         after sqslam densify out/kitchen
   sqslam export out/kitchen/map.sqmap -o kitchen.obj
   sqslam export out/kitchen -o kitchen.xml                   after sqslam scale; otherwise with --scale
+  sqslam export out/kitchen -o cup.urdf --objects 3
   sqslam export out/kitchen -o points.ply
   sqslam export out/kitchen -o objects.ply --meshes
   sqslam export out/kitchen -o objects.json --edits auto
@@ -264,7 +280,7 @@ void AddExportCommand(Command& program) {
   command.Group("Output");
   command
       .Option("--output,-o FILE", a.output,
-              "FILE.html, .glb, .obj, .ply, .json, .txt, .xml, .npy or .pgm, which is replaced; with "
+              "FILE.html, .glb, .obj, .ply, .json, .txt, .xml, .urdf, .npy or .pgm, which is replaced; with "
               "--format: a new folder")
       .Required();
   command.Option("--format NAME", a.format, "Instead, write a folder with keyframes, tracks and images");
@@ -276,7 +292,7 @@ void AddExportCommand(Command& program) {
                  "In a .obj: the axis that points up, y as in .glb or z as in the map (y)");
   command
       .Option("--scale METRES", a.scale,
-              "In a .xml: length of a map unit, if the map has no scale (sqslam scale)")
+              "In a .xml or .urdf: length of a map unit, if the map has no scale (sqslam scale)")
       .Range(1e-4, 1e4);
   command
       .Option("--cell LENGTH", a.cell,

@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "app/export/map_export.h"
+#include "app/export/object_mass.h"
 #include "render/scene/style.h"
 #include "slam/geometry/solid_iou.h"
 #include "slam/scene/labelled_scene.h"
@@ -28,8 +29,7 @@ namespace sqslam::app {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr double kClearance = 0.002;       // between things side by side, metres
-constexpr double kUnknownDensity = 300.0;  // kg/m^3, of classes without a mass
+constexpr double kClearance = 0.002;  // between things side by side, metres
 constexpr double kRollingShare =
     0.05;  // of the half width: a solid with a round foot stands for a thing with a flat one
 
@@ -208,15 +208,7 @@ class MjcfWriter {
     fmt::format_to(Out(), "{}</body>\n", indent);
   }
 
-  double MassOf(int i) const {
-    constexpr double kMaxRatio = 4.0;  // of an object's volume to that of a typical one
-    const ClassTraits& traits = Traits(i);
-    const Superquadric& shape = Object(i).superquadric.shape;
-    if (traits.mass <= 0.0) {
-      return kUnknownDensity * shape.Volume();
-    }
-    return traits.mass * std::clamp(8.0 * shape.half_size.prod() / traits.volume, 1.0 / kMaxRatio, kMaxRatio);
-  }
+  double MassOf(int i) const { return app::MassOf(Traits(i), Object(i).superquadric.shape); }
 
   void AddGeom(int i, const std::string& indent, const std::string& shape, double mass) {
     const double rolling = kRollingShare * Object(i).superquadric.shape.half_size.head<2>().minCoeff();

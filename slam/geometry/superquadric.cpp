@@ -85,11 +85,25 @@ double Superquadric::SupportExtent(const Eigen::Vector3d& n_object) const {
   return SuperquadricNorm<PNorm>(n_object.cwiseProduct(half_size), DualPower(e1), DualPower(e2)).Value();
 }
 
-double Superquadric::Volume() const {
-  // Without promotion to long double, which takes ten times as long.
+namespace {
+
+// Without promotion to long double, which takes ten times as long.
+double Beta(double a, double b) {
   using Policy = boost::math::policies::policy<boost::math::policies::promote_double<false>>;
-  const auto beta = [](double a, double b) { return boost::math::beta(a, b, Policy()); };
-  return 2.0 * half_size.prod() * e1 * e2 * beta(0.5 * e1 + 1.0, e1) * beta(0.5 * e2, 0.5 * e2);
+  return boost::math::beta(a, b, Policy());
+}
+
+}  // namespace
+
+double Superquadric::Volume() const {
+  return 2.0 * half_size.prod() * e1 * e2 * Beta(0.5 * e1 + 1.0, e1) * Beta(0.5 * e2, 0.5 * e2);
+}
+
+Eigen::Vector3d Superquadric::MeanSquares() const {
+  const double across = Beta(1.5 * e2, 0.5 * e2) * Beta(0.5 * e1, 2.0 * e1 + 1.0);
+  const double along = 4.0 * Beta(0.5 * e2, 0.5 * e2 + 1.0) * Beta(1.5 * e1, e1 + 1.0);
+  return 0.5 * half_size.prod() * e1 * e2 / Volume() *
+         half_size.cwiseAbs2().cwiseProduct(Eigen::Vector3d(across, across, along));
 }
 
 PosedSuperquadric operator*(const Sim3d& S_new_map, const PosedSuperquadric& superquadric) {

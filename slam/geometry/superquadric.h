@@ -50,6 +50,9 @@ struct Superquadric {
   double SupportExtent(const Eigen::Vector3d& n_object) const;
 
   double Volume() const;  // closed form with the Beta function (Jaklic et al. 2000)
+
+  // Means of x^2, y^2 and z^2 over the volume, of which moments of inertia consist; likewise.
+  Eigen::Vector3d MeanSquares() const;
 };
 
 // A superquadric placed in the map: the 11 parameters of the paper (roll and pitch are zero for objects that

@@ -12,6 +12,7 @@
 #include <memory>
 #include <string>
 
+#include "app/export/urdf.h"
 #include "slam/util/error.h"
 #include "slam/util/text_lines.h"
 #include "tests/io/temporary_folder.h"
@@ -79,6 +80,36 @@ class Simulation {
   std::unique_ptr<mjModel, Deleter> model_;
   std::unique_ptr<mjData, Deleter> data_;
 };
+
+// One object in the simulator, which reads URDF too.
+TEST(Urdf, GivesMassAndInertiaOfOneObject) {
+  const TemporaryFolder folder;
+  MapSnapshot map = sqslam::testing::MadeRoom();
+  map.objects = {map.objects[14]};  // the ball, 0.11 m
+  WriteUrdf(folder.Path() / "ball.urdf", map);
+  std::array<char, 1000> error{};
+  // MuJoCo moves the only body of a file into the world unless it is told otherwise.
+  std::string text = ReadFile(folder.Path() / "ball.urdf", "a robot");
+  text.insert(text.find("  <link"),
+              "<mujoco><compiler fusestatic=\"false\" discardvisual=\"false\"/></mujoco>\n");
+  folder.Write("ball.urdf", text);
+  const std::unique_ptr<mjModel, void (*)(mjModel*)> model(
+      mj_loadXML((folder.Path() / "ball.urdf").c_str(), nullptr, error.data(),
+                 static_cast<int>(error.size())),
+      [](mjModel* m) { mj_deleteModel(m); });
+  ASSERT_NE(model, nullptr) << error.data();
+  const int body = mj_name2id(model.get(), mjOBJ_BODY, "sports_ball_15");
+  ASSERT_GT(body, 0);
+  const double mass = model->body_mass[body];
+  EXPECT_GT(mass, 0.05);
+  for (int axis = 0; axis < 3; ++axis) {
+    EXPECT_NEAR(model->body_inertia[3 * body + axis], 0.4 * mass * 0.11 * 0.11, 1e-5 * mass);
+  }
+  EXPECT_EQ(model->nmesh, 1);
+  EXPECT_THROW(WriteUrdf(folder.Path() / "two.urdf", sqslam::testing::MadeRoom()), InputError);
+  map.metric = false;
+  EXPECT_THROW(WriteUrdf(folder.Path() / "unit.urdf", map), InputError);
+}
 
 class Mjcf : public ::testing::Test {
  protected:

@@ -64,7 +64,8 @@ TEST_F(SceneCommands, ExportOfSimulationNeedsScale) {
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.out, HasSubstr("free and"));
   EXPECT_THAT(Slurp(file), HasSubstr("<body name=\"2 cup\""));
-  ExpectRefused("export " + Map() + " -o " + file + ".obj --scale 1", 2, "--scale: applies to a .xml only");
+  ExpectRefused("export " + Map() + " -o " + file + ".obj --scale 1", 2,
+                "--scale: applies to a .xml or .urdf only");
 }
 
 TEST_F(SceneCommands, DiffRefusesRecordingsWithoutLiveMap) {

@@ -133,6 +133,26 @@ TEST(Superquadric, StaysFiniteAtExponentLimits) {
   }
 }
 
+TEST(Superquadric, MeanSquaresOfSphereAndOfRandomShapes) {
+  EXPECT_TRUE(
+      (Superquadric{{2.0, 2.0, 2.0}, 1.0, 1.0}.MeanSquares().isApprox(Eigen::Vector3d::Constant(0.8))));
+  for (const auto& [e1, e2] : {std::pair(0.1, 0.4), {0.3, 1.0}, {1.5, 0.7}}) {
+    const Superquadric shape{{0.3, 0.7, 1.1}, e1, e2};
+    constexpr int kSteps = 100;
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    int inside = 0;
+    for (int i = 0; i < kSteps * kSteps * kSteps; ++i) {  // the centres of cells of the first octant
+      const Eigen::Array3d cell(i % kSteps, i / kSteps % kSteps, i / (kSteps * kSteps));
+      const Eigen::Vector3d p = (shape.half_size.array() * (cell + 0.5) / kSteps).matrix();
+      if (shape.RadialScale(p) < 1.0) {
+        sum += p.cwiseAbs2();
+        ++inside;
+      }
+    }
+    EXPECT_TRUE((sum / inside).isApprox(shape.MeanSquares(), 2e-3)) << e1 << ' ' << e2;
+  }
+}
+
 TEST(Superquadric, VolumeOfSphereEllipsoidCylinderAndBox) {
   EXPECT_NEAR(Shape({2, 2, 2}, 1, 1).Volume(), 4.0 / 3.0 * pi * 8, 1e-10);
   EXPECT_NEAR(Shape({1, 2, 3}, 1, 1).Volume(), 4.0 / 3.0 * pi * 6, 1e-10);
