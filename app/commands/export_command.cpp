@@ -52,8 +52,8 @@ struct ExportArguments {
 };
 
 void CheckArguments(const ExportArguments& a, const std::string& extension) {
-  static const std::vector<std::string> kExtensions = {".glb",  ".obj", ".ply",  ".json", ".txt",
-                                                       ".html", ".xml", ".urdf", ".npy",  ".pgm"};
+  static const std::vector<std::string> kExtensions = {".glb", ".obj",  ".ply",  ".json", ".txt", ".html",
+                                                       ".xml", ".urdf", ".usda", ".npy",  ".pgm"};
   ThrowIf<UsageError>(std::ranges::find(kExtensions, extension) == kExtensions.end(),
                       "--output {}: unknown extension, expected {}", a.output, fmt::join(kExtensions, ", "));
   for (const auto& [given, option, only] : {std::tuple(a.meshes, "--meshes", ".ply"),
@@ -70,10 +70,11 @@ void CheckArguments(const ExportArguments& a, const std::string& extension) {
   ThrowIf<UsageError>(a.cell && extension != ".npy" && extension != ".pgm",
                       "--cell: applies to a .npy or .pgm only, expected --output FILE.npy instead of {}",
                       a.output);
-  const bool colored = extension == ".html" || extension == ".glb" || extension == ".obj" || a.meshes;
+  const bool colored =
+      extension == ".html" || extension == ".glb" || extension == ".usda" || extension == ".obj" || a.meshes;
   ThrowIf<UsageError>(!colored && (!a.style.settings.empty() || a.style.name != StyleArguments().name),
                       "--style and --set: {} holds no colours of classes, expected --output FILE.html, .glb, "
-                      ".obj, or .ply with --meshes",
+                      ".usda, .obj, or .ply with --meshes",
                       a.output);
 }
 
@@ -211,6 +212,9 @@ void Export(const ExportArguments& a) {
     WriteFileAtomically(output,
                         MapGlb(*map, TrackedPoses(map_path, *map), SurfaceToExport(a, map_path),
                                ReadHistory(reader).first_seen, "sqslam " SQSLAM_VERSION, a.style.Load()));
+  } else if (extension == ".usda") {
+    WriteFileAtomically(output,
+                        MapUsd(*map, TrackedPoses(map_path, *map), "sqslam " SQSLAM_VERSION, a.style.Load()));
   } else if (extension == ".obj" || a.meshes) {
     WriteObjectMeshes(
         output, map->objects,
@@ -233,6 +237,7 @@ By extension:
          of its class, with half_size, e1, e2, label, id and observations as extras; points; camera path;
          a camera for each keyframe; an animation in which the camera "flight" follows the path and
          objects appear when first seen; with --surface the mesh of sqslam densify
+  .usda  objects as meshes with their parameters, points and camera path (text of Universal Scene Description, z up)
   .obj   superquadrics as closed meshes, one named object each, with colours in a .mtl file; y up
   .ply   points (x y z red green blue object_id); with --meshes the superquadrics as one coloured mesh
   .json  objects with all their parameters
@@ -280,7 +285,8 @@ void AddExportCommand(Command& program) {
   command.Group("Output");
   command
       .Option("--output,-o FILE", a.output,
-              "FILE.html, .glb, .obj, .ply, .json, .txt, .xml, .urdf, .npy or .pgm, which is replaced; with "
+              "FILE.html, .glb, .obj, .ply, .json, .txt, .xml, .urdf, .usda, .npy or .pgm, which is "
+              "replaced; with "
               "--format: a new folder")
       .Required();
   command.Option("--format NAME", a.format, "Instead, write a folder with keyframes, tracks and images");

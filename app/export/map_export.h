@@ -37,6 +37,15 @@ std::string MapGlb(const MapSnapshot& map, const Trajectory& trajectory, const S
                    const std::map<std::int32_t, double>& first_seen, const std::string& generator,
                    const SceneStyle& style = {});
 
+// Returns a map as text of Universal Scene Description (.usda), z up, in the map frame and its unit:
+//   /map/objects/LABEL_ID  a Mesh in the colour of the class, with sqslam:id, label, halfSize, shape (e1, e2)
+//                          and reliability
+//   /map/points            Points with the colours of the images
+//   /map/trajectory        BasisCurves through the camera centres of `trajectory`
+// As USD has no word for unknown units, the unit of a map without scale counts as a metre.
+std::string MapUsd(const MapSnapshot& map, const Trajectory& trajectory, const std::string& generator,
+                   const SceneStyle& style = {});
+
 // Returns the geometry that the page of a map draws: objects with `segments` steps of longitude, map points,
 // and the dense cloud as "cloud".
 std::string ViewGlb(const MapSnapshot& map, const std::vector<CloudPoint>& cloud, int segments,

@@ -102,6 +102,51 @@ class ExportTest : public ::testing::Test {
 // glTF is y up: (x, y, z) of the map is (x, z, -y) there.
 Eigen::Vector3d InFile(const Eigen::Vector3d& p_map) { return {p_map.x(), p_map.z(), -p_map.y()}; }
 
+// Returns the list or tuple that is the value of a name after `from` in a text of USD.
+json UsdValue(const std::string& text, const std::string& name, std::size_t from = 0) {
+  const std::size_t at = text.find(name + " = ", from);
+  std::string value = at == text.npos
+                          ? "null"
+                          : text.substr(at + name.size() + 3, text.find('\n', at) - at - name.size() - 3);
+  value = value.ends_with("] (") ? value.substr(0, value.size() - 2) : value;
+  std::ranges::replace(value, '(', '[');
+  std::ranges::replace(value, ')', ']');
+  return json::parse(value, nullptr, false);
+}
+
+TEST_F(ExportTest, WritesSceneDescription) {
+  const fs::path file = folder_.Path() / "map.usda";
+  const auto run = RunProgram("export " + (folder_.Path() / "map.sqmap").string() + " -o " + file.string());
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const std::string text = Slurp(file);
+  EXPECT_TRUE(text.starts_with("#usda 1.0\n"));
+  for (const auto& [open, close] : {std::pair('{', '}'), {'(', ')'}, {'[', ']'}}) {
+    EXPECT_EQ(std::ranges::count(text, open), std::ranges::count(text, close)) << open;
+  }
+  const std::size_t cup = text.find("def Mesh \"cup_1\"");
+  ASSERT_NE(cup, text.npos);
+  const json points = UsdValue(text, "points", cup), indices = UsdValue(text, "faceVertexIndices", cup);
+  ASSERT_TRUE(points.is_array() && indices.is_array());
+  EXPECT_EQ(indices.size(), 3 * UsdValue(text, "faceVertexCounts", cup).size());
+  EXPECT_EQ(UsdValue(text, "normals", cup).size(), points.size());
+  Eigen::AlignedBox3d box;
+  for (const json& index : indices) {
+    ASSERT_LT(index.get<std::size_t>(), points.size());
+    const json& p = points[index.get<std::size_t>()];
+    box.extend(Eigen::Vector3d(p[0], p[1], p[2]));
+  }
+  const SnapshotObject& object = map_.objects[1];
+  EXPECT_TRUE(box.max().isApprox(object.superquadric.shape.half_size, 1e-5));
+  const json centre = UsdValue(text, "xformOp:translate", cup), q = UsdValue(text, "xformOp:orient", cup);
+  EXPECT_NEAR(centre[2].get<double>(), object.superquadric.T_map_object.translation.z(), 1e-6);
+  EXPECT_NEAR(q[3].get<double>(), std::sin(0.2), 1e-6);  // w x y z, turned by 0.4
+  const std::size_t cloud = text.find("def Points");
+  EXPECT_EQ(UsdValue(text, "points", cloud).size(), map_.points.size());
+  EXPECT_EQ(UsdValue(text, "primvars:displayColor", cloud).size(), map_.points.size());
+  const std::size_t path = text.find("def BasisCurves");
+  EXPECT_EQ(UsdValue(text, "points", path).size(), UsdValue(text, "curveVertexCounts", path)[0]);
+}
+
 TEST_F(ExportTest, PlacesEachObjectInGlbByName) {
   const auto nodes = ReadGlb(Export("map.glb"));
   for (const SnapshotObject& object : map_.objects) {
