@@ -69,7 +69,7 @@ set(CPACK_DEBIAN_LIBSQSLAM-DEV_PACKAGE_SECTION libdevel)
 # The packages of packages.txt that the targets of cmake/sqslamConfig.cmake.in link.
 string(CONCAT CPACK_DEBIAN_LIBSQSLAM-DEV_PACKAGE_DEPENDS "sqslam (= ${PROJECT_VERSION}), "
   "libeigen3-dev, libceres-dev, libopencv-dev, libopencv-contrib-dev, libavformat-dev, libavcodec-dev, libswscale-dev, "
-  "libexif-dev, libvtk9-dev, libosmesa6-dev, libegl-dev, libgl-dev, libcairo2-dev, libyaml-cpp-dev, "
+  "libexif-dev, libvtk9-dev, libosmesa6-dev, libegl-dev, libgl-dev, libcairo2-dev, libfontconfig-dev, libyaml-cpp-dev, "
   "nlohmann-json3-dev, libspdlog-dev, libfmt-dev, libsqlite3-dev, zlib1g-dev, libzstd-dev, libboost-dev, libnanoflann-dev, pkg-config")
 if(ONNXRUNTIME_LIBRARY MATCHES "^/usr/lib/")
   string(APPEND CPACK_DEBIAN_LIBSQSLAM-DEV_PACKAGE_DEPENDS ", libonnxruntime-dev")

@@ -34,6 +34,7 @@ Examples:
 struct FigureArguments {
   FigureRequest request;
   std::string output;
+  std::string font;
   StyleArguments style;
   ObjectArguments objects;
   bool quiet = false;
@@ -49,6 +50,7 @@ void AddPageOptions(Command& command, const FigureEntry& figure, FigureArguments
   command.Option("--resolution W,H", page.pixels,
                  "Size in pixels instead of millimetres; text scales with the width unless --dpi is given");
   command.Option("--font-size PT", page.font_size, "Font size");
+  command.Option("--font FILE", a.font, "Font of all texts, a .ttf or .otf, which .svg and .pdf embed");
   command.Option("--title TEXT", page.title, "Title above the figure");
   command.Flag("--no-background", page.transparent, "Transparent background");
   a.style.AddTo(command);
@@ -96,6 +98,9 @@ void CompletePage(const FigureEntry& figure, FigureArguments& a) {
 }
 
 void DrawFigure(const FigureEntry& figure, FigureArguments& a) {
+  if (!a.font.empty()) {
+    UseFont(a.font);
+  }
   CompletePage(figure, a);
   if (figure.maps) {
     a.request.open_map = [&a](const std::filesystem::path& recording) {

@@ -149,6 +149,8 @@ void CheckRenderArguments(const RenderArguments& a) {
        "render: nothing to do, expected --output FILE, --reference FILE or both"},
       {MakesPage(a) && (a.camera_frame || !a.reference.empty() || !a.layers.ground_truth.empty()),
        output + ": vector graphics, expected FILE.png with --camera-frame, --reference and --ground-truth"},
+      {!MakesPage(a) && !a.font.empty(),
+       "--font: applies to vector graphics, expected --output FILE.svg or .pdf"},
       {!frames && !a.output.empty() && !MakesPage(a) && fs::path(a.output).extension() != ".png",
        output + ": expected FILE.png, .svg or .pdf, a name with {frame:04} that ends in .png, or FILE.mp4, "
                 ".gif or .webp"},
@@ -211,6 +213,8 @@ void AddRenderOptions(Command& command, RenderArguments& a) {
                  "pictures {frame:04}.png");
   command.Option("--resolution W,H", a.resolution, "Size; default: 1280,720, or that of --camera-frame")
       .Range(16, 8192);
+  command.Option("--font FILE", a.font,
+                 "In a .svg or .pdf: font of all texts, a .ttf or .otf, which is embedded");
   command.Option("--reference FILE", a.reference, "Exit with code 5 if the picture differs from this one");
   command
       .Option("--reference-threshold X", a.threshold, "Maximum difference: 1 - SSIM where something is drawn")

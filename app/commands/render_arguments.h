@@ -33,6 +33,7 @@ struct RenderArguments {
   ObjectArguments objects;
   std::string output;
   PictureOptions picture;
+  std::string font;                              // of vector graphics
   std::optional<std::array<int, 2>> resolution;  // default: 1280,720; with --camera-frame that of the images
   StyleArguments style;
   LayerArguments layers;

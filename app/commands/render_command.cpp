@@ -131,6 +131,9 @@ cv::Mat RenderAtFrame(const RenderArguments& a, const PictureOptions& options,
 
 int RenderStill(const RenderArguments& a, const PictureOptions& options, const RecordingReader& reader) {
   if (MakesPage(a)) {
+    if (!a.font.empty()) {
+      UseFont(a.font);
+    }
     WriteFigure(DrawMapPage(*reader.Last(), MapAtFrame(a, reader), options), a.output);
     return 0;
   }

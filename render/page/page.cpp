@@ -3,6 +3,7 @@
 #include <cairo-pdf.h>
 #include <cairo.h>
 #include <fmt/format.h>
+#include <fontconfig/fontconfig.h>
 
 #include <algorithm>
 #include <cmath>
@@ -39,7 +40,7 @@ void Check(cairo_status_t status) {
 
 // Disables hinting, so that text has the same layout at every size and on every machine.
 void SelectFont(cairo_t* cairo, double size, bool bold) {
-  cairo_select_font_face(cairo, "DejaVu Sans", CAIRO_FONT_SLANT_NORMAL,
+  cairo_select_font_face(cairo, FontOfPages().family.c_str(), CAIRO_FONT_SLANT_NORMAL,
                          bold ? CAIRO_FONT_WEIGHT_BOLD : CAIRO_FONT_WEIGHT_NORMAL);
   cairo_set_font_size(cairo, size);
   const std::unique_ptr<cairo_font_options_t, decltype(&cairo_font_options_destroy)> options(
@@ -179,6 +180,30 @@ std::string PageToPdf(const FigurePage& page) {
 }
 
 }  // namespace
+
+namespace {
+
+PageFont& ChosenFont() {
+  static PageFont font;
+  return font;
+}
+
+}  // namespace
+
+const PageFont& FontOfPages() { return ChosenFont(); }
+
+void UseFont(const std::filesystem::path& file) {
+  const std::string path = file.string();
+  const auto* bytes = reinterpret_cast<const FcChar8*>(path.c_str());
+  int count = 0;
+  const std::unique_ptr<FcPattern, decltype(&FcPatternDestroy)> pattern(
+      FcFreeTypeQuery(bytes, 0, nullptr, &count), FcPatternDestroy);
+  FcChar8* family = nullptr;
+  ThrowIf<InputError>(!pattern || FcPatternGetString(pattern.get(), FC_FAMILY, 0, &family) != FcResultMatch ||
+                          FcConfigAppFontAddFile(FcConfigGetCurrent(), bytes) == FcFalse,
+                      "{}: is not a font that can be read, expected a .ttf or .otf", path);
+  ChosenFont() = {reinterpret_cast<const char*>(family), path};
+}
 
 double TextWidth(const std::string& text, double size, bool bold) {
   const Surface surface = Own(cairo_recording_surface_create(CAIRO_CONTENT_ALPHA, nullptr));

@@ -114,6 +114,17 @@ struct FigurePage {
 // Fits a line into `width`: reduces the font size, and cuts the text if that would become too small.
 FigureText NarrowText(FigureText text, double width);
 
+// The font of all texts on pages.
+struct PageFont {
+  std::string family = "DejaVu Sans";
+  std::string file;  // that an SVG embeds; empty: none
+};
+const PageFont& FontOfPages();
+
+// Takes a font file (.ttf, .otf) for all pages from now on; PDF and SVG embed it. Throws InputError if it is
+// none.
+void UseFont(const std::filesystem::path& file);
+
 // Returns the width of a line of text, points.
 double TextWidth(const std::string& text, double size, bool bold = false);
 

@@ -8,6 +8,7 @@
 #include "render/scene/style.h"
 #include "slam/io/image_files.h"
 #include "slam/util/markup.h"
+#include "slam/util/text_lines.h"
 
 namespace sqslam {
 namespace {
@@ -43,7 +44,8 @@ void Write(SvgOutput out, const FigurePath& path) {
   fmt::format_to(out, "/>\n");
 }
 
-void Write(SvgOutput out, const FigureText& text) {
+// Writes a text, or its halo: an outline below it.
+void WriteText(SvgOutput out, const FigureText& text, bool halo) {
   const char* anchor = text.align == TextAlign::kLeft     ? "start"
                        : text.align == TextAlign::kCenter ? "middle"
                                                           : "end";
@@ -54,15 +56,24 @@ void Write(SvgOutput out, const FigureText& text) {
     fmt::format_to(out, " rotate({})", Number(-text.angle));
   }
   fmt::format_to(out, "\" font-size=\"{}\" text-anchor=\"{}\" fill=\"{}\"", Number(text.size), anchor,
-                 FormatColor(text.color));
+                 FormatColor(halo ? *text.halo : text.color));
   if (text.bold) {
     fmt::format_to(out, " font-weight=\"bold\"");
   }
-  if (text.halo) {
-    fmt::format_to(out, " stroke=\"{}\" stroke-width=\"{}\" stroke-linejoin=\"round\" paint-order=\"stroke\"",
+  if (halo) {
+    fmt::format_to(out, " stroke=\"{}\" stroke-width=\"{}\" stroke-linejoin=\"round\" aria-hidden=\"true\"",
                    FormatColor(*text.halo), Number(2.0 * FigureText::kHaloWidth * text.size));
   }
   fmt::format_to(out, ">{}</text>\n", EscapeMarkup(text.text));
+}
+
+// A text of its own for the halo: not every viewer knows paint-order, and would draw the outline over the
+// letters.
+void Write(SvgOutput out, const FigureText& text) {
+  if (text.halo) {
+    WriteText(out, text, true);
+  }
+  WriteText(out, text, false);
 }
 
 void Write(SvgOutput out, const FigureImage& element) {
@@ -82,8 +93,13 @@ std::string SvgElement(const FigurePage& page) {
   fmt::format_to(out,
                  "<svg xmlns=\"http://www.w3.org/2000/svg\" xmlns:xlink=\"http://www.w3.org/1999/xlink\" "
                  "width=\"{0}pt\" height=\"{1}pt\" viewBox=\"0 0 {0} {1}\" "
-                 "font-family=\"'DejaVu Sans', Verdana, sans-serif\">\n",
-                 Number(page.width), Number(page.height));
+                 "font-family=\"'{2}', Verdana, sans-serif\">\n",
+                 Number(page.width), Number(page.height), EscapeMarkup(FontOfPages().family));
+  if (const std::string& file = FontOfPages().file; !file.empty()) {
+    fmt::format_to(out,
+                   "<style>@font-face {{ font-family: '{}'; src: url(data:font/ttf;base64,{}); }}</style>\n",
+                   EscapeMarkup(FontOfPages().family), Base64(ReadFile(file, "a font")));
+  }
   if (!page.title.empty()) {
     fmt::format_to(out, "<title>{}</title>\n", EscapeMarkup(page.title));
   }

@@ -10,6 +10,7 @@
 #include "render/page/chart.h"
 #include "render/page/page.h"
 #include "slam/util/error.h"
+#include "tests/io/temporary_folder.h"
 
 namespace sqslam {
 namespace {
@@ -97,6 +98,38 @@ TEST(FigureFilesTest, WritesTextsIntoSvg) {
   const std::string shapes = EncodeFigure(DrawShapes(FewShapes(), SmallFigure()), "figure.svg");
   EXPECT_THAT(SvgTexts(shapes), AllOf(Contains("ε₁"), Contains("ε₂"), Contains("0.1"), Contains("2")));
   EXPECT_THAT(shapes, HasSubstr("data:image/png;base64,iVBOR"));
+}
+
+TEST(FigureFilesTest, DrawsHaloBelowTextForEveryViewer) {
+  FigurePage page;
+  page.width = page.height = 100.0;
+  FigureText text{"cup", {50.0, 50.0}, 10.0, {0.0, 0.0, 0.0}};
+  text.halo = Eigen::Vector3d(1.0, 1.0, 1.0);
+  page.Text(text);
+  const std::string svg = SvgElement(page);
+  EXPECT_EQ(svg.find("paint-order"), svg.npos);
+  const std::size_t halo = svg.find("stroke-width"), letters = svg.rfind("<text");
+  EXPECT_LT(halo, letters);
+  EXPECT_EQ(svg.find("stroke", letters), svg.npos);
+  EXPECT_THAT(SvgTexts(svg), ::testing::ElementsAre("cup"));
+}
+
+TEST(FigureFilesTest, EmbedsFontOfChoice) {
+  const TemporaryFolder folder;
+  EXPECT_THROW(UseFont(folder.Write("none.ttf", "nothing")), InputError);
+  FigurePage page;
+  page.width = page.height = 100.0;
+  page.Text({"cup", {50.0, 50.0}, 10.0, {0.0, 0.0, 0.0}});
+  const double before = TextWidth("cup", 10.0);
+  UseFont("/usr/share/fonts/truetype/dejavu/DejaVuSerif.ttf");
+  const std::string svg = EncodeFigure(page, "page.svg"), pdf = EncodeFigure(page, "page.pdf");
+  const double after = TextWidth("cup", 10.0);
+  UseFont("/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf");
+  EXPECT_NE(before, after);
+  EXPECT_EQ(TextWidth("cup", 10.0), before);
+  EXPECT_NE(svg.find("font-family=\"'DejaVu Serif'"), svg.npos);
+  EXPECT_NE(svg.find("@font-face { font-family: 'DejaVu Serif'; src: url(data:font/ttf;base64,"), svg.npos);
+  EXPECT_NE(pdf.find("DejaVuSerif"), pdf.npos);
 }
 
 TEST(FigureFilesTest, EmbedsFontsInPdf) {

@@ -20,7 +20,7 @@ inline cv::Mat Pixels(const FigurePage& page) {
 
 inline void CollectTexts(const boost::property_tree::ptree& node, std::vector<std::string>& texts) {
   for (const auto& [name, child] : node) {
-    if (name == "text") {
+    if (name == "text" && !child.get_optional<std::string>("<xmlattr>.aria-hidden")) {
       texts.push_back(child.data());
     }
     CollectTexts(child, texts);
