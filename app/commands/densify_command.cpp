@@ -11,6 +11,7 @@
 #include "app/terminal/terminal.h"
 #include "slam/dense/densify.h"
 #include "slam/run/map_files.h"
+#include "slam/run/parts_step.h"
 #include "slam/system_options.h"
 #include "slam/util/data_path.h"
 #include "slam/util/options.h"
@@ -61,6 +62,7 @@ int DensifyHere(const DensifyArguments& a, const DensifyRequest& request) {
       !summary.interrupted && !a.no_mesh && WriteSurface(a.result, request.threads, std::ref(progress));
   progress.Finish();
   if (!summary.interrupted) {
+    FindParts(a.result);
     WriteRelations(a.result);  // now with walls
   }
   if (progress.interrupt.Interrupted()) {

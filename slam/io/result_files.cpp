@@ -8,6 +8,7 @@
 
 #include "slam/io/pose_json.h"
 #include "slam/snapshot/byte_archive.h"
+#include "slam/snapshot/object_parts.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/enum_names.h"
 #include "slam/util/json_file.h"
@@ -53,6 +54,9 @@ Json ToJson(const SnapshotObject& object) {
   if (!object.name.empty()) {
     json["name"] = object.name;
   }
+  if (!object.parts.empty()) {
+    json["parts"] = PartsToJson(object.parts);
+  }
   return json;
 }
 
@@ -72,6 +76,9 @@ SnapshotObject ObjectFromJson(const Json& json) {
   if (json.contains("fit")) {
     object.fit.box_agreement = json.at("fit").value("box_agreement", 0.0);
     object.fit.point_rms = json.at("fit").value("point_rms", 0.0);
+  }
+  if (json.contains("parts")) {
+    object.parts = PartsFromJson(json.at("parts"));
   }
   shape.e1 = json.at("shape").at(0);
   shape.e2 = json.at("shape").at(1);

@@ -80,11 +80,6 @@ ClassPrior ToPrior(const ClassEntry& entry) {
 
 }  // namespace
 
-std::array<double, 2> ExponentsOf(ShapeKind kind) {
-  constexpr double kFlat = 0.15;
-  return {kind == ShapeKind::kEllipsoid ? 1.0 : kFlat, kind == ShapeKind::kBox ? kFlat : 1.0};
-}
-
 ClassPrior BackOf(const ClassPrior& seat) {
   constexpr double kDepthSigma = 0.5;        // of the logarithm
   const double log_thinner = std::log(5.0);  // than the seat is deep
@@ -98,13 +93,6 @@ ClassPrior BackOf(const ClassPrior& seat) {
   }
   back.size_sigma = std::hypot(seat.size_sigma, kDepthSigma / 3.0);
   return back;
-}
-
-ShapeKind NearestKind(double e1, double e2) {
-  return *std::ranges::min_element(kShapeKinds, {}, [&](ShapeKind kind) {
-    const auto [a, b] = ExponentsOf(kind);
-    return std::hypot(e1 - a, e2 - b);
-  });
 }
 
 ClassPriors ClassPriors::Read(const std::filesystem::path& path) {
@@ -121,12 +109,20 @@ ClassPriors ClassPriors::Read(const std::filesystem::path& path) {
   for (const auto& node : file) {
     ClassEntry entry;
     const std::string label = node.first.Scalar();
-    AssignOptions(node.second, path.string(), OptionFields(entry));
+    YAML::Node fields = node.second;
+    const YAML::Node parts = fields.IsMap() ? fields["parts"] : YAML::Node(YAML::NodeType::Undefined);
+    std::vector<PartTemplate> templates;
+    if (parts) {
+      templates = ReadPartTemplates(parts, path.string(), label);
+      fields.remove("parts");
+    }
+    AssignOptions(fields, path.string(), OptionFields(entry));
     if (*std::ranges::min_element(entry.size) <= 0.0) {
       throw InputError("{}:{}: {} has no size, expected size: [width, depth, height] in metres",
                        path.string(), node.first.Mark().line + 1, label);
     }
     priors.by_label_[label] = ToPrior(entry);
+    priors.by_label_[label].parts = std::move(templates);
   }
   return priors;
 }

@@ -8,17 +8,10 @@
 #include <vector>
 
 #include "slam/geometry/superquadric.h"
+#include "slam/objects/part_template.h"
+#include "slam/objects/shape_kind.h"
 
 namespace sqslam {
-
-// Modes of the prior over the exponents: box, upright cylinder, ellipsoid.
-enum class ShapeKind { kBox, kCylinder, kEllipsoid };
-constexpr auto EnumNames(ShapeKind) { return std::array{"box", "cylinder", "ellipsoid"}; }
-inline constexpr std::array kShapeKinds = {ShapeKind::kBox, ShapeKind::kCylinder, ShapeKind::kEllipsoid};
-
-// Returns the exponents e1, e2 at the centre of a mode.
-std::array<double, 2> ExponentsOf(ShapeKind kind);
-ShapeKind NearestKind(double e1, double e2);
 
 // Prior over the shape, proportions and size of the objects of a class.
 struct ClassPrior {
@@ -33,6 +26,7 @@ struct ClassPrior {
   bool hollow = false;               // lines of sight pass through its hull, as below the top of a table
   bool on_floor = false;             // stands on the lowest surface, not on furniture
   bool back = false;                 // a seat with a back, which may be all that shows over a table
+  std::vector<PartTemplate> parts;   // ways in which it may consist of parts; empty: one solid
 };
 
 // Returns the prior over the back alone of a seat: as wide and high, a fifth as deep.

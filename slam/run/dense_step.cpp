@@ -7,7 +7,9 @@
 #include <cstdint>
 
 #include "slam/dense/densify.h"
+#include "slam/run/parts_step.h"
 #include "slam/snapshot/depth_recording.h"
+#include "slam/snapshot/recording.h"
 #include "slam/util/error.h"
 
 namespace sqslam {
@@ -34,7 +36,7 @@ int KeepDepth(const std::filesystem::path& known, const FinishedRun& run) {
 
 }  // namespace
 
-void MakeDense(const FinishedRun& run, const DenseOptions& options, int live, RunHost& host,
+void MakeDense(FinishedRun& run, const DenseOptions& options, int live, RunHost& host,
                const std::filesystem::path& known) {
   const bool stopped = run.interrupted;
   if (stopped && live == 0) {
@@ -57,6 +59,9 @@ void MakeDense(const FinishedRun& run, const DenseOptions& options, int live, Ru
                                          });
     if (!dense.interrupted) {
       host.Say(dense.Text());
+      if (FindParts(run.output) > 0) {
+        run.result.map.snapshot = RecordingReader(run.output / "map.sqmap").Last();
+      }
       host.Mesh(run);
     }
   } catch (const NoMapError& error) {

@@ -215,7 +215,10 @@ MapSnapshotPtr Apply(const ObjectEdits& edits, const MapSnapshot& snapshot, Hidd
   for (SnapshotObject& object : edited->objects) {
     const ObjectEdit edit = edits.Of(object.id);
     object.name = edit.name;
-    object.label = edit.label.empty() ? object.label : edit.label;
+    if (!edit.label.empty() && edit.label != object.label) {
+      object.label = edit.label;
+      object.parts.clear();  // those of another class
+    }
   }
   for (SnapshotPoint& point : edited->points) {
     point.object_id = destinations(point.object_id);

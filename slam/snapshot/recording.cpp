@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "slam/snapshot/byte_archive.h"
+#include "slam/snapshot/object_parts.h"
 #include "slam/snapshot/snapshot_codec.h"
 #include "slam/snapshot/sqlite_file.h"
 #include "slam/util/atomic_file.h"
@@ -190,6 +191,7 @@ struct RecordingReader::Impl {
   fs::path path;
   Database db;
   RecordingInfo info;
+  std::vector<ObjectParts> parts;
   std::vector<std::pair<std::int64_t, double>> frames;  // index and time of each snapshot's frame
   Edit edit;
   std::mutex mutex;  // guards the snapshot read last, which the next one may be a patch of
@@ -278,6 +280,7 @@ RecordingReader::RecordingReader(const fs::path& path, Edit edit) : impl_(std::m
   impl_->db = sqlite::OpenRecording(path, SQLITE_OPEN_READONLY);
   impl_->info = {impl_->Meta("sequence_path"), ReplaceControls(impl_->Meta("program_version")),
                  ReplaceControlsInLines(impl_->Meta("config")), ReadMapScale(path)};
+  impl_->parts = ReadObjectParts(path);
   Statement select(impl_->db.get(), path, "SELECT frame_index, timestamp FROM snapshots ORDER BY id");
   while (select.Next()) {
     impl_->frames.emplace_back(select.Int(0), select.Real(1));
@@ -304,6 +307,7 @@ MapSnapshotPtr RecordingReader::Read(int index) const {
   }
   try {
     auto snapshot = std::make_shared<MapSnapshot>(DecodeSnapshot(impl_->ReadRaw(index)));
+    AddParts(impl_->parts, *snapshot);
     if (impl_->info.scale) {
       ScaleLengths(impl_->info.scale->metres, *snapshot);
       snapshot->metric = true;

@@ -12,6 +12,7 @@
 #include "slam/geometry/box2.h"
 #include "slam/geometry/camera.h"
 #include "slam/geometry/rigid3.h"
+#include "slam/geometry/solid_part.h"
 #include "slam/geometry/superquadric.h"
 #include "slam/util/run_counters.h"
 #include "slam/util/to_vector.h"
@@ -70,6 +71,8 @@ struct SnapshotObject {
   PosedSuperquadric superquadric;
   ObjectFit fit;
   std::string name;  // given by a user; empty: none. Not recorded: it comes from edits of the map
+  // Parts of the hull, `superquadric`; empty: one solid. Recorded beside the snapshots (object_parts.h)
+  std::vector<SolidPart> parts;
 
   static void VisitState(auto& self, auto&& visit) {
     visit(self.id, self.label, self.score, self.observations, self.points, self.yaw, self.superquadric,
@@ -81,6 +84,14 @@ struct SnapshotObject {
     }
   }
 };
+
+// Returns the solids that the object consists of, map frame: its parts, or its hull if it has none.
+inline std::vector<PosedSuperquadric> SolidsOf(const SnapshotObject& object) {
+  if (object.parts.empty()) {
+    return {object.superquadric};
+  }
+  return ToVector(object.parts, [&](const SolidPart& part) { return PlacedIn(object.superquadric, part); });
+}
 
 // Returns the object's name, or its label if it has none.
 inline const std::string& ShownName(const SnapshotObject& object) {

@@ -83,6 +83,25 @@ TEST(ObjectsJson, WritesNamesOnlyWhenSet) {
   EXPECT_EQ(read[1].name, "Ada's chair");
 }
 
+TEST(ObjectsJson, WritesPartsOnlyWhenKnown) {
+  const TemporaryFolder folder;
+  const fs::path path = folder.Path() / "objects.json";
+  SnapshotObject parted = Chair();
+  parted.parts = {{{0.0, -0.5, 0.25}, {{1.0, 0.5, 0.75}, 0.15, 1.0}}};
+  WriteObjects(path, {Chair(), parted});
+  EXPECT_FALSE(ReadJsonFile(path, "objects").at("objects")[0].contains("parts"));
+  const std::vector<SnapshotObject> read = ReadObjects(path);
+  EXPECT_TRUE(read[0].parts.empty());
+  ASSERT_EQ(read[1].parts.size(), 1u);
+  EXPECT_EQ(read[1].parts[0].centre, parted.parts[0].centre);
+  EXPECT_EQ(read[1].parts[0].shape.half_size, parted.parts[0].shape.half_size);
+  EXPECT_EQ(read[1].parts[0].shape.e2, 1.0);
+  parted.parts[0].centre.x() = 0.1;  // reaches out of the hull
+  WriteObjects(path, {parted});
+  EXPECT_THAT(InputErrorOf([&] { ReadObjects(path); }),
+              HasSubstr("object number 0 (from 0): parts: expected"));
+}
+
 TEST(ObjectsJson, CutsLongLabelsAndNames) {
   const TemporaryFolder folder;
   SnapshotObject object = Chair();

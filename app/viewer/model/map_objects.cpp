@@ -204,6 +204,7 @@ MapSnapshotPtr Represented(const MapSnapshotPtr& map, SolidKind kind) {
   auto represented = std::make_shared<MapSnapshot>(*map);
   for (SnapshotObject& object : represented->objects) {
     object.superquadric = NearestOfKind(kind, object.superquadric);
+    object.parts.clear();
     object.yaw = sqslam::YawOf(object.superquadric.T_map_object.rotation);
   }
   return represented;

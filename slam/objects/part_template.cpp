@@ -1,0 +1,203 @@
+#include "slam/objects/part_template.h"
+
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <cctype>
+#include <optional>
+#include <utility>
+
+#include "slam/util/enum_names.h"
+#include "slam/util/error.h"
+#include "slam/util/text_lines.h"
+
+namespace sqslam {
+namespace {
+
+class TemplateReader {
+ public:
+  TemplateReader(const std::string& source, const std::string& label) : source_(source), label_(label) {}
+
+  PartTemplate Read(const YAML::Node& node) {
+    template_ = {};
+    CheckKeys(node, {"free", "turns", "solids"});
+    for (const auto& free : node["free"]) {
+      template_.free.push_back(ReadProportion(free.first.Scalar(), free.second));
+    }
+    Check(template_.free.size() >= 2 && template_.free.size() <= kMaxProportions, node,
+          "two to four free proportions");
+    template_.turns = node["turns"] ? NumberOf<int>(node["turns"]) : 1;
+    Check(template_.turns >= 1 && template_.turns <= 4, node["turns"], "turns of 1 to 4");
+    Check(node["solids"] && node["solids"].IsSequence() && node["solids"].size() > 0, node,
+          "a list 'solids' of parts");
+    for (const YAML::Node& solid : node["solids"]) {
+      AddPart(solid);
+    }
+    return std::move(template_);
+  }
+
+ private:
+  void Check(bool valid, const YAML::Node& at, const std::string& expected) const {
+    if (!valid) {
+      throw InputError("{}:{}: parts of {}: expected {}", source_, at.Mark().line + 1, label_, expected);
+    }
+  }
+
+  void CheckKeys(const YAML::Node& node, const std::vector<std::string>& known) const {
+    Check(node.IsMap(), node, "a list of entries with free and solids");
+    for (const auto& entry : node) {
+      Check(std::ranges::find(known, entry.first.Scalar()) != known.end(), entry.first,
+            fmt::format("{}, not '{}'", fmt::join(known, ", "), entry.first.Scalar()));
+    }
+  }
+
+  template <typename Number>
+  Number NumberOf(const YAML::Node& node) const {
+    const auto number = node.IsScalar() ? ParseNumber<Number>(node.Scalar()) : std::nullopt;
+    Check(number.has_value(), node, "a number");
+    return *number;
+  }
+
+  FreeProportion ReadProportion(const std::string& name, const YAML::Node& node) const {
+    Check(node.IsSequence() && node.size() == 2, node, "free: {name: [mean, standard deviation]}");
+    const FreeProportion free{name, NumberOf<double>(node[0]), NumberOf<double>(node[1])};
+    Check(free.mean >= 0.0 && free.mean <= 1.0 && free.sigma >= 1e-3 && free.sigma <= 1.0, node,
+          "a mean from 0 to 1 and a standard deviation from 0.001 to 1");
+    return free;
+  }
+
+  // Adds numbers, names of proportions, and products of both, such as `1 - 2*leg`.
+  PartCoordinate ReadCoordinate(const YAML::Node& node) const {
+    const std::string text = node.IsScalar() ? node.Scalar() : "";
+    PartCoordinate sum;
+    std::size_t at = 0;
+    while (at < text.size()) {
+      const auto end = std::min(text.find_first_of("+-", at + 1), text.size());
+      std::string term = text.substr(at, end - at);
+      std::erase_if(term, [](unsigned char c) { return std::isspace(c) != 0; });
+      const double sign = term.starts_with('-') ? -1.0 : 1.0;
+      term.erase(0, term.starts_with('-') || term.starts_with('+') ? 1 : 0);
+      const auto star = term.find('*');
+      const std::string name = star == std::string::npos ? term : term.substr(star + 1);
+      const auto free = std::ranges::find(template_.free, name, &FreeProportion::name);
+      const auto factor = ParseNumber<double>(star == std::string::npos ? term : term.substr(0, star));
+      if (free != template_.free.end()) {
+        Check(star == std::string::npos || factor, node, "a number before '*'");
+        sum.slopes[static_cast<std::size_t>(free - template_.free.begin())] += sign * factor.value_or(1.0);
+      } else {
+        Check(star == std::string::npos && factor, node,
+              fmt::format("a sum of numbers and free proportions, not '{}'", term));
+        sum.constant += sign * *factor;
+      }
+      at = end;
+    }
+    Check(!text.empty(), node, "a sum of numbers and free proportions");
+    return sum;
+  }
+
+  void AddPart(const YAML::Node& node) {
+    CheckKeys(node, {"x", "y", "z", "shape", "mirror"});
+    TemplatePart part;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const YAML::Node range = node[std::string(1, "xyz"[axis])];
+      Check(range && range.IsSequence() && range.size() == 2, node, "x, y and z: [low, high]");
+      part.range[axis] = {ReadCoordinate(range[0]), ReadCoordinate(range[1])};
+      CheckAtMean(part.range[axis], range);
+    }
+    if (node["shape"]) {
+      const std::optional<ShapeKind> shape = FromName<ShapeKind>(node["shape"].Scalar());
+      Check(shape.has_value(), node["shape"], "shape: box, cylinder or ellipsoid");
+      part.shape = *shape;
+    }
+    const std::string mirror = node["mirror"] ? node["mirror"].Scalar() : "";
+    Check(mirror.empty() || mirror == "x" || mirror == "y" || mirror == "xy", node, "mirror: x, y or xy");
+    const std::size_t first = template_.parts.size();
+    template_.parts.push_back(part);
+    for (const char axis : mirror) {
+      for (std::size_t i = first, count = template_.parts.size(); i < count; ++i) {
+        template_.parts.push_back(Mirrored(template_.parts[i], static_cast<std::size_t>(axis - 'x')));
+      }
+    }
+  }
+
+  // The typical part has an extent and lies in the box of a hull that is as wide as deep.
+  void CheckAtMean(const std::array<PartCoordinate, 2>& range, const YAML::Node& node) const {
+    std::array<double, 2> at{};
+    for (std::size_t end = 0; end < 2; ++end) {
+      at[end] = range[end].constant;
+      for (std::size_t i = 0; i < template_.free.size(); ++i) {
+        at[end] += range[end].slopes[i] * template_.free[i].mean;
+      }
+    }
+    constexpr double kRounding = 1e-9;
+    Check(at[0] < at[1] && at[0] >= -1.0 - kRounding && at[1] <= 1.0 + kRounding, node,
+          fmt::format("low < high between -1 and 1, not {:.3g} to {:.3g} at the means", at[0], at[1]));
+  }
+
+  static TemplatePart Mirrored(TemplatePart part, std::size_t axis) {
+    std::swap(part.range[axis][0], part.range[axis][1]);
+    for (PartCoordinate& coordinate : part.range[axis]) {
+      coordinate.constant *= -1.0;
+      std::ranges::for_each(coordinate.slopes, [](double& slope) { slope *= -1.0; });
+    }
+    return part;
+  }
+
+  const std::string& source_;
+  const std::string& label_;
+  PartTemplate template_;  // so far
+};
+
+}  // namespace
+
+std::vector<PartTemplate> ReadPartTemplates(const YAML::Node& node, const std::string& source,
+                                            const std::string& label) {
+  if (!node.IsSequence()) {
+    throw InputError("{}:{}: parts of {}: expected a list of entries with free and solids", source,
+                     node.Mark().line + 1, label);
+  }
+  std::vector<PartTemplate> templates;
+  TemplateReader reader(source, label);
+  for (const YAML::Node& entry : node) {
+    templates.push_back(reader.Read(entry));
+  }
+  return templates;
+}
+
+std::vector<SolidPart> PartsWith(const PartTemplate& of, const Proportions& proportions,
+                                 const Eigen::Vector3d& half_size, int turn) {
+  constexpr double kMinHalfSize = 1e-3;  // of the hull's
+  const bool across = turn % 2 != 0;     // x of the template lies along y of the hull
+  const Eigen::Vector3d own(half_size[across ? 1 : 0], half_size[across ? 0 : 1], half_size.z());
+  const double narrow = half_size.head<2>().minCoeff();
+  const Eigen::Vector3d unit = Eigen::Vector3d(narrow, narrow, half_size.z()).cwiseQuotient(own);
+  std::vector<SolidPart> parts;
+  for (const TemplatePart& part : of.parts) {
+    Eigen::Vector3d centre, half;
+    for (int axis = 0; axis < 3; ++axis) {
+      std::array<double, 2> end{};
+      for (std::size_t i = 0; i < 2; ++i) {
+        const PartCoordinate& coordinate = part.range[static_cast<std::size_t>(axis)][i];
+        end[i] = coordinate.constant;
+        for (std::size_t k = 0; k < of.free.size(); ++k) {
+          end[i] += coordinate.slopes[k] * proportions[k] * unit[axis];
+        }
+        end[i] = std::clamp(end[i], -1.0, 1.0);
+      }
+      centre[axis] = 0.5 * (end[0] + end[1]);
+      half[axis] = std::max(0.5 * (end[1] - end[0]), kMinHalfSize);
+    }
+    for (int quarter = 0; quarter < turn; ++quarter) {
+      centre = {-centre.y(), centre.x(), centre.z()};
+    }
+    if (across) {
+      std::swap(half.x(), half.y());
+    }
+    const auto [e1, e2] = ExponentsOf(part.shape);
+    parts.push_back({centre, {half, e1, e2}});
+  }
+  return parts;
+}
+
+}  // namespace sqslam
