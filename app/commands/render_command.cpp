@@ -249,8 +249,8 @@ radius), clip.flip=true cuts the other side.
 
 The dense cloud of sqslam run or densify is drawn with the map, and the objects then look like glass. dense_cloud.show=false
 omits it; dense_cloud.look=mesh draws the surface fused from the depth maps instead, in an unfinished map the part
-seen so far; dense_cloud.points=true adds the map points. objects.look (solid, glass, outline), objects.glass,
-objects.line, objects.line_width, dense_cloud.size and dense_cloud.detail change the look.
+seen so far; dense_cloud.points=true adds the map points. objects.look (solid, glass, outline, parts),
+objects.glass, objects.line, objects.line_width, dense_cloud.size and dense_cloud.detail change the look.
 
 Views are named as seen from the average camera position, which is the front; top looks straight down with the
 front at the bottom. With --projection orthographic, top is a plan: it is turned until the longest wall, or the path, lies

@@ -249,7 +249,7 @@ class MapViewWriter {
                                    {"points", object.points},
                                    {"reliability", Short(object.fit.reliability)},
                                    {"uncertain", !IsReliable(object)},
-                                   {"hollow", LookOf(object.label, {}, false) == ObjectLook::kGlass},
+                                   {"hollow", LookOf(object, {}, false) == ObjectLook::kGlass},
                                    {"size", ListOf(Eigen::Vector3d(2.0 * shape.half_size))},
                                    {"shape", {Short(shape.e1), Short(shape.e2)}},
                                    {"yaw", Short(object.yaw)},

@@ -74,19 +74,27 @@ void DrawSolids(MapPage& page, const std::vector<SnapshotObject>& objects) {
   constexpr double kOutline = 0.6, kGlassOutline = 1.0;  // points
   const SceneStyle::Objects& style = page.style.objects;
   const Eigen::Vector3d paper = ParseColor(page.style.background);
-  const SolidOrder order(ToVector(objects, &SnapshotObject::superquadric));
+  std::vector<PosedSuperquadric> solids;
+  std::vector<const SnapshotObject*> owners;  // of the solids
+  for (const SnapshotObject& object : objects) {
+    for (const PosedSuperquadric& solid : DrawnSolids(object, style)) {
+      solids.push_back(solid);
+      owners.push_back(&object);
+    }
+  }
+  const SolidOrder order(solids);
   for (const std::size_t i : order.BackToFront(FromAfar(page.view).position)) {
-    const SnapshotObject& object = objects[i];
+    const SnapshotObject& object = *owners[i];
     const Eigen::Vector3d color = page.colors(object.label);
     FigurePath path{{}, true, std::nullopt};
     for (const Eigen::Vector2d& pixel :
-         Silhouette(object.superquadric, PinholeOf(page.view, page.pixels), PoseOf(page.view))) {
+         Silhouette(solids[i], PinholeOf(page.view, page.pixels), PoseOf(page.view))) {
       path.points.push_back(page.OnPage(pixel + Eigen::Vector2d::Constant(0.5)));
     }
     const Eigen::Vector3d line = ReadableOn(paper, color, page.style.points.min_contrast);
     if (!page.IsSolid(object)) {
       path.stroke = FigureStroke{0.5 * (line + paper), kOutline, {2.0, 2.0}};
-    } else if (const ObjectLook look = LookOf(object.label, style, page.dense); look == ObjectLook::kSolid) {
+    } else if (const ObjectLook look = LookOf(object, style, page.dense); look == ObjectLook::kSolid) {
       path.fill = color;
       path.fill_opacity = style.opacity;
       path.stroke = FigureStroke{0.5 * color, kOutline, {}};

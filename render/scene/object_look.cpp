@@ -4,17 +4,31 @@
 
 namespace sqslam {
 
-ObjectLook LookOf(const std::string& label, const SceneStyle::Objects& style, bool dense) {
-  if (style.look != ObjectLook::kAuto) {
+namespace {
+
+bool ShowsParts(const SnapshotObject& object, const SceneStyle::Objects& style) {
+  return !object.parts.empty() && (style.look == ObjectLook::kAuto || style.look == ObjectLook::kParts);
+}
+
+}  // namespace
+
+std::vector<PosedSuperquadric> DrawnSolids(const SnapshotObject& object, const SceneStyle::Objects& style) {
+  return ShowsParts(object, style) ? SolidsOf(object) : std::vector{object.superquadric};
+}
+
+ObjectLook LookOf(const SnapshotObject& object, const SceneStyle::Objects& style, bool dense) {
+  if (style.look != ObjectLook::kAuto && style.look != ObjectLook::kParts) {
     return style.look;
   }
   static const ClassPriors kClasses = ClassPriors::Named("default");
-  return dense || kClasses.Of(label).hollow ? ObjectLook::kGlass : ObjectLook::kSolid;
+  const bool hollow = kClasses.Of(object.label).hollow && !ShowsParts(object, style);
+  return (dense && style.look == ObjectLook::kAuto) || hollow ? ObjectLook::kGlass : ObjectLook::kSolid;
 }
 
 bool HidesOthers(const SnapshotObject& object, const SceneStyle::Objects& style, bool see_through) {
   const bool certain = style.uncertain == UncertainObjects::kSolid || IsReliable(object);
-  return certain && (see_through || LookOf(object.label, style, false) == ObjectLook::kSolid);
+  return certain &&
+         (see_through || (LookOf(object, style, false) == ObjectLook::kSolid && !ShowsParts(object, style)));
 }
 
 MapSnapshot Highlighted(MapSnapshot map, const std::set<int>& chosen) {

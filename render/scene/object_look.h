@@ -4,6 +4,7 @@
 #include <functional>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "render/scene/style.h"
 #include "slam/snapshot/snapshot.h"
@@ -13,10 +14,13 @@ namespace sqslam {
 // Returns the colour of an object in one picture.
 using ObjectColor = std::function<Eigen::Vector3d(const SnapshotObject& object)>;
 
-// Returns how an object of this class is drawn, never kAuto. `dense`: among a dense cloud or mesh. Automatic:
-// glass there, and everywhere for hollow classes such as tables and chairs (`hollow` in
-// configs/classes.yaml), whose hull is mostly air and would hide what stands in it; solid for all others.
-ObjectLook LookOf(const std::string& label, const SceneStyle::Objects& style, bool dense);
+// Returns the solids that stand for an object in a picture, map frame: its parts or its hull.
+std::vector<PosedSuperquadric> DrawnSolids(const SnapshotObject& object, const SceneStyle::Objects& style);
+
+// Returns how an object is drawn: kSolid, kGlass or kOutline. `dense`: among a dense cloud or mesh.
+// Automatic: glass there, and everywhere for the hulls of hollow classes such as tables and chairs (`hollow`
+// in configs/classes.yaml), which are mostly air and would hide what stands in them; solid for all others.
+ObjectLook LookOf(const SnapshotObject& object, const SceneStyle::Objects& style, bool dense);
 
 // Returns true if an object hides what is behind it: a solid that is not drawn as thin lines because it is
 // uncertain. `see_through`: all objects are, and the nearest one counts.

@@ -179,14 +179,17 @@ void Scene::CastShadow(const std::optional<ClipPlane>& plane) {
                                        light.towards.x(),   light.towards.y(), light.towards.z(),
                                        focus_.ground_height};
   for (const SnapshotObject& object : solid_objects_) {
-    const PosedSuperquadric& solid = object.superquadric;
-    const Eigen::Vector3d offset = solid.T_map_object.translation - focus_.center;
+    const Eigen::Vector3d offset = object.superquadric.T_map_object.translation - focus_.center;
     // Glass casts none. A distant outlier would cost all other shadows their resolution.
-    if (LookOf(object.label, style_.objects, false) == ObjectLook::kSolid &&
-        offset.norm() < 3.0 * focus_.radius && (!plane || plane->KeepsSomeOf(solid))) {
-      casters.push_back(solid);
-      const SuperquadricParameters parameters = ToParameters(solid);
-      shadow_inputs.insert(shadow_inputs.end(), parameters.begin(), parameters.end());
+    if (LookOf(object, style_.objects, false) != ObjectLook::kSolid || offset.norm() >= 3.0 * focus_.radius) {
+      continue;
+    }
+    for (const PosedSuperquadric& solid : DrawnSolids(object, style_.objects)) {
+      if (!plane || plane->KeepsSomeOf(solid)) {
+        casters.push_back(solid);
+        const SuperquadricParameters parameters = ToParameters(solid);
+        shadow_inputs.insert(shadow_inputs.end(), parameters.begin(), parameters.end());
+      }
     }
   }
   if (std::exchange(shadow_inputs_, shadow_inputs) != shadow_inputs) {

@@ -102,37 +102,45 @@ std::vector<std::pair<Eigen::Vector3d, ObjectLook>> SolidActors::Looks() const {
 }
 
 void SolidActors::Show(const std::vector<SnapshotObject>& objects, const ObjectColor& color_of, bool dense) {
-  const bool see_through = style_.look == ObjectLook::kAuto ? dense : style_.look != ObjectLook::kSolid;
+  const bool see_through = style_.look == ObjectLook::kAuto
+                               ? dense
+                               : style_.look == ObjectLook::kGlass || style_.look == ObjectLook::kOutline;
   if (std::exchange(see_through_, see_through) != see_through) {
     solids_.clear();
   }
-  solids_.resize(objects.size());
-  translucent_ = false;
-  std::vector<PosedSuperquadric> posed;
-  for (std::size_t i = 0; i < objects.size(); ++i) {
-    Solid& solid = solids_[i];
-    if (!solid.front) {
-      solid = MakeSolid(static_cast<int>(i) + 1);
-    }
-    const Superquadric& shape = objects[i].superquadric.shape;
-    const Superquadric& before = solid.posed.shape;
-    if (shape.half_size != before.half_size || shape.e1 != before.e1 || shape.e2 != before.e2) {
-      solid.segments = 0;
-    }
-    solid.posed = objects[i].superquadric;
-    solid.color = color_of(objects[i]);
-    solid.look = LookOf(objects[i].label, style_, dense);
-    solid.opacity = OpacityOf(solid.look);
-    translucent_ |= solid.opacity < 1.0;
-    posed.push_back(solid.posed);
-    const Eigen::Matrix4d transposed = solid.posed.T_map_object.Matrix().transpose();  // VTK is row-major
-    for (vtkActor* actor : {solid.back.Get(), solid.front.Get()}) {
-      actor->GetUserMatrix()->DeepCopy(transposed.data());
-      actor->GetProperty()->SetColor(solid.color.x(), solid.color.y(), solid.color.z());
-      actor->GetProperty()->SetOpacity(solid.opacity);
+  std::size_t count = 0;
+  for (const SnapshotObject& object : objects) {
+    for (const PosedSuperquadric& posed : DrawnSolids(object, style_)) {
+      solids_.resize(std::max(solids_.size(), ++count));
+      Solid& solid = solids_[count - 1];
+      if (!solid.front) {
+        solid = MakeSolid(static_cast<int>(count));
+      }
+      solid.color = color_of(object);
+      solid.look = LookOf(object, style_, dense);
+      Place(posed, solid);
     }
   }
-  order_ = translucent_ ? SolidOrder(std::move(posed)) : SolidOrder();
+  solids_.resize(count);
+  translucent_ = std::ranges::any_of(solids_, [](const Solid& solid) { return solid.opacity < 1.0; });
+  order_ = translucent_ ? SolidOrder(ToVector(solids_, &Solid::posed)) : SolidOrder();
+}
+
+// Moves the actors of a solid with its colour and look.
+void SolidActors::Place(const PosedSuperquadric& posed, Solid& solid) const {
+  const Superquadric& before = solid.posed.shape;
+  if (posed.shape.half_size != before.half_size || posed.shape.e1 != before.e1 ||
+      posed.shape.e2 != before.e2) {
+    solid.segments = 0;
+  }
+  solid.posed = posed;
+  solid.opacity = OpacityOf(solid.look);
+  const Eigen::Matrix4d transposed = posed.T_map_object.Matrix().transpose();  // VTK is row-major
+  for (vtkActor* actor : {solid.back.Get(), solid.front.Get()}) {
+    actor->GetUserMatrix()->DeepCopy(transposed.data());
+    actor->GetProperty()->SetColor(solid.color.x(), solid.color.y(), solid.color.z());
+    actor->GetProperty()->SetOpacity(solid.opacity);
+  }
 }
 
 int SolidActors::SegmentsFor(const PosedSuperquadric& solid, const ViewCamera& camera, double pixels) const {

@@ -58,6 +58,7 @@ class SolidActors {
   };
   double OpacityOf(ObjectLook look) const;
   Solid MakeSolid(int number) const;
+  void Place(const PosedSuperquadric& posed, Solid& solid) const;
   std::vector<vtkActor*> InOrder(const ViewCamera& camera, double pixels);
   int SegmentsFor(const PosedSuperquadric& solid, const ViewCamera& camera, double pixels) const;
   void SetDetail(Solid& solid, int segments);

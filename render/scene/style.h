@@ -42,10 +42,11 @@ constexpr auto EnumNames(AntiAliasing) { return std::array{"ssaa", "fxaa", "none
 enum class UncertainObjects { kOutline, kSolid, kHide };
 constexpr auto EnumNames(UncertainObjects) { return std::array{"outline", "solid", "hide"}; }
 
-// Shaded surfaces, transparent surfaces that show their content, or lines only. auto: glass if there is a
-// visible dense cloud or the class is hollow, else solid (LookOf).
-enum class ObjectLook { kAuto, kSolid, kGlass, kOutline };
-constexpr auto EnumNames(ObjectLook) { return std::array{"auto", "solid", "glass", "outline"}; }
+// Shaded surfaces, transparent surfaces that show their content, or lines only, all of hulls. auto: the parts
+// of objects that have any; glass if there is a visible dense cloud or a hull of a hollow class, else solid.
+// parts: as auto without a dense cloud (LookOf).
+enum class ObjectLook { kAuto, kSolid, kGlass, kOutline, kParts };
+constexpr auto EnumNames(ObjectLook) { return std::array{"auto", "solid", "glass", "outline", "parts"}; }
 
 // Look of a densified map: as points of its depth maps, or as the surface fused from them.
 enum class DenseLook { kPoints, kMesh };
@@ -285,7 +286,9 @@ struct SceneLayers {
 // Returns true if solids hide nothing: glass or outlines, as by default with a dense cloud.
 inline bool SolidsAreSeeThrough(const SceneStyle& style, const SceneLayers& layers) {
   const bool dense = style.dense_cloud.show && (layers.dense_cloud || layers.dense_mesh);
-  return style.objects.look == ObjectLook::kAuto ? dense : style.objects.look != ObjectLook::kSolid;
+  return style.objects.look == ObjectLook::kAuto
+             ? dense
+             : style.objects.look == ObjectLook::kGlass || style.objects.look == ObjectLook::kOutline;
 }
 
 // Loads a style by name (configs/styles/NAME.yaml) or from a .yaml file. Throws UsageError that lists the

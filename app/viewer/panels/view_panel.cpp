@@ -153,10 +153,11 @@ class ViewPanel : public Panel {
     if (Choice("style", style, styles_, -8.5F)) {
       messages_.Try([&] { view_.UseStyle(style); });
     }
-    OneOf({{"auto", "Glass where there is a dense cloud, solid elsewhere"},
+    OneOf({{"auto", "Glass where there is a dense cloud, solid elsewhere; parts where they are known"},
            {"solid", "Lit surfaces"},
            {"glass", "Transparent surfaces"},
-           {"outline", "Lines alone"}},
+           {"outline", "Lines alone"},
+           {"parts", "Lit surfaces of the parts where they are known"}},
           style_.objects.look);
     Slide("opacity", style_.objects.opacity, 0.05, 1.0, "%.2f");
     Slide("points", style_.points.size, 0.5, 8.0, "%.1f px");
