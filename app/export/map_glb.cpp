@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <vector>
 
@@ -183,11 +185,20 @@ class MapWriter {
 
  private:
   int AddMesh(const std::string& name, const SnapshotObject& object) {
-    const TriangleMesh mesh = Tessellate(object.superquadric.shape, segments_);
+    TriangleMesh mesh;  // of all solids, object frame
     std::vector<std::uint32_t> indices;
-    for (const auto& [a, b, c] : mesh.triangles) {
-      for (const std::int32_t corner : {a, b, c}) {
-        indices.push_back(static_cast<std::uint32_t>(corner));
+    const Rigid3d T_object_map = object.superquadric.T_map_object.Inverse();
+    for (const PosedSuperquadric& solid : SolidsOf(object)) {
+      const TriangleMesh surface = Tessellate(solid.shape, segments_);
+      const auto base = static_cast<std::uint32_t>(mesh.vertices.size());
+      const Eigen::Vector3f centre = (T_object_map * solid.T_map_object.translation).cast<float>();
+      std::ranges::transform(surface.vertices, std::back_inserter(mesh.vertices),
+                             [&](const Eigen::Vector3f& p) -> Eigen::Vector3f { return centre + p; });
+      mesh.normals.insert(mesh.normals.end(), surface.normals.begin(), surface.normals.end());
+      for (const auto& triangle : surface.triangles) {
+        for (const std::int32_t corner : triangle) {
+          indices.push_back(base + static_cast<std::uint32_t>(corner));
+        }
       }
     }
     const auto [material, is_new] = materials_.try_emplace(object.label, -1);

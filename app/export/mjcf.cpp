@@ -17,6 +17,7 @@
 #include "app/export/object_mass.h"
 #include "render/scene/style.h"
 #include "slam/geometry/solid_iou.h"
+#include "slam/objects/shape_kind.h"
 #include "slam/scene/labelled_scene.h"
 #include "slam/scene/settled_scene.h"
 #include "slam/util/atomic_file.h"
@@ -133,6 +134,12 @@ class MjcfWriter {
   fs::path MeshFolder() const { return path_.parent_path() / (path_.stem().string() + "-meshes"); }
   bool IsHull(int i) const { return !Traits(i).legs && !Traits(i).back; }
 
+  // Returns false for a seat on which something lies: the seat is then where that thing is.
+  bool ShowsParts(int i) const { return !Object(i).parts.empty() && (!Traits(i).back || !IsUsed(i)); }
+  bool IsUsed(int i) const {
+    return std::ranges::any_of(scene_.objects, [i](const SettledObject& thing) { return thing.place == i; });
+  }
+
   // Returns the attributes of a box on which other things stand: a mesh of its corners, as the contacts of
   // box on box are wrong in MuJoCo 2.2. The mesh is added to the assets.
   std::string Slab(const Eigen::Vector3d& half) {
@@ -147,7 +154,7 @@ class MjcfWriter {
 
   void AddMeshes() {
     for (int i = 0; i < Count(); ++i) {
-      if (!kinds_[static_cast<std::size_t>(i)]) {
+      if (!kinds_[static_cast<std::size_t>(i)] && !ShowsParts(i)) {
         SnapshotObject centred = Object(i);
         centred.superquadric.T_map_object = {};
         fs::create_directories(MeshFolder());
@@ -219,24 +226,48 @@ class MjcfWriter {
 
   void AddGeoms(int i, const std::string& indent) {
     const Superquadric& shape = Object(i).superquadric.shape;
+    if (ShowsParts(i)) {
+      AddParts(i, indent);
+      return;
+    }
     if (!IsHull(i)) {
       AddFurniture(i, indent);
       return;
     }
     const std::optional<SolidKind> kind = kinds_[static_cast<std::size_t>(i)];
-    const bool holds =
-        std::ranges::any_of(scene_.objects, [i](const SettledObject& thing) { return thing.place == i; });
     std::string geom = fmt::format("type=\"mesh\" mesh=\"mesh {}\"", Object(i).id);
     if (kind == SolidKind::kCylinder) {
       geom =
           fmt::format("type=\"cylinder\" size=\"{:.6g} {:.6g}\"", shape.half_size.x(), shape.half_size.z());
-    } else if (kind == SolidKind::kCuboid && holds) {
+    } else if (kind == SolidKind::kCuboid && IsUsed(i)) {
       geom = Slab(shape.half_size);
     } else if (kind) {
       geom = fmt::format("type=\"{}\" size=\"{}\"", kind == SolidKind::kCuboid ? "box" : "ellipsoid",
                          Numbers(shape.half_size));
     }
     AddGeom(i, indent, geom, MassOf(i));
+  }
+
+  // Adds a box, cylinder or ellipsoid for each part, with a share of the mass by its volume.
+  void AddParts(int i, const std::string& indent) {
+    SnapshotObject centred = Object(i);
+    centred.superquadric.T_map_object = {};
+    const std::vector<PosedSuperquadric> solids = SolidsOf(centred);
+    double volume = 0.0;
+    for (const PosedSuperquadric& solid : solids) {
+      volume += solid.shape.Volume();
+    }
+    for (const auto& [shape, T_object_part] : solids) {
+      const Eigen::Vector3d& half = shape.half_size;
+      const ShapeKind kind = NearestKind(shape.e1, shape.e2);
+      const std::string geom =
+          kind == ShapeKind::kBox ? Slab(half)
+          : kind == ShapeKind::kCylinder
+              ? fmt::format("type=\"cylinder\" size=\"{:.6g} {:.6g}\"", half.head<2>().mean(), half.z())
+              : fmt::format("type=\"ellipsoid\" size=\"{}\"", Numbers(half));
+      AddGeom(i, indent, fmt::format("{} pos=\"{}\"", geom, Numbers(T_object_part.translation)),
+              MassOf(i) * shape.Volume() / volume);
+    }
   }
 
   // Adds the top and legs of a table, or the seat of a chair: boxes, or a round top.

@@ -116,8 +116,23 @@ ObjectMesh MeshOf(const PosedSuperquadric& superquadric) {
   return mesh;
 }
 
+// Returns the closed meshes of all solids of an object as one.
+ObjectMesh MeshOf(const SnapshotObject& object) {
+  ObjectMesh whole;
+  for (const PosedSuperquadric& solid : SolidsOf(object)) {
+    ObjectMesh mesh = MeshOf(solid);
+    for (std::vector<int>& face : mesh.faces) {
+      std::ranges::for_each(face, [&](int& corner) { corner += static_cast<int>(whole.points.size()); });
+      whole.faces.push_back(std::move(face));
+    }
+    whole.points.insert(whole.points.end(), mesh.points.begin(), mesh.points.end());
+    whole.normals.insert(whole.normals.end(), mesh.normals.begin(), mesh.normals.end());
+  }
+  return whole;
+}
+
 std::vector<ObjectMesh> MeshesOf(const std::vector<SnapshotObject>& objects) {
-  return ToVector(objects, [](const SnapshotObject& object) { return MeshOf(object.superquadric); });
+  return ToVector(objects, [](const SnapshotObject& object) { return MeshOf(object); });
 }
 
 // Replaces blanks, which end a name in .obj and .mtl files.
@@ -152,7 +167,7 @@ std::string ObjText(const std::vector<SnapshotObject>& objects, const std::strin
   for (const SnapshotObject& object : objects) {
     fmt::format_to(out, "o {}_{}\nusemtl {}\n", MaterialName(ShownName(object)), object.id,
                    MaterialName(object.label));
-    const ObjectMesh mesh = MeshOf(object.superquadric);
+    const ObjectMesh mesh = MeshOf(object);
     for (std::size_t i = 0; i < mesh.points.size(); ++i) {
       fmt::format_to(out, "v {:.9g}\nvn {:.4f}\n", fmt::join(InFile(mesh.points[i], options.up), " "),
                      fmt::join(InFile(mesh.normals[i], options.up), " "));

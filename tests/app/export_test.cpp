@@ -23,6 +23,7 @@
 #include "render/solids/scene_order.h"
 #include "run_program.h"
 #include "slam/io/trajectory.h"
+#include "slam/snapshot/object_parts.h"
 #include "slam/snapshot/recording.h"
 #include "tests/render/hand_made_map.h"
 
@@ -166,6 +167,25 @@ TEST_F(ExportTest, PlacesEachObjectInGlbByName) {
     mass->SetInputData(node->second.geometry);
     EXPECT_NEAR(mass->GetVolume() / solid.shape.Volume(), 1.0, 0.01) << object.label;
   }
+}
+
+TEST_F(ExportTest, WritesPartsInsteadOfTheHull) {
+  const std::vector<SolidPart> parts = {{{0.0, 0.0, 0.75}, {{1.0, 1.0, 0.25}, 0.15, 0.15}},
+                                        {{-0.5, 0.0, -0.25}, {{0.2, 0.5, 0.75}, 0.15, 0.15}}};
+  StoreObjectParts(folder_.Path() / "map.sqmap",
+                   {{map_.objects[0].id, map_.objects[0].superquadric.shape.half_size, parts}});
+  map_.objects[0].parts = parts;
+  double volume = 0.0;
+  for (const PosedSuperquadric& solid : SolidsOf(map_.objects[0])) {
+    volume += solid.shape.Volume();
+  }
+  const auto nodes = ReadGlb(Export("map.glb"));
+  const vtkNew<vtkMassProperties> mass;
+  mass->SetInputData(nodes.at("0 book").geometry);
+  EXPECT_NEAR(mass->GetVolume() / volume, 1.0, 0.01);
+  const std::string obj = Slurp(Export("map.obj"));
+  StoreObjectParts(folder_.Path() / "map.sqmap", {});
+  EXPECT_GT(obj.size(), Slurp(Export("hulls.obj")).size());
 }
 
 TEST_F(ExportTest, WritesPointsPathAndCamerasToGlb) {

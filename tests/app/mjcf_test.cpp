@@ -39,6 +39,7 @@ class Simulation {
 
   int Body(const std::string& name) const { return mj_name2id(model_.get(), mjOBJ_BODY, name.c_str()); }
   bool IsFree(int body) const { return model_->body_dofnum[body] == 6; }
+  int Geoms(const std::string& name) const { return model_->body_geomnum[Body(name)]; }
   double Mass(const std::string& name) const { return model_->body_mass[Body(name)]; }
   int GeomType(const std::string& name) const { return model_->geom_type[model_->body_geomadr[Body(name)]]; }
   Eigen::Vector3d Position(int body) const {
@@ -157,6 +158,20 @@ TEST_F(Mjcf, TakesPrimitivesWhereExponentsSaySo) {
   EXPECT_EQ(simulation.GeomType("15 sports_ball"), mjGEOM_ELLIPSOID);
   // 0.3 kg for a typical cup of 0.09 x 0.08 x 0.095 m.
   EXPECT_NEAR(simulation.Mass("3 cup"), 0.3 * (0.08 * 0.08 * 0.09) / (0.09 * 0.08 * 0.095), 1e-3);
+}
+
+TEST_F(Mjcf, MakesBodiesOfParts) {
+  const SolidPart seat{{0.0, 0.0, -0.05}, {{1.0, 1.0, 0.05}, 0.15, 0.15}};
+  const SolidPart back{{0.0, -0.85, 0.5}, {{1.0, 0.15, 0.5}, 0.15, 0.15}};
+  const SolidPart leg{{0.0, 0.0, -0.55}, {{0.2, 0.2, 0.45}, 0.15, 1.0}};
+  map_.objects[8].parts = map_.objects[9].parts = {seat, back, leg};
+  Export();
+  Simulation simulation(File());
+  ASSERT_TRUE(simulation);
+  EXPECT_EQ(simulation.Geoms("9 chair"), 3);
+  EXPECT_EQ(simulation.Geoms("10 chair"), 1) << "a cushion lies on it, which says where the seat is";
+  EXPECT_NEAR(simulation.Mass("9 chair"), simulation.Mass("10 chair"), 1e-4);
+  simulation.ExpectToRest();
 }
 
 TEST_F(Mjcf, SeparatesThingsThatPenetrate) {
