@@ -225,7 +225,7 @@ constexpr std::array kTargets{
     FuzzTarget{"camera_path", "tour.yaml", [](const fs::path& file) { ReadCameraPath(file, 30.0); },
                [] { return FileOfProject("configs/camera_paths/tour.yaml"); }},
     FuzzTarget{"classes", "classes.yaml", [](const fs::path& file) { ClassPriors::Read(file); },
-               [] { return FirstLines("configs/classes.yaml", 21); }},
+               [] { return FirstLines("configs/classes.yaml", 28); }},
     FuzzTarget{"config", "config.yaml",
                [](const fs::path& file) {
                  SystemOptions options;
