@@ -48,11 +48,11 @@ int FindParts(const fs::path& result) {
   const fs::path recording = result / "map.sqmap";
   StoreObjectParts(recording, {});
   const RecordingReader reader(recording);
-  MapSnapshot map = *reader.Last();
+  const MapSnapshotPtr map = reader.Last();
   const ObjectOptions options = OptionsOfRun(result).objects;
   const ClassPriors classes = ClassPriors::Named(options.class_priors);
   std::vector<Candidate> candidates;
-  for (const SnapshotObject& object : map.objects) {
+  for (const SnapshotObject& object : map->objects) {
     if (const ClassPrior& prior = classes.Of(object.label);
         !prior.parts.empty() && options.representation == Representation::kSuperquadric) {
       candidates.push_back({&object, &prior.parts});

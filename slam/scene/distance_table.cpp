@@ -33,7 +33,8 @@ SQSLAM_INLINE Wide Root(Wide a) {
   return root;
 }
 
-// Natural logarithm of a positive, normal number to 1e-12: of its mantissa by the series of artanh.
+// Natural logarithm of a positive, normal number to 1e-12: of its mantissa by the series of artanh. With
+// Eigen's logarithm and exponential, which know two lanes here, a solid takes 1.3 times as long.
 SQSLAM_INLINE Wide Log(Wide x) {
   const auto bits = reinterpret_cast<WideBits>(x);
   const Wide two52 = Wide{} + 4503599627370496.0;

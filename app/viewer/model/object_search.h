@@ -12,7 +12,7 @@
 
 namespace sqslam::viewer {
 
-// What the search field above the table of objects finds: rows by words and comparisons (RowFilter) or, if no
+// Search of the field above the table of objects: finds rows by words and comparisons (RowFilter) or, if no
 // row has the words, the answers to a question (AnswerQuery), such as "cups on the table".
 class ObjectSearch {
  public:
