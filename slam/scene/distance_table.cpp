@@ -9,8 +9,6 @@
 #include "slam/util/parallel.h"
 #include "slam/util/wide_registers.h"
 
-#pragma GCC diagnostic ignored "-Wpsabi"  // wide numbers stay within inlined functions
-
 namespace sqslam {
 namespace {
 

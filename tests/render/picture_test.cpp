@@ -1,5 +1,6 @@
 #include "render/picture/picture.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -22,13 +23,17 @@ namespace {
 
 using ::testing::HasSubstr;
 
+SceneStyle StyleNamed(const std::string& name) {
+  return LoadStyle(fmt::format("{}/configs/styles/{}.yaml", SQSLAM_SOURCE_DIR, name));
+}
+
 TEST(PictureTest, MatchesBaseline) {
   ExpectBaseline(RenderPicture(HandMadeMap(), SmallPicture()), "map_paper");
 }
 
 TEST(PictureTest, MatchesBaselineWhenTranslucentDarkAndLabelled) {
   PictureOptions options = SmallPicture();
-  options.style = LoadStyle(std::string(SQSLAM_SOURCE_DIR) + "/configs/styles/dark.yaml");
+  options.style = StyleNamed("dark");
   options.style.objects.opacity = 0.4;
   options.style.objects.labels = true;
   ExpectBaseline(RenderPicture(HandMadeMap(), options), "map_dark");
@@ -36,13 +41,13 @@ TEST(PictureTest, MatchesBaselineWhenTranslucentDarkAndLabelled) {
 
 TEST(PictureTest, MatchesBaselineInBlueprintStyle) {
   PictureOptions options = SmallPicture();
-  options.style = LoadStyle(std::string(SQSLAM_SOURCE_DIR) + "/configs/styles/blueprint.yaml");
+  options.style = StyleNamed("blueprint");
   ExpectBaseline(RenderPicture(HandMadeMap(), options), "map_blueprint");
 }
 
 TEST(PictureTest, MatchesBaselineInMinimalStyleWithoutBackground) {
   PictureOptions options = SmallPicture();
-  options.style = LoadStyle(std::string(SQSLAM_SOURCE_DIR) + "/configs/styles/minimal.yaml");
+  options.style = StyleNamed("minimal");
   options.transparent = true;
   ExpectBaseline(RenderPicture(HandMadeMap(), options), "map_minimal");
 }
