@@ -135,11 +135,12 @@ std::optional<TrackedFrame> Completion::LocateByTwoViews(const Map& map,
     }
   }
   std::ranges::sort(ranked, std::greater<>());
+  const SharedPoints shared = PointsShared(map, leftover.index);
   std::optional<TrackedFrame> best;
   for (const auto& [count, other] : ranked | std::views::take(kKeyframes)) {
     const Keyframe& keyframe = map.At(by_frame.at(other));
     std::optional<TrackedFrame> frame =
-        StepFrom(map, keyframe, views_.MatchesOf(other).at(leftover.index), leftover);
+        StepFrom(map, keyframe, views_.MatchesOf(other).at(leftover.index), shared, leftover);
     if (frame && (!best || frame->inliers > best->inliers)) {
       best = std::move(frame);
     }
@@ -148,11 +149,13 @@ std::optional<TrackedFrame> Completion::LocateByTwoViews(const Map& map,
 }
 
 std::optional<TrackedFrame> Completion::StepFrom(const Map& map, const Keyframe& keyframe,
-                                                 const ImageMatches& pairs,
+                                                 const ImageMatches& pairs, const SharedPoints& shared,
                                                  const LeftoverFrame& leftover) const {
   constexpr int kMinCommon = 8;      // map points
   constexpr double kMaxError = 4.0;  // px at level 0, of their reprojection: the step's length is not exact
-  constexpr double kMinInlierShare = 0.5;  // of the map points that were matched
+  // Of the points that the frame shares with any keyframe: those of this one alone agree with wrong steps
+  // too.
+  constexpr double kMinInlierShare = 0.5;
   TwoViewOptions two_view;
   two_view.min_points = 25;  // fewer than for a new map: the common points confirm the pose too
   std::vector<TwoViewMatch> matches;
@@ -180,19 +183,16 @@ std::optional<TrackedFrame> Completion::StepFrom(const Map& map, const Keyframe&
   TrackedFrame frame = Untracked(leftover);
   frame.T_camera_map = T_frame_keyframe * keyframe.T_camera_map;
   frame.anchor = {keyframe.id, T_frame_keyframe, keyframe.scale};
-  int known = 0;
-  for (const auto& [i, j] : pairs) {
-    if (keyframe.points[i] != kNoPoint) {
-      const Keypoint& keypoint = frame.features->keypoints[j];
-      const double error = SquaredError(camera_, frame.T_camera_map * map.Point(keyframe.points[i]).p_map,
-                                        keypoint.pixel, map.Levels().Variance(keypoint.octave));
-      ++known;
-      if (error <= kMaxError * kMaxError) {
-        frame.points[j] = keyframe.points[i];
-        ++frame.inliers;
-      }
+  for (const auto& [point, i] : shared.matches) {
+    const Keypoint& keypoint = frame.features->keypoints[i];
+    const double error = SquaredError(camera_, frame.T_camera_map * map.Point(point).p_map, keypoint.pixel,
+                                      map.Levels().Variance(keypoint.octave));
+    if (error <= kMaxError * kMaxError) {
+      frame.points[i] = point;
+      ++frame.inliers;
     }
   }
+  const auto known = static_cast<double>(shared.matches.size());
   return frame.inliers >= kMinCommon && frame.inliers >= kMinInlierShare * known ? std::optional(frame)
                                                                                  : std::nullopt;
 }

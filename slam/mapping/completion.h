@@ -114,8 +114,8 @@ class Completion {
                                      double max_deviation = std::numeric_limits<double>::infinity()) const;
 
   // Locates a frame that shares too few map points with any keyframe: two-view geometry gives its pose
-  // relative to a keyframe that shows the same things, and the few shared points give the length of the
-  // baseline.
+  // relative to a keyframe that shows the same things, the few shared points give the length of the baseline,
+  // and at least half of those shared with any keyframe must agree.
   std::optional<TrackedFrame> LocateByTwoViews(const Map& map, const LeftoverFrame& frame) const;
 
   // Returns the pairs of keyframes that show the same things, those with most matches first.
@@ -144,7 +144,7 @@ class Completion {
 
  private:
   std::optional<TrackedFrame> StepFrom(const Map& map, const Keyframe& keyframe, const ImageMatches& pairs,
-                                       const LeftoverFrame& leftover) const;
+                                       const SharedPoints& shared, const LeftoverFrame& leftover) const;
   std::optional<SubmapTie> TieFrom(const Map& current, const Keyframe& keyframe, const Map& known,
                                    const TrackedFrame& located) const;
   std::vector<StartPair> AllStarts(const LeftoverFrames& frames) const;

@@ -249,6 +249,7 @@ void Tracker::ReportPose(int pending_keyframes, TrackingReport& report) {
   if (NeedsKeyframe(pending_keyframes)) {
     report.keyframe = KeyframeCandidate{current_.features, current_.points};
     last_keyframe_index_ = current_.index;
+    last_keyframe_time_ = current_.timestamp;
   }
   last_ = current_;
   untracked_.clear();
@@ -286,6 +287,7 @@ void Tracker::BeginSubmapOrWait(TrackingReport& report) {
   current_.T_camera_map = newest.T_camera_map;
   current_.anchor = {newest.id, {}, newest.scale};
   last_keyframe_index_ = current_.index;
+  last_keyframe_time_ = current_.timestamp;
   lost_frames_ = 0;
   velocity_.reset();
   last_ = current_;
@@ -311,11 +313,14 @@ double Tracker::TrackedShare() const {
 }
 
 bool Tracker::NeedsKeyframe(int pending_keyframes) const {
+  constexpr double kRounding = 1e-3;  // s, of timestamps in files
   const KeyframeOptions& options = options_.keyframes;
   const std::int64_t interval = current_.index - last_keyframe_index_;
   const double tracked_share = TrackedShare();
   const bool too_soon = interval < options.min_interval && tracked_share >= kMinSharedView;
-  if (too_soon || (interval < options.max_interval && tracked_share >= options.tracked_share)) {
+  const bool needed = current_.timestamp - last_keyframe_time_ > options.max_interval - kRounding ||
+                      tracked_share < options.tracked_share || current_.inliers < options.min_points;
+  if (too_soon || !needed) {
     return false;
   }
   const bool urgent = tracked_share < options.urgent_share && pending_keyframes <= options.max_pending;

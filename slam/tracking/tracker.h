@@ -124,7 +124,8 @@ class Tracker {
   std::vector<TrackedFrame> untracked_;  // since the last tracked frame
   std::deque<WaitingFrame> waiting_;     // the oldest first
   std::int64_t last_keyframe_index_ = 0;
-  int lost_frames_ = 0;  // since tracking was lost; 0: not lost
+  double last_keyframe_time_ = 0.0;  // s
+  int lost_frames_ = 0;              // since tracking was lost; 0: not lost
   RunCounters counters_;
 };
 

@@ -20,15 +20,16 @@ struct InitializationOptions {
 
 // Rules for new keyframes (ORB-SLAM V-E).
 struct KeyframeOptions {
-  int max_interval = 30;       // frames after which a keyframe is made in any case
+  double max_interval = 1.0;   // s after which a keyframe is made in any case
   int min_interval = 2;        // frames between two keyframes
   double mapped_after = 0.09;  // s of a recording until tracking sees the map with a new keyframe
   double tracked_share = 0.9;  // a keyframe is made if a smaller share of the reference's points is tracked
-  double urgent_share = 0.5;   // this share instead while the mapping thread is busy
-  int max_pending = 2;         // keyframes that the mapping thread may lag behind
+  int min_points = 100;  // a keyframe is made if fewer map points are tracked: they hardly hold the scale
+  double urgent_share = 0.5;  // this share instead while the mapping thread is busy
+  int max_pending = 2;        // keyframes that the mapping thread may lag behind
 
   void VisitFields(auto&& visit) {
-    visit("max_interval", max_interval, 1, 1000);
+    visit("max_interval", max_interval, 0.01, 1000.0);
     visit("min_interval", min_interval, 1, 1000);
     visit("mapped_after", mapped_after, 0.0, 10.0);
   }

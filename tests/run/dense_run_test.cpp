@@ -62,7 +62,7 @@ class DenseRunTest : public ::testing::Test {
     request.output = Result();
     request.options.vocabulary = "none";
     request.options.detection.network = "none";
-    request.options.tracking.keyframes.max_interval = 4;  // many keyframes of a short way, and all stay
+    request.options.tracking.keyframes.max_interval = 0.13;  // s: many keyframes of a short way, and all stay
     request.options.tracking.keyframes.max_pending = 10;
     request.options.mapping.culling.redundant_observations = 20;
     request.options.dense.views.min_overlap = 0.3;

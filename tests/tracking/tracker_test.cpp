@@ -210,7 +210,8 @@ class RegularKeyframesTest : public TrackerTest {
   RegularKeyframesTest() : TrackerTest(Regular()) {}
   static TrackingOptions Regular() {
     TrackingOptions options;
-    options.keyframes.max_interval = 5;
+    options.keyframes.max_interval = 4.5 / 30.0;
+    options.keyframes.min_points = 0;
     options.keyframes.tracked_share = 0.0;  // an interval that has passed is the only reason
     options.keyframes.urgent_share = 0.0;
     return options;
@@ -236,6 +237,24 @@ TEST_F(RegularKeyframesTest, WaitsWhileMappingIsBusy) {
   }
   pending_ = 0;
   EXPECT_TRUE(Track(begin + 8).keyframe);
+}
+
+class SparseKeyframesTest : public TrackerTest {
+ protected:
+  SparseKeyframesTest() : TrackerTest(Sparse()) {}
+  static TrackingOptions Sparse() {
+    TrackingOptions options;
+    options.keyframes.tracked_share = 0.0;
+    options.keyframes.min_points = 10000;  // more than any frame tracks
+    return options;
+  }
+};
+
+TEST_F(SparseKeyframesTest, MakesKeyframesWhileFewPointsAreTracked) {
+  const int begin = Begin();  // the frame before this one is a keyframe
+  for (int i = begin; i < begin + 6; ++i) {
+    EXPECT_EQ(Track(i).keyframe.has_value(), (i - begin) % 2 == 1) << "every second frame";
+  }
 }
 
 class UrgentKeyframesTest : public TrackerTest {
