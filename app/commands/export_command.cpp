@@ -125,7 +125,7 @@ void WriteSimulation(const ExportArguments& a, const fs::path& map_path) {
   ObjectArguments objects = a.objects;
   objects.reliable_only = true;
   const MapSnapshot map = ScaledMap(a, objects, map_path);
-  const SceneGraph graph = MakeSceneGraph(map, ClassTraitsTable::Bundled());
+  const SceneGraph graph = MakeSceneGraph(map, ClassTable::Named("default"));
   const MjcfSummary summary = WriteMjcf(a.output, map, graph);
   for (const std::string& note : summary.notes) {
     spdlog::warn("{}", note);

@@ -119,7 +119,7 @@ void Query(const QueryArguments& a) {
   MapSnapshot map = *last;
   std::ranges::sort(map.keyframes, {}, &SnapshotKeyframe::timestamp);
   const std::vector<QueryAnswer> answers =
-      AnswerQuery(a.question, map, SceneGraphOf(map, recording.parent_path()), ClassTraitsTable::Bundled());
+      AnswerQuery(a.question, map, SceneGraphOf(map, recording.parent_path()), ClassTable::Named("default"));
   const std::vector<std::vector<std::int64_t>> frames = BestFrames(reader, map);
   if (a.json) {
     PrintJson(a, map, answers, frames);

@@ -61,7 +61,7 @@ constexpr std::size_t kBestViews = 3;  // at most, per object
 
 // Returns the words of questions and what they ask for: see assets/view/ask.js.
 ViewJson QuestionData(const MapSnapshot& map, const SceneGraph& graph) {
-  const ClassTraitsTable classes = ClassTraitsTable::Bundled();
+  const ClassTable classes = ClassTable::Named("default");
   ViewJson data = {
       {"terms", ViewJson::object()},
       {"classes", ViewJson::array()},

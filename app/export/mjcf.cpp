@@ -17,7 +17,6 @@
 #include "app/export/object_mass.h"
 #include "render/scene/style.h"
 #include "slam/geometry/solid_iou.h"
-#include "slam/objects/shape_kind.h"
 #include "slam/scene/labelled_scene.h"
 #include "slam/scene/settled_scene.h"
 #include "slam/util/atomic_file.h"
@@ -79,9 +78,9 @@ MapSnapshot WithBodyShapes(MapSnapshot map, const std::vector<std::optional<Soli
   return map;
 }
 
-std::vector<std::optional<SolidKind>> KindsOf(const MapSnapshot& map, const ClassTraitsTable& classes) {
+std::vector<std::optional<SolidKind>> KindsOf(const MapSnapshot& map, const ClassTable& classes) {
   return ToVector(map.objects, [&](const SnapshotObject& object) {
-    const ClassTraits& traits = classes.Of(object.label);
+    const ObjectClass& traits = classes.Of(object.label);
     return traits.legs || traits.back ? SolidKind::kCuboid : PrimitiveOf(object);
   });
 }
@@ -91,7 +90,7 @@ class MjcfWriter {
   MjcfWriter(const fs::path& path, const MapSnapshot& map, const SceneGraph& graph)
       : path_(path),
         graph_(graph),
-        classes_(ClassTraitsTable::Bundled()),
+        classes_(ClassTable::Named("default")),
         kinds_(KindsOf(map, classes_)),
         map_(WithBodyShapes(map, kinds_)),
         scene_(Settle(map_, graph, classes_, kClearance)) {}
@@ -127,7 +126,7 @@ class MjcfWriter {
   int Count() const { return static_cast<int>(scene_.objects.size()); }
   const SettledObject& Settled(int i) const { return scene_.objects[static_cast<std::size_t>(i)]; }
   const SnapshotObject& Object(int i) const { return map_.objects[static_cast<std::size_t>(i)]; }
-  const ClassTraits& Traits(int i) const { return classes_.Of(Object(i).label); }
+  const ObjectClass& Traits(int i) const { return classes_.Of(Object(i).label); }
   bool IsObject(int node) const { return node >= 0 && node < Count(); }
   bool IsInside(int i) const { return Settled(i).inside && IsObject(Settled(i).place); }
   std::string Name(int i) const { return EscapeMarkup(fmt::format("{} {}", Object(i).id, Object(i).label)); }
@@ -259,10 +258,10 @@ class MjcfWriter {
     }
     for (const auto& [shape, T_object_part] : solids) {
       const Eigen::Vector3d& half = shape.half_size;
-      const ShapeKind kind = NearestKind(shape.e1, shape.e2);
+      const SolidKind kind = NearestPrimitive(shape.e1, shape.e2);
       const std::string geom =
-          kind == ShapeKind::kBox ? Slab(half)
-          : kind == ShapeKind::kCylinder
+          kind == SolidKind::kCuboid ? Slab(half)
+          : kind == SolidKind::kCylinder
               ? fmt::format("type=\"cylinder\" size=\"{:.6g} {:.6g}\"", half.head<2>().mean(), half.z())
               : fmt::format("type=\"ellipsoid\" size=\"{}\"", Numbers(half));
       AddGeom(i, indent, fmt::format("{} pos=\"{}\"", geom, Numbers(T_object_part.translation)),
@@ -350,7 +349,7 @@ class MjcfWriter {
             "{} was moved by {:.1f} cm, {:.0f} standard deviations, to touch nothing but its support",
             Name(i), 100.0 * Settled(i).shift, Settled(i).sigmas));
       }
-      if (Settled(i).place < 0 && !Traits(i).floor) {
+      if (Settled(i).place < 0 && !Traits(i).on_floor) {
         summary_.notes.push_back(fmt::format("{} is fixed: nothing was found below it", Name(i)));
       }
     }
@@ -360,7 +359,7 @@ class MjcfWriter {
 
   fs::path path_;
   const SceneGraph& graph_;
-  ClassTraitsTable classes_;
+  ClassTable classes_;
   std::vector<std::optional<SolidKind>> kinds_;  // of the objects; empty: a mesh
   MapSnapshot map_;
   SettledScene scene_;

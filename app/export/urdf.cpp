@@ -20,8 +20,8 @@ void WriteUrdf(const fs::path& path, const MapSnapshot& map) {
   SnapshotObject object = map.objects.front();
   object.superquadric.T_map_object = {};
   const Superquadric& shape = object.superquadric.shape;
-  const ClassTraitsTable classes = ClassTraitsTable::Bundled();
-  const ClassTraits& traits = classes.Of(object.label);
+  const ClassTable classes = ClassTable::Named("default");
+  const ObjectClass& traits = classes.Of(object.label);
   const double mass = MassOf(traits, shape);
   const Eigen::Vector3d squares = mass * shape.MeanSquares();  // about x: those of y and z
   const fs::path mesh = fs::path(path).replace_extension(".obj");

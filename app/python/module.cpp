@@ -137,7 +137,7 @@ class Result {
   std::vector<SnapshotObject> Ask(const std::string& question) const {
     std::vector<SnapshotObject> objects;
     for (const QueryAnswer& answer :
-         AnswerQuery(question, *last_, Relations(), ClassTraitsTable::Bundled())) {
+         AnswerQuery(question, *last_, Relations(), ClassTable::Named("default"))) {
       objects.push_back(last_->objects[static_cast<std::size_t>(answer.object)]);
     }
     return objects;

@@ -1,6 +1,6 @@
 #include "render/scene/object_look.h"
 
-#include "slam/objects/class_priors.h"
+#include "slam/objects/object_class.h"
 
 namespace sqslam {
 
@@ -20,7 +20,7 @@ ObjectLook LookOf(const SnapshotObject& object, const SceneStyle::Objects& style
   if (style.look != ObjectLook::kAuto && style.look != ObjectLook::kParts) {
     return style.look;
   }
-  static const ClassPriors kClasses = ClassPriors::Named("default");
+  static const ClassTable kClasses = ClassTable::Named("default");
   const bool hollow = kClasses.Of(object.label).hollow && !ShowsParts(object, style);
   return (dense && style.look == ObjectLook::kAuto) || hollow ? ObjectLook::kGlass : ObjectLook::kSolid;
 }

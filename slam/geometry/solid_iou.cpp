@@ -149,6 +149,20 @@ void SetExponents(SolidKind kind, double& e1, double& e2, double sharp) {
   }
 }
 
+std::array<double, 2> UsualExponents(SolidKind primitive) {
+  constexpr double kUsualEdge = 0.15;
+  std::array<double, 2> exponents{};
+  SetExponents(primitive, exponents[0], exponents[1], kUsualEdge);
+  return exponents;
+}
+
+SolidKind NearestPrimitive(double e1, double e2) {
+  return *std::ranges::min_element(kPrimitives, {}, [&](SolidKind primitive) {
+    const auto [a, b] = UsualExponents(primitive);
+    return std::hypot(e1 - a, e2 - b);
+  });
+}
+
 void SetKind(Solid& solid, SolidKind kind) {
   solid.kind = kind;
   SetExponents(kind, solid.e1, solid.e2);

@@ -9,8 +9,9 @@
 
 namespace sqslam {
 
-enum class SolidKind { kSuperquadric, kCuboid, kCylinder, kEllipsoid };
-constexpr auto EnumNames(SolidKind) { return std::array{"superquadric", "cuboid", "cylinder", "ellipsoid"}; }
+enum class SolidKind { kCuboid, kCylinder, kEllipsoid, kSuperquadric };
+constexpr auto EnumNames(SolidKind) { return std::array{"cuboid", "cylinder", "ellipsoid", "superquadric"}; }
+inline constexpr std::array kPrimitives = {SolidKind::kCuboid, SolidKind::kCylinder, SolidKind::kEllipsoid};
 
 // A convex solid in the map, symmetric about its own three planes: a superquadric, or a sharp-edged primitive
 // of a ground truth. A cylinder has its axis along z and an elliptic cross-section.
@@ -39,6 +40,12 @@ struct Solid {
 // Sets the exponents that a kind has in objects_gt.json: cuboid 0.1, 0.1; cylinder 0.1, 1; ellipsoid 1, 1;
 // superquadrics keep theirs. `sharp` is the exponent of an edge.
 void SetExponents(SolidKind kind, double& e1, double& e2, double sharp = kMinShapeExponent);
+
+// Returns the exponents e1, e2 of a primitive whose edges are slightly rounded, as those of most things.
+std::array<double, 2> UsualExponents(SolidKind primitive);
+
+// Returns the primitive whose usual exponents are nearest.
+SolidKind NearestPrimitive(double e1, double e2);
 
 // Changes the kind of a solid, with its exponents.
 void SetKind(Solid& solid, SolidKind kind);

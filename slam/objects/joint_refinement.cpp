@@ -142,7 +142,7 @@ const YawMode* YawMeant(const PosedSuperquadric& start, const RefinementInput& i
 ClassTerm WidthTerm(double log_ratio, double sigma) { return {{1.0, -1.0, 0.0}, log_ratio, 1.0 / sigma}; }
 
 void AddClass(const Superquadric& start, const RefinementInput& input, ObjectEnergy& energy) {
-  const ClassPrior known = input.shows_back ? BackOf(input.prior) : input.prior;
+  const ObjectClass known = input.shows_back ? BackOf(input.prior) : input.prior;
   const double longer = start.half_size.x() >= start.half_size.y() ? 1.0 : -1.0;
   energy.classes.push_back(WidthTerm(longer * known.log_width_ratio, known.width_sigma));
   energy.classes.push_back({{-0.5, -0.5, 1.0}, known.log_height_ratio, 1.0 / known.height_sigma});
@@ -159,10 +159,10 @@ void AddShape(const Superquadric& start, double handle, const RefinementOptions&
   constexpr double kProfile = 2.0;     // the tapers explain most of what e1 would
   constexpr double kRound = 4.0;       // turned on a lathe or a wheel
   constexpr double kStraight = 100.0;  // inverse standard deviation of ends that are not narrower, or wider
-  const ShapeKind kind = NearestKind(start.e1, start.e2);
-  const bool is_cylinder = kind == ShapeKind::kCylinder;
+  const SolidKind kind = NearestPrimitive(start.e1, start.e2);
+  const bool is_cylinder = kind == SolidKind::kCylinder;
   energy.variant.tapered = is_cylinder && options.taper_sigma > 0.0;
-  const auto [e1, e2] = ExponentsOf(kind);
+  const auto [e1, e2] = UsualExponents(kind);
   const double factor = 1.0 / options.exponent_sigma;
   energy.exponents.push_back({0, e1, (energy.variant.tapered ? kProfile : 1.0) * factor});
   energy.exponents.push_back({1, e2, (is_cylinder ? kRound : 1.0) * factor});
@@ -295,7 +295,7 @@ RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementI
                                const RefinementOptions& options, RefinementDepth depth) {
   auto [energy, x, yaw] = Started(start, input, options);
   const double cost = Minimise(energy, options, x);
-  const ShapeKind kind = NearestKind(start.shape.e1, start.shape.e2);
+  const SolidKind kind = NearestPrimitive(start.shape.e1, start.shape.e2);
   const double kind_cost = -std::log(input.prior.shapes[static_cast<std::size_t>(kind)]);
   const double yaw_cost = yaw != nullptr ? -std::log(yaw->share) : 0.0;
   if (depth == RefinementDepth::kQuick) {
@@ -303,7 +303,7 @@ RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementI
   }
   RefinementResult result = Complete(energy, options, x);
   result.cost += kind_cost + yaw_cost;
-  const double handle = kind == ShapeKind::kCylinder ? input.prior.handle : 0.0;
+  const double handle = kind == SolidKind::kCylinder ? input.prior.handle : 0.0;
   if (handle > 0.0) {
     result.cost -= std::log(1.0 - handle);
     RefinementResult handled = RefineHandled(result.superquadric, options, std::move(energy));

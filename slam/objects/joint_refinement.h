@@ -8,7 +8,8 @@
 #include "slam/geometry/box2.h"
 #include "slam/geometry/camera.h"
 #include "slam/geometry/superquadric.h"
-#include "slam/objects/class_priors.h"
+#include "slam/objects/metric_scale.h"
+#include "slam/objects/object_class.h"
 #include "slam/objects/object_options.h"
 #include "slam/objects/object_types.h"
 #include "slam/objects/yaw.h"
@@ -45,7 +46,7 @@ struct RefinementInput {
   std::optional<double> top_height;         // z of its top, if other objects stand on it
   Camera camera;
   double edge_information = 1.0;  // see EdgeInformation()
-  ClassPrior prior;
+  ObjectClass prior;
   bool may_show_back = false;  // something hides the lower part of a seat: perhaps only its back is seen
   bool shows_back = false;     // only its back is seen: the size is that of BackOf(prior)
   std::optional<MetricScale> scale;  // empty: the prior's metric size is ignored

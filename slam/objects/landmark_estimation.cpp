@@ -76,7 +76,7 @@ void CompleteHiddenDepth(Landmark& landmark, const std::vector<BoxView>& views,
                          const EstimationContext& context) {
   constexpr double kFarThinner = 2.0;  // standard deviations
   constexpr double kUnusual = 7.8;     // chi square of three terms that one in twenty exceeds
-  const ClassPrior& known = context.classes->Of(landmark.labels.Best());
+  const ObjectClass& known = context.classes->Of(landmark.labels.Best());
   if (!known.hollow || IsBottomSeen(views)) {
     return;
   }
@@ -238,32 +238,6 @@ void ApplyFit(Landmark& landmark, const StandingFit& fit, const std::vector<BoxV
   JudgeReliability(landmark, views, context);
 }
 
-std::optional<SizedObject> KnownSizeOf(const Landmark& landmark, const ClassPriors& classes) {
-  constexpr double kMinShare = 1e-3;  // of the information about the size that the class did not give
-  const ClassPrior& known = classes.Of(landmark.labels.Best());
-  const Eigen::Vector3d& half = landmark.superquadric.shape.half_size;
-  const bool completed = half.head<2>() != landmark.visible.shape.half_size.head<2>();
-  if (!known.log_metres || completed) {
-    return std::nullopt;
-  }
-  const Eigen::Vector3d by_half = half.cwiseInverse() / 3.0;
-  const double variance = by_half.dot(landmark.covariance.block<3, 3>(3, 3) * by_half);
-  const double measured = 1.0 - variance / (known.size_sigma * known.size_sigma);
-  return SizedObject{landmark.id, *known.log_metres - LogSize(landmark.superquadric.shape),
-                     std::hypot(known.size_sigma, std::sqrt(variance / std::max(measured, kMinShare)))};
-}
-
-std::vector<SizedObject> KnownSizesAmong(std::span<const Landmark* const> landmarks,
-                                         const ClassPriors& classes) {
-  std::vector<SizedObject> sized;
-  for (const Landmark* landmark : landmarks) {
-    if (const std::optional<SizedObject> size = KnownSizeOf(*landmark, classes)) {
-      sized.push_back(*size);
-    }
-  }
-  return sized;
-}
-
 double BoxAgreement(const PosedSuperquadric& superquadric, const std::vector<BoxView>& views,
                     const Camera& camera) {
   double sum = 0.0;
@@ -373,7 +347,7 @@ std::vector<int> MostOutdated(const std::map<int, Landmark>& landmarks, int most
 }
 
 std::vector<int> LargestFirst(const std::map<int, Landmark>& landmarks, const std::vector<int>& ids,
-                              const ClassPriors& classes, const std::optional<MetricScale>& scale) {
+                              const ClassTable& classes, const std::optional<MetricScale>& scale) {
   std::vector<std::pair<double, int>> by_size;
   for (const int id : ids) {
     const Landmark& landmark = landmarks.at(id);

@@ -2,12 +2,12 @@
 
 #include <cstdint>
 #include <map>
-#include <span>
 #include <vector>
 
 #include "slam/geometry/camera.h"
-#include "slam/objects/class_priors.h"
 #include "slam/objects/landmark.h"
+#include "slam/objects/metric_scale.h"
+#include "slam/objects/object_class.h"
 #include "slam/objects/object_options.h"
 #include "slam/objects/support.h"
 #include "slam/objects/surroundings.h"
@@ -24,7 +24,7 @@ struct EstimationContext {
   const SupportSurfaces* supports = nullptr;
   double edge_information = 1.0;  // of the run's boxes, see EdgeInformation()
   Surroundings surroundings;      // of the landmark that is being estimated
-  const ClassPriors* classes = nullptr;
+  const ClassTable* classes = nullptr;
   std::optional<MetricScale> scale;  // of the map, from the other objects
   bool thorough = false;             // refine from all starts, not only from the last result
   std::uint64_t seed = 0;
@@ -44,14 +44,6 @@ void ApplyFit(Landmark& landmark, const StandingFit& fit, const std::vector<BoxV
 // any.
 std::vector<BoxView> HeldOutViews(const std::vector<BoxView>& all, const std::vector<BoxView>& used,
                                   std::size_t count);
-
-// Estimates the map's scale from an object whose class has a metric size; empty for others, and for one that
-// has its depth from its class. The fit knew the size of the class, so only the information beyond it counts.
-std::optional<SizedObject> KnownSizeOf(const Landmark& landmark, const ClassPriors& classes);
-
-// The same for those of the landmarks that have one.
-std::vector<SizedObject> KnownSizesAmong(std::span<const Landmark* const> landmarks,
-                                         const ClassPriors& classes);
 
 // Mean IoU of the superquadric's projections and the boxes of the views, in [0, 1].
 double BoxAgreement(const PosedSuperquadric& superquadric, const std::vector<BoxView>& views,
@@ -73,6 +65,6 @@ std::vector<int> MostOutdated(const std::map<int, Landmark>& landmarks, int most
 // known, as estimates during a run may be far off; otherwise the mapped diagonal, as a table of which only
 // the top was found has hardly a volume.
 std::vector<int> LargestFirst(const std::map<int, Landmark>& landmarks, const std::vector<int>& ids,
-                              const ClassPriors& classes, const std::optional<MetricScale>& scale);
+                              const ClassTable& classes, const std::optional<MetricScale>& scale);
 
 }  // namespace sqslam

@@ -63,11 +63,11 @@ std::vector<PosedSuperquadric> RefinementStarts(const Landmark& landmark,
       }
     }
     for (PosedSuperquadric& one : sized) {
-      for (const ShapeKind kind : kShapeKinds) {
+      for (const SolidKind kind : kPrimitives) {
         if (input.prior.shapes[static_cast<std::size_t>(kind)] < kUnlikely) {
           continue;
         }
-        const auto [e1, e2] = ExponentsOf(kind);
+        const auto [e1, e2] = UsualExponents(kind);
         one.shape.e1 = e1;
         one.shape.e2 = e2;
         starts.push_back(one);
@@ -213,7 +213,7 @@ void KeepPromising(const RefinementInput& input, const RefinementOptions& option
   rank(kSteps);
   // Keep at least two kinds of shape, which the short run hardly tells apart.
   const auto kind = [](const Candidate& candidate) {
-    return NearestKind(candidate.start.shape.e1, candidate.start.shape.e2);
+    return NearestPrimitive(candidate.start.shape.e1, candidate.start.shape.e2);
   };
   const auto other = std::ranges::find_if(
       candidates, [&](const Candidate& candidate) { return kind(candidate) != kind(candidates.front()); });
@@ -242,8 +242,8 @@ std::vector<PosedSuperquadric> Neighbours(const PosedSuperquadric& s) {
   turned.T_map_object.rotation =
       s.T_map_object.rotation * Eigen::AngleAxisd(0.25 * std::numbers::pi, Eigen::Vector3d::UnitZ());
   neighbours.push_back(turned);
-  for (const ShapeKind kind : kShapeKinds) {
-    const auto [e1, e2] = ExponentsOf(kind);
+  for (const SolidKind kind : kPrimitives) {
+    const auto [e1, e2] = UsualExponents(kind);
     PosedSuperquadric reshaped = s;
     reshaped.shape.e1 = e1;
     reshaped.shape.e2 = e2;

@@ -63,7 +63,7 @@ void UpdatePoses(const PoseLookup& poses, Landmark& landmark) {
 
 struct ObjectMapper::Impl {
   ObjectOptions options;
-  ClassPriors classes;
+  ClassTable classes;
   std::uint64_t seed = 0;
   std::map<int, Landmark> landmarks;  // by id
   std::map<int, int> merged_into;     // old id -> surviving id (may have been merged on)
@@ -146,12 +146,11 @@ struct ObjectMapper::Impl {
   }
 
   void Estimate(const std::vector<int>& ids, const PoseLookup& poses, EstimationContext& context) {
-    for (const int id :
-         LargestFirst(landmarks, ids, classes, ScaleExcluding({}, KnownSizesAmong(Shown(), classes)))) {
+    for (const int id : LargestFirst(landmarks, ids, classes, ScaleOfMap(Shown(), classes))) {
       Landmark& landmark = landmarks.at(id);
       UpdatePoses(poses, landmark);
       context.surroundings = SurroundingsOf(landmark, Shown(), classes);
-      context.scale = ScaleExcluding(id, KnownSizesAmong(Shown(), classes));
+      context.scale = ScaleOfMap(Shown(), classes, &landmark);
       EstimateLandmark(landmark, context);
       if (options.representation == Representation::kQuadric) {
         const std::vector<BoxView> views = SpreadViews(landmark.views, options.refinement.max_views);
@@ -464,7 +463,7 @@ struct ObjectMapper::Impl {
 ObjectMapper::ObjectMapper(const ObjectOptions& options, std::uint64_t seed) : impl_(new Impl) {
   impl_->options = OptionsOfMethod(options);
   impl_->seed = seed;
-  impl_->classes = ClassPriors::Named(impl_->options.class_priors);
+  impl_->classes = ClassTable::Named(impl_->options.class_priors);
 }
 ObjectMapper::~ObjectMapper() = default;
 ObjectMapper::ObjectMapper(ObjectMapper&&) noexcept = default;

@@ -64,13 +64,13 @@ std::optional<Crossing> Cross(const Eigen::Vector3d& from, const Eigen::Vector3d
   const Eigen::Vector3d origin = (from - part.centre).cwiseQuotient(part.shape.half_size);
   const Eigen::Vector3d direction = along.cwiseQuotient(part.shape.half_size);
   Crossing crossing{0.0, std::numeric_limits<double>::infinity()};
-  const ShapeKind kind = NearestKind(part.shape.e1, part.shape.e2);
-  if (kind == ShapeKind::kEllipsoid) {
+  const SolidKind kind = NearestPrimitive(part.shape.e1, part.shape.e2);
+  if (kind == SolidKind::kEllipsoid) {
     CutToBall(origin, direction, 3, crossing);
-  } else if (kind == ShapeKind::kCylinder) {
+  } else if (kind == SolidKind::kCylinder) {
     CutToBall(origin, direction, 2, crossing);
   }
-  for (int axis = kind == ShapeKind::kBox ? 0 : 2; axis < 3 && kind != ShapeKind::kEllipsoid; ++axis) {
+  for (int axis = kind == SolidKind::kCuboid ? 0 : 2; axis < 3 && kind != SolidKind::kEllipsoid; ++axis) {
     CutToSlab(origin[axis], direction[axis], axis, crossing);
   }
   return crossing.leave > crossing.enter ? std::optional(crossing) : std::nullopt;

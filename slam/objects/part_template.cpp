@@ -8,12 +8,27 @@
 #include <optional>
 #include <utility>
 
-#include "slam/util/enum_names.h"
-#include "slam/util/error.h"
+#include "slam/util/options.h"
 #include "slam/util/text_lines.h"
+#include "slam/util/throw_if.h"
 
 namespace sqslam {
 namespace {
+
+// One solid of the file, bound like any other options.
+struct SolidEntry {
+  std::vector<std::string> x, y, z;
+  std::string shape = "box";
+  std::string mirror;
+
+  void VisitFields(auto&& visit) {
+    visit("x", x);
+    visit("y", y);
+    visit("z", z);
+    visit("shape", shape, {"box", "cylinder", "ellipsoid"});
+    visit("mirror", mirror, {"x", "y", "xy"});
+  }
+};
 
 class TemplateReader {
  public:
@@ -21,14 +36,12 @@ class TemplateReader {
 
   PartTemplate Read(const YAML::Node& node) {
     template_ = {};
-    CheckKeys(node, {"free", "turns", "solids"});
+    AssignOptions(node, source_, OptionFields(template_), {"free", "solids"});
     for (const auto& free : node["free"]) {
-      template_.free.push_back(ReadProportion(free.first.Scalar(), free.second));
+      AddProportion(free.first.Scalar(), free.second);
     }
     Check(template_.free.size() >= 2 && template_.free.size() <= kMaxProportions, node,
           "two to four free proportions");
-    template_.turns = node["turns"] ? NumberOf<int>(node["turns"]) : 1;
-    Check(template_.turns >= 1 && template_.turns <= 4, node["turns"], "turns of 1 to 4");
     Check(node["solids"] && node["solids"].IsSequence() && node["solids"].size() > 0, node,
           "a list 'solids' of parts");
     for (const YAML::Node& solid : node["solids"]) {
@@ -39,37 +52,22 @@ class TemplateReader {
 
  private:
   void Check(bool valid, const YAML::Node& at, const std::string& expected) const {
-    if (!valid) {
-      throw InputError("{}:{}: parts of {}: expected {}", source_, at.Mark().line + 1, label_, expected);
-    }
+    ThrowIf<InputError>(!valid, "{}:{}: parts of {}: expected {}", source_, at.Mark().line + 1, label_,
+                        expected);
   }
 
-  void CheckKeys(const YAML::Node& node, const std::vector<std::string>& known) const {
-    Check(node.IsMap(), node, "a list of entries with free and solids");
-    for (const auto& entry : node) {
-      Check(std::ranges::find(known, entry.first.Scalar()) != known.end(), entry.first,
-            fmt::format("{}, not '{}'", fmt::join(known, ", "), entry.first.Scalar()));
-    }
-  }
-
-  template <typename Number>
-  Number NumberOf(const YAML::Node& node) const {
-    const auto number = node.IsScalar() ? ParseNumber<Number>(node.Scalar()) : std::nullopt;
-    Check(number.has_value(), node, "a number");
-    return *number;
-  }
-
-  FreeProportion ReadProportion(const std::string& name, const YAML::Node& node) const {
-    Check(node.IsSequence() && node.size() == 2, node, "free: {name: [mean, standard deviation]}");
-    const FreeProportion free{name, NumberOf<double>(node[0]), NumberOf<double>(node[1])};
-    Check(free.mean >= 0.0 && free.mean <= 1.0 && free.sigma >= 1e-3 && free.sigma <= 1.0, node,
-          "a mean from 0 to 1 and a standard deviation from 0.001 to 1");
-    return free;
+  void AddProportion(const std::string& name, const YAML::Node& node) {
+    constexpr double kMinSigma = 1e-3;
+    std::array<double, 2> mean_and_sigma{};
+    AssignOption(node, {name, std::span<double>(mean_and_sigma), 0.0, 1.0},
+                 fmt::format("{}:{}", source_, node.Mark().line + 1));
+    Check(mean_and_sigma[1] >= kMinSigma, node,
+          fmt::format("a standard deviation of at least {}", kMinSigma));
+    template_.free.push_back({name, mean_and_sigma[0], mean_and_sigma[1]});
   }
 
   // Adds numbers, names of proportions, and products of both, such as `1 - 2*leg`.
-  PartCoordinate ReadCoordinate(const YAML::Node& node) const {
-    const std::string text = node.IsScalar() ? node.Scalar() : "";
+  PartCoordinate ReadCoordinate(const std::string& text, const YAML::Node& node) const {
     PartCoordinate sum;
     std::size_t at = 0;
     while (at < text.size()) {
@@ -97,26 +95,23 @@ class TemplateReader {
   }
 
   void AddPart(const YAML::Node& node) {
-    CheckKeys(node, {"x", "y", "z", "shape", "mirror"});
+    SolidEntry entry;
+    AssignOptions(node, source_, OptionFields(entry));
     TemplatePart part;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const YAML::Node range = node[std::string(1, "xyz"[axis])];
-      Check(range && range.IsSequence() && range.size() == 2, node, "x, y and z: [low, high]");
-      part.range[axis] = {ReadCoordinate(range[0]), ReadCoordinate(range[1])};
-      CheckAtMean(part.range[axis], range);
+    std::size_t axis = 0;
+    for (const std::vector<std::string>* range : {&entry.x, &entry.y, &entry.z}) {
+      Check(range->size() == 2, node, "x, y and z: [low, high]");
+      part.range[axis] = {ReadCoordinate(range->front(), node), ReadCoordinate(range->back(), node)};
+      CheckAtMean(part.range[axis++], node);
     }
-    if (node["shape"]) {
-      const std::optional<ShapeKind> shape = FromName<ShapeKind>(node["shape"].Scalar());
-      Check(shape.has_value(), node["shape"], "shape: box, cylinder or ellipsoid");
-      part.shape = *shape;
-    }
-    const std::string mirror = node["mirror"] ? node["mirror"].Scalar() : "";
-    Check(mirror.empty() || mirror == "x" || mirror == "y" || mirror == "xy", node, "mirror: x, y or xy");
+    part.shape = entry.shape == "box"        ? SolidKind::kCuboid
+                 : entry.shape == "cylinder" ? SolidKind::kCylinder
+                                             : SolidKind::kEllipsoid;
     const std::size_t first = template_.parts.size();
     template_.parts.push_back(part);
-    for (const char axis : mirror) {
+    for (const char across : entry.mirror) {
       for (std::size_t i = first, count = template_.parts.size(); i < count; ++i) {
-        template_.parts.push_back(Mirrored(template_.parts[i], static_cast<std::size_t>(axis - 'x')));
+        template_.parts.push_back(Mirrored(template_.parts[i], static_cast<std::size_t>(across - 'x')));
       }
     }
   }
@@ -153,10 +148,9 @@ class TemplateReader {
 
 std::vector<PartTemplate> ReadPartTemplates(const YAML::Node& node, const std::string& source,
                                             const std::string& label) {
-  if (!node.IsSequence()) {
-    throw InputError("{}:{}: parts of {}: expected a list of entries with free and solids", source,
-                     node.Mark().line + 1, label);
-  }
+  ThrowIf<InputError>(!node.IsSequence(),
+                      "{}:{}: parts of {}: expected a list of entries with free and solids", source,
+                      node.Mark().line + 1, label);
   std::vector<PartTemplate> templates;
   TemplateReader reader(source, label);
   for (const YAML::Node& entry : node) {
@@ -194,7 +188,7 @@ std::vector<SolidPart> PartsWith(const PartTemplate& of, const Proportions& prop
     if (across) {
       std::swap(half.x(), half.y());
     }
-    const auto [e1, e2] = ExponentsOf(part.shape);
+    const auto [e1, e2] = UsualExponents(part.shape);
     parts.push_back({centre, {half, e1, e2}});
   }
   return parts;

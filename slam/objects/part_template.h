@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "slam/geometry/solid_iou.h"
 #include "slam/geometry/solid_part.h"
-#include "slam/objects/shape_kind.h"
 
 namespace YAML {
 class Node;
@@ -34,7 +34,7 @@ struct PartCoordinate {
 // A part between two coordinates along each axis.
 struct TemplatePart {
   std::array<std::array<PartCoordinate, 2>, 3> range;  // x, y, z: low and high
-  ShapeKind shape = ShapeKind::kBox;
+  SolidKind shape = SolidKind::kCuboid;
 };
 
 // One way in which the objects of a class consist of parts (`parts` in configs/classes.yaml).
@@ -42,9 +42,11 @@ struct PartTemplate {
   std::vector<FreeProportion> free;  // 2 to kMaxProportions
   int turns = 1;                     // quarter turns about z to try: 4 for a chair, whose back is on any side
   std::vector<TemplatePart> parts;
+
+  void VisitFields(auto&& visit) { visit("turns", turns, 1, 4); }
 };
 
-// Reads the templates of a class. Throws InputError naming source, line and label.
+// Reads the templates of a class. Throws InputError or UsageError naming source and line.
 std::vector<PartTemplate> ReadPartTemplates(const YAML::Node& node, const std::string& source,
                                             const std::string& label);
 

@@ -5,7 +5,7 @@
 
 namespace sqslam {
 
-double ClassSurprise(const Superquadric& shape, const ClassPrior& prior,
+double ClassSurprise(const Superquadric& shape, const ObjectClass& prior,
                      const std::optional<MetricScale>& scale) {
   const Eigen::Vector3d logs = (2.0 * shape.half_size).array().log().matrix();
   const auto square = [](double value) { return value * value; };

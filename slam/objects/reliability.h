@@ -4,7 +4,8 @@
 #include <optional>
 
 #include "slam/geometry/superquadric.h"
-#include "slam/objects/class_priors.h"
+#include "slam/objects/metric_scale.h"
+#include "slam/objects/object_class.h"
 
 namespace sqslam {
 
@@ -17,7 +18,7 @@ struct ReliabilityEvidence {
 };
 
 // Chi square of the size and of the two ratios under the prior, each over its standard deviation.
-double ClassSurprise(const Superquadric& shape, const ClassPrior& prior,
+double ClassSurprise(const Superquadric& shape, const ObjectClass& prior,
                      const std::optional<MetricScale>& scale);
 
 // Returns a value in [0, 1] that increases with the mean 3D IoU of such objects (docs/evaluation.md).

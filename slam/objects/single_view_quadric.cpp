@@ -128,7 +128,7 @@ std::optional<PosedSuperquadric> EstimateQuadricOnSupport(const Landmark& landma
   if (!landmark.clearest || !support || !context.upright) {
     return std::nullopt;
   }
-  const ClassPrior& known = context.classes->Of(landmark.labels.Best());
+  const ObjectClass& known = context.classes->Of(landmark.labels.Best());
   const QuadricPriors priors{known.log_width_ratio, known.width_sigma, known.log_height_ratio,
                              known.height_sigma, *support};
   const auto start = QuadricFromOneView(landmark.clearest->view, landmark.clearest->gray, context.camera,

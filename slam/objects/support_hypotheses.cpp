@@ -21,7 +21,7 @@ std::vector<double> AllOf(const SupportHeights& supports) {
   return heights;
 }
 
-bool StandsOnHiddenFloor(const SupportHeights& supports, const ClassPrior& prior) {
+bool StandsOnHiddenFloor(const SupportHeights& supports, const ObjectClass& prior) {
   return prior.on_floor && !supports.floor;
 }
 
@@ -98,7 +98,7 @@ std::optional<double> SupportOf(const Landmark& landmark, const SupportHeights& 
   return found ? *nearest : *landmark.support;
 }
 
-std::optional<double> LowestOf(const SupportHeights& supports, const ClassPrior& prior) {
+std::optional<double> LowestOf(const SupportHeights& supports, const ObjectClass& prior) {
   const bool unbounded = supports.near.empty() || StandsOnHiddenFloor(supports, prior);
   return unbounded ? std::nullopt : std::optional(std::ranges::max(supports.near));
 }

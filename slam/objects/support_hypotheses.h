@@ -36,7 +36,7 @@ std::optional<double> SupportOf(const Landmark& landmark, const SupportHeights& 
 
 // Returns the height below which an object that stands on none of the surfaces does not reach; furniture may
 // reach down to a floor that was not found.
-std::optional<double> LowestOf(const SupportHeights& supports, const ClassPrior& prior);
+std::optional<double> LowestOf(const SupportHeights& supports, const ObjectClass& prior);
 
 // Hypothesis about what the object stands on and how much of it is seen.
 struct Assumption {

@@ -44,7 +44,7 @@ bool StandsOn(const Landmark& other, const Landmark& landmark, std::span<const L
 }  // namespace
 
 Surroundings SurroundingsOf(const Landmark& landmark, std::span<const Landmark* const> shown,
-                            const ClassPriors& classes) {
+                            const ClassTable& classes) {
   constexpr double kMuchSmaller = 0.7;  // volumes
   constexpr double kNear = 0.5;
   Surroundings result;

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "slam/geometry/superquadric.h"
-#include "slam/objects/class_priors.h"
 #include "slam/objects/landmark.h"
+#include "slam/objects/object_class.h"
 
 namespace sqslam {
 
@@ -24,7 +24,7 @@ struct Surroundings {
 // Collects the surroundings of a landmark from the shown landmarks, which may include itself. Empty if it has
 // no estimate yet.
 Surroundings SurroundingsOf(const Landmark& landmark, std::span<const Landmark* const> shown,
-                            const ClassPriors& classes);
+                            const ClassTable& classes);
 
 // Returns the horizontal way from `p_map` to the middle line of a table, which runs along the table and ends
 // as far from its ends as from its sides: what stands at the table faces this way.

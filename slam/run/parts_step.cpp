@@ -9,7 +9,7 @@
 
 #include "slam/io/map_frame.h"
 #include "slam/io/result_files.h"
-#include "slam/objects/class_priors.h"
+#include "slam/objects/object_class.h"
 #include "slam/objects/part_fit.h"
 #include "slam/run/map_to_extend.h"
 #include "slam/snapshot/depth_recording.h"
@@ -50,10 +50,10 @@ int FindParts(const fs::path& result) {
   const RecordingReader reader(recording);
   const MapSnapshotPtr map = reader.Last();
   const ObjectOptions options = OptionsOfRun(result).objects;
-  const ClassPriors classes = ClassPriors::Named(options.class_priors);
+  const ClassTable classes = ClassTable::Named(options.class_priors);
   std::vector<Candidate> candidates;
   for (const SnapshotObject& object : map->objects) {
-    if (const ClassPrior& prior = classes.Of(object.label);
+    if (const ObjectClass& prior = classes.Of(object.label);
         !prior.parts.empty() && options.representation == Representation::kSuperquadric) {
       candidates.push_back({&object, &prior.parts});
     }

@@ -29,7 +29,7 @@ const std::array<Eigen::Vector2d, PlacedSolid::kDirections>& Directions() {
 
 }  // namespace
 
-PlacedSolid::PlacedSolid(const PosedSuperquadric& superquadric, const ClassTraits& class_traits)
+PlacedSolid::PlacedSolid(const PosedSuperquadric& superquadric, const ObjectClass& class_traits)
     : solid(superquadric), traits(&class_traits) {
   const double z = solid.T_map_object.translation.z();
   bottom = z - SupportExtent(solid, -Eigen::Vector3d::UnitZ());
@@ -136,7 +136,7 @@ class Labeller {
 
   // Returns the distance of a bottom from the top of `b`, or from the range of its seat.
   double HeightOver(const PlacedSolid& a, const PlacedSolid& b) const {
-    if (!b.traits->back || a.traits->floor) {
+    if (!b.traits->back || a.traits->on_floor) {
       return a.bottom - b.top;
     }
     const double seat =
@@ -161,7 +161,7 @@ class Labeller {
     double nearest = Tolerance(thing);
     int place = -1;
     for (int b = 0; b < static_cast<int>(solids_.size()); ++b) {
-      if (b == a || thing.traits->floor || Gap(thing, At(b)) >= 0.0) {
+      if (b == a || thing.traits->on_floor || Gap(thing, At(b)) >= 0.0) {
         continue;
       }
       if (StandsIn(a, b)) {
@@ -176,12 +176,12 @@ class Labeller {
     }
     for (std::size_t i = 0; place < 0 && i < room_.surfaces.size(); ++i) {
       if (const double gap = std::abs(thing.bottom - room_.surfaces[i]);
-          gap < nearest && !thing.traits->floor) {
+          gap < nearest && !thing.traits->on_floor) {
         nearest = gap, place = SurfaceNode(i);
       }
     }
     const bool near_floor = room_.floor && std::abs(thing.bottom - *room_.floor) < nearest;
-    if (room_.floor && (thing.traits->floor || (place < 0 && near_floor))) {
+    if (room_.floor && (thing.traits->on_floor || (place < 0 && near_floor))) {
       place = FloorNode();
     }
     if (place >= 0) {
@@ -229,7 +229,7 @@ class Labeller {
   // depth.
   static bool IsSlender(const PlacedSolid& a) {
     constexpr double kSlender = 5.0;
-    return !a.traits->floor && a.Height() > kSlender * 2.0 * a.solid.shape.half_size.head<2>().minCoeff();
+    return !a.traits->on_floor && a.Height() > kSlender * 2.0 * a.solid.shape.half_size.head<2>().minCoeff();
   }
 
   bool LeansAgainst(int a, int b) const {

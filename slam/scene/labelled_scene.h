@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "slam/geometry/superquadric.h"
-#include "slam/scene/class_traits.h"
+#include "slam/objects/object_class.h"
 #include "slam/scene/scene_graph.h"
 
 namespace sqslam {
@@ -19,13 +19,13 @@ struct PlacedSolid {
   static constexpr int kDirections = 48;
 
   PosedSuperquadric solid;
-  const ClassTraits* traits = nullptr;
+  const ObjectClass* traits = nullptr;
   double bottom = 0.0;  // z
   double top = 0.0;
   double bottom_sigma = 0.0;  // standard deviation of `bottom`: what it stands on may be so far away
   std::array<double, kDirections> extent{};  // from the centre to the outline
 
-  PlacedSolid(const PosedSuperquadric& superquadric, const ClassTraits& class_traits);
+  PlacedSolid(const PosedSuperquadric& superquadric, const ObjectClass& class_traits);
 
   double Height() const { return top - bottom; }
   Eigen::Vector2d Centre() const { return solid.T_map_object.translation.head<2>(); }

@@ -27,7 +27,7 @@ using question::Things;
 // Finds the objects that a parsed question means.
 class Evaluator {
  public:
-  Evaluator(const MapSnapshot& map, const SceneGraph& graph, const ClassTraitsTable& classes)
+  Evaluator(const MapSnapshot& map, const SceneGraph& graph, const ClassTable& classes)
       : map_(map), graph_(graph) {
     for (const SnapshotObject& object : map.objects) {
       solids_.emplace_back(object.superquadric, classes.Of(object.label));
@@ -200,12 +200,12 @@ class Evaluator {
 }  // namespace
 
 std::vector<QueryAnswer> AnswerQuery(const std::string& question, const MapSnapshot& map,
-                                     const SceneGraph& graph, const ClassTraitsTable& classes) {
+                                     const SceneGraph& graph, const ClassTable& classes) {
   return Evaluator(map, graph, classes).Answer(question::Parse(question, map, graph, classes));
 }
 
 std::vector<std::vector<double>> DistancesToNodes(const MapSnapshot& map, const SceneGraph& graph,
-                                                  const ClassTraitsTable& classes) {
+                                                  const ClassTable& classes) {
   const Evaluator evaluator(map, graph, classes);
   std::vector<std::vector<double>> distances(map.objects.size(), std::vector<double>(graph.nodes.size()));
   for (std::size_t a = 0; a < distances.size(); ++a) {

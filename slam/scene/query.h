@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "slam/scene/class_traits.h"
+#include "slam/objects/object_class.h"
 #include "slam/scene/scene_graph.h"
 #include "slam/snapshot/snapshot.h"
 
@@ -26,17 +26,17 @@ struct QueryAnswer {
 //   things    := { [COUNT] largest | smallest | tallest | highest | lowest | certain | uncertain }
 //                CLASS { and CLASS } | CLASS ID | objects | floor | walls
 //
-// A class is a label, a name or a synonym (ClassTraits), in the singular or plural. If the map has no object
+// A class is a label, a name or a synonym (ObjectClass), in the singular or plural. If the map has no object
 // of a class with legs (table, desk), its surfaces count as one. Articles and words such as "which", "are"
 // and "show" mean nothing. Answers are those more likely than not, the best first; with a superlative, only
 // those it chooses. Throws UsageError for a word that is not known, naming the nearest one that is, and for a
 // sentence that is not complete.
 std::vector<QueryAnswer> AnswerQuery(const std::string& question, const MapSnapshot& map,
-                                     const SceneGraph& graph, const ClassTraitsTable& classes);
+                                     const SceneGraph& graph, const ClassTable& classes);
 
 // Returns the distances between the surfaces of each object and each node of the graph, as questions measure
 // them: horizontally and in height.
 std::vector<std::vector<double>> DistancesToNodes(const MapSnapshot& map, const SceneGraph& graph,
-                                                  const ClassTraitsTable& classes);
+                                                  const ClassTable& classes);
 
 }  // namespace sqslam

@@ -108,7 +108,7 @@ std::optional<double> NumberOf(const std::string& word) {
 class Parser {
  public:
   Parser(const std::string& question, const MapSnapshot& map, const SceneGraph& graph,
-         const ClassTraitsTable& classes)
+         const ClassTable& classes)
       : words_(WordsOf(question)), map_(map), graph_(graph), classes_(classes) {
     for (std::size_t i = 0; i < map.objects.size(); ++i) {
       Name(map.objects[i].label, i);
@@ -370,7 +370,7 @@ class Parser {
   std::size_t at_ = 0;
   const MapSnapshot& map_;
   const SceneGraph& graph_;
-  const ClassTraitsTable& classes_;
+  const ClassTable& classes_;
   std::map<std::string, std::set<std::size_t>> objects_;  // word -> objects it may mean
   std::set<std::string> with_legs_;                       // words for classes with legs
 };
@@ -378,7 +378,7 @@ class Parser {
 }  // namespace
 
 Question Parse(const std::string& question, const MapSnapshot& map, const SceneGraph& graph,
-               const ClassTraitsTable& classes) {
+               const ClassTable& classes) {
   return Parser(question, map, graph, classes).Parse();
 }
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "slam/scene/class_traits.h"
+#include "slam/objects/object_class.h"
 #include "slam/scene/scene_graph.h"
 #include "slam/snapshot/snapshot.h"
 #include "slam/util/enum_names.h"
@@ -60,6 +60,6 @@ struct Question {
 // Reads a question (grammar: AnswerQuery) about the map and its graph. Throws UsageError for a word that is
 // not known, naming the nearest one that is, and for a sentence that is not complete.
 Question Parse(const std::string& question, const MapSnapshot& map, const SceneGraph& graph,
-               const ClassTraitsTable& classes);
+               const ClassTable& classes);
 
 }  // namespace sqslam::question

@@ -18,7 +18,7 @@ namespace {
 constexpr int kSamples = 64;
 constexpr double kMinProbability = 0.05;
 
-std::vector<PlacedSolid> PlaceObjects(const MapSnapshot& map, const ClassTraitsTable& classes) {
+std::vector<PlacedSolid> PlaceObjects(const MapSnapshot& map, const ClassTable& classes) {
   return ToVector(map.objects, [&](const SnapshotObject& object) {
     return PlacedSolid(object.superquadric, classes.Of(object.label));
   });
@@ -40,7 +40,7 @@ std::optional<double> FloorOf(const SupportSurfaces& surfaces, const std::vector
   double sum = 0.0;
   int feet = 0;
   for (const PlacedSolid& solid : solids) {
-    if (solid.traits->floor) {
+    if (solid.traits->on_floor) {
       sum += solid.bottom;
       ++feet;
     }
@@ -125,7 +125,7 @@ std::vector<SceneNode> NodesOf(const MapSnapshot& map, const Room& room) {
 
 }  // namespace
 
-SceneGraph MakeSceneGraph(const MapSnapshot& map, const ClassTraitsTable& classes,
+SceneGraph MakeSceneGraph(const MapSnapshot& map, const ClassTable& classes,
                           const std::vector<WallLine>& walls) {
   const std::vector<PlacedSolid> solids = PlaceObjects(map, classes);
   const Room room = RoomOf(map, solids, walls);

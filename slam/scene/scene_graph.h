@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "slam/scene/class_traits.h"
+#include "slam/objects/object_class.h"
 #include "slam/scene/wall_lines.h"
 #include "slam/snapshot/snapshot.h"
 #include "slam/util/enum_names.h"
@@ -56,7 +56,7 @@ struct SceneGraph {
 // covariances, in which the relation holds; as nothing floats, a bottom counts as standing on what lies
 // within three standard deviations of it; relations below 5 % are left out. Deterministic. Returns a graph
 // without relations if the map is not aligned with gravity.
-SceneGraph MakeSceneGraph(const MapSnapshot& map, const ClassTraitsTable& classes,
+SceneGraph MakeSceneGraph(const MapSnapshot& map, const ClassTable& classes,
                           const std::vector<WallLine>& walls = {});
 
 // Writes relations.json: unit, frame, nodes, and relations whose subject and object are indices of nodes.

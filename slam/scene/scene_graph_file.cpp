@@ -50,7 +50,7 @@ SceneGraph SceneGraphOf(const MapSnapshot& map, const fs::path& folder) {
   if (map.gravity_known && fs::exists(cloud)) {
     walls = FindWallLines(Thinned(ReadPointCloud(cloud).points, kWallPoints));
   }
-  return MakeSceneGraph(map, ClassTraitsTable::Bundled(), walls);
+  return MakeSceneGraph(map, ClassTable::Named("default"), walls);
 }
 
 }  // namespace sqslam

@@ -21,11 +21,11 @@ double TopOf(const PosedSuperquadric& solid) {
 
 // Finds for each object what it most likely stands on or in.
 std::vector<SettledObject> PlaceObjects(const MapSnapshot& map, const SceneGraph& graph,
-                                        const ClassTraitsTable& classes) {
+                                        const ClassTable& classes) {
   std::vector<SettledObject> objects;
   for (const SnapshotObject& object : map.objects) {
     objects.push_back({object.superquadric});
-    objects.back().fixed = classes.Of(object.label).floor;
+    objects.back().fixed = classes.Of(object.label).on_floor;
   }
   std::vector<double> best(objects.size(), 0.3);  // less is no place
   for (const SceneRelation& relation : graph.relations) {
@@ -45,7 +45,7 @@ std::vector<SettledObject> PlaceObjects(const MapSnapshot& map, const SceneGraph
 
 class Settler {
  public:
-  Settler(const MapSnapshot& map, const SceneGraph& graph, const ClassTraitsTable& classes, double clearance)
+  Settler(const MapSnapshot& map, const SceneGraph& graph, const ClassTable& classes, double clearance)
       : graph_(graph), clearance_(clearance), scene_{PlaceObjects(map, graph, classes)} {
     constexpr double kDefault = 1e-3;  // of the size: standard deviation of what has no covariance
     for (const SnapshotObject& object : map.objects) {
@@ -144,13 +144,13 @@ class Settler {
   SettledScene scene_;
   std::vector<SettledObject> start_;
   std::vector<Eigen::Matrix3d> covariances_;  // of the centres
-  std::vector<const ClassTraits*> traits_;
+  std::vector<const ObjectClass*> traits_;
   std::vector<Eigen::Vector3d> shifts_;
 };
 
 }  // namespace
 
-SolidSpan SolidSpanOf(const SettledScene& scene, int object, const ClassTraits& traits) {
+SolidSpan SolidSpanOf(const SettledScene& scene, int object, const ObjectClass& traits) {
   const PosedSuperquadric& solid = scene.objects[static_cast<std::size_t>(object)].solid;
   SolidSpan span{BottomOf(solid), TopOf(solid)};
   if (traits.legs) {
@@ -169,7 +169,7 @@ SolidSpan SolidSpanOf(const SettledScene& scene, int object, const ClassTraits& 
   return span;
 }
 
-SettledScene Settle(const MapSnapshot& map, const SceneGraph& graph, const ClassTraitsTable& classes,
+SettledScene Settle(const MapSnapshot& map, const SceneGraph& graph, const ClassTable& classes,
                     double clearance) {
   return Settler(map, graph, classes, clearance).Settle();
 }

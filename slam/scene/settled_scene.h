@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "slam/geometry/superquadric.h"
-#include "slam/scene/class_traits.h"
+#include "slam/objects/object_class.h"
 #include "slam/scene/scene_graph.h"
 #include "slam/snapshot/snapshot.h"
 
@@ -30,13 +30,13 @@ struct SolidSpan {
   double bottom = 0.0;
   double top = 0.0;
 };
-SolidSpan SolidSpanOf(const SettledScene& scene, int object, const ClassTraits& traits);
+SolidSpan SolidSpanOf(const SettledScene& scene, int object, const ObjectClass& traits);
 
 // Moves objects as little as possible, in units of their covariances, until each stands exactly on its place
 // and the outlines of bodies at one height are `clearance` (map units) apart: each pair that violates this is
 // moved by the least shift in the sense of its covariances, in rounds, until no pair is left. A covariance of
 // zero counts as 1 mm per metre of size.
-SettledScene Settle(const MapSnapshot& map, const SceneGraph& graph, const ClassTraitsTable& classes,
+SettledScene Settle(const MapSnapshot& map, const SceneGraph& graph, const ClassTable& classes,
                     double clearance);
 
 }  // namespace sqslam

@@ -164,7 +164,7 @@ TEST_F(MapViewInBrowserTest, AnswersQuestionsAsTheCommandDoes) {
   MapSnapshot map = *RecordingReader(folder_.Path() / "room.sqmap").Last();
   std::ranges::sort(map.keyframes, {}, &SnapshotKeyframe::timestamp);
   const SceneGraph graph = SceneGraphOf(map, folder_.Path());
-  const ClassTraitsTable classes = ClassTraitsTable::Bundled();
+  const ClassTable classes = ClassTable::Named("default");
   const std::string page = (folder_.Path() / "room.html").string();
   ASSERT_EQ(RunProgram("export " + (folder_.Path() / "room.sqmap").string() + " -o " + page).exit_code, 0);
   json steps = json::array();

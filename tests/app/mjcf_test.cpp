@@ -118,7 +118,7 @@ class Mjcf : public ::testing::Test {
     map_.objects[2].fit.reliability = 0.9;
     map_.objects.pop_back();  // the leaning skateboard: objects of a map stand upright
   }
-  MjcfSummary Export() { return WriteMjcf(File(), map_, MakeSceneGraph(map_, ClassTraitsTable::Bundled())); }
+  MjcfSummary Export() { return WriteMjcf(File(), map_, MakeSceneGraph(map_, ClassTable::Named("default"))); }
   fs::path File() const { return folder_.Path() / "room.xml"; }
 
   MapSnapshot map_ = sqslam::testing::MadeRoom();

@@ -26,7 +26,7 @@
 #include "slam/io/result_files.h"
 #include "slam/io/sequence.h"
 #include "slam/io/trajectory.h"
-#include "slam/objects/class_priors.h"
+#include "slam/objects/object_class.h"
 #include "slam/recognition/vocabulary.h"
 #include "slam/snapshot/byte_archive.h"
 #include "slam/snapshot/depth_recording.h"
@@ -224,7 +224,7 @@ constexpr std::array kTargets{
         }},
     FuzzTarget{"camera_path", "tour.yaml", [](const fs::path& file) { ReadCameraPath(file, 30.0); },
                [] { return FileOfProject("configs/camera_paths/tour.yaml"); }},
-    FuzzTarget{"classes", "classes.yaml", [](const fs::path& file) { ClassPriors::Read(file); },
+    FuzzTarget{"classes", "classes.yaml", [](const fs::path& file) { ClassTable::Named(file); },
                [] { return FirstLines("configs/classes.yaml", 28); }},
     FuzzTarget{"config", "config.yaml",
                [](const fs::path& file) {

@@ -162,5 +162,12 @@ TEST(SolidIoU, ConvergesForAllShapes) {
   EXPECT_NEAR(IoU(tilted, sheet), iou, 0.005 * iou);
 }
 
+TEST(NearestPrimitive, FindsEachByItsUsualExponents) {
+  for (const SolidKind primitive : kPrimitives) {
+    const auto [e1, e2] = UsualExponents(primitive);
+    EXPECT_EQ(NearestPrimitive(e1, e2), primitive);
+  }
+}
+
 }  // namespace
 }  // namespace sqslam

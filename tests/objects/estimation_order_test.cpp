@@ -62,7 +62,7 @@ TEST(LargestFirst, PutsTablesBeforeChairs) {
   std::map<int, Landmark> landmarks = {{1, With(9, 9, 0.9)}, {2, With(9, 9, 0.3)}, {3, With(9, 9, 0.4)}};
   landmarks.at(1).labels.Add("chair", 1.0);  // far too large so far
   landmarks.at(2).labels.Add("dining_table", 1.0);
-  const ClassPriors classes = ClassPriors::Named("default");
+  const ClassTable classes = ClassTable::Named("default");
   EXPECT_THAT(LargestFirst(landmarks, {1, 2, 3}, classes, MetricScale{0.0, 0.1}), ElementsAre(2, 3, 1));
   EXPECT_THAT(LargestFirst(landmarks, {1, 2, 3}, classes, {}), ElementsAre(1, 3, 2)) << "of no known scale";
 }

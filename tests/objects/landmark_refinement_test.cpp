@@ -45,7 +45,7 @@ class RefineLandmarkTest : public ::testing::Test {
 
   const BoxScene scene_;
   const ObjectOptions options_;
-  const ClassPriors classes_;
+  const ClassTable classes_;
   const SupportSurfaces supports_ = SupportSurfaces::Everywhere(0.0);
   EstimationContext context_;
 };

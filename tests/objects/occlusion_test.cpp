@@ -40,7 +40,7 @@ Landmark FittedBehindTheTable(const std::string& label, const PosedSuperquadric&
     landmark.points.emplace_back(i, Eigen::Vector3d(across, *points_y, kTableTop + 0.1));
   }
   const ObjectOptions options;
-  const ClassPriors classes = ClassPriors::Named("default");
+  const ClassTable classes = ClassTable::Named("default");
   EstimationContext context;
   context.options = &options;
   context.classes = &classes;
@@ -59,9 +59,9 @@ TEST(ApplyFit, ExtendsChairUnderTheTableWhenOnlyItsBackIsSeen) {
   EXPECT_NEAR(chair.superquadric.T_map_object.translation.y() + half.y(), 2.83, 1e-9) << "the back stays";
   EXPECT_NEAR(std::sqrt(chair.covariance(4, 4)), 0.2 * half.y(), 1e-3) << "as chairs vary";
   EXPECT_EQ(chair.visible.shape.half_size, back.shape.half_size);
-  const ClassPriors classes = ClassPriors::Named("default");
-  EXPECT_FALSE(KnownSizeOf(chair, classes)) << "what the class gave says nothing about the map's scale";
-  EXPECT_TRUE(KnownSizeOf(FittedBehindTheTable("chair", back, true), classes));
+  const ClassTable classes = ClassTable::Named("default");
+  EXPECT_FALSE(ScaleFrom(chair, classes)) << "what the class gave says nothing about the map's scale";
+  EXPECT_TRUE(ScaleFrom(FittedBehindTheTable("chair", back, true), classes));
 }
 
 TEST(ApplyFit, TurnsChairToTheTableWhenFittedBehindItsBack) {
@@ -87,7 +87,7 @@ TEST(ApplyFit, KeepsDepthWhenSeenWholeOrOfUnknownClass) {
 double DepthSeenOverTheTable(const std::string& classes_text) {
   const std::filesystem::path path = std::filesystem::path(::testing::TempDir()) / "chairs.yaml";
   std::ofstream(path) << classes_text;
-  const ClassPriors classes = ClassPriors::Read(path);
+  const ClassTable classes = ClassTable::Named(path);
   const PosedSuperquadric back = Box({0.1, 2.8, 0.44}, {0.22, 0.03, 0.44});
   const PosedSuperquadric shown = StretchedTo(back, kTableTop - 0.1);
   Landmark landmark;

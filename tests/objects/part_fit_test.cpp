@@ -10,7 +10,7 @@
 #include <limits>
 #include <numbers>
 
-#include "slam/objects/class_priors.h"
+#include "slam/objects/object_class.h"
 #include "slam/util/data_path.h"
 #include "slam/util/error.h"
 
@@ -22,7 +22,7 @@ using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
 const std::vector<PartTemplate>& TemplatesOf(const std::string& label) {
-  static const ClassPriors kClasses = ClassPriors::Read(DataPath("configs/classes.yaml"));
+  static const ClassTable kClasses = ClassTable::Named("default");
   return kClasses.Of(label).parts;
 }
 
@@ -170,8 +170,8 @@ TEST(PartTemplates, ReportLineOfBadEntry) {
     const std::filesystem::path path = std::filesystem::path(::testing::TempDir()) / "parts.yaml";
     std::ofstream(path) << "chair: {size: [1, 1, 1],\n  parts: " + parts + "}\n";
     try {
-      ClassPriors::Read(path);
-    } catch (const InputError& e) {
+      ClassTable::Named(path);
+    } catch (const std::exception& e) {
       return e.what();
     }
     return "";
@@ -184,16 +184,17 @@ TEST(PartTemplates, ReportLineOfBadEntry) {
   EXPECT_THAT(message("4"), HasSubstr("parts.yaml:2: parts of chair: expected a list"));
   EXPECT_THAT(message("[{free: {a: [0.2, 0.1]}, solids: []}]"), HasSubstr("expected two to four free"));
   EXPECT_THAT(message("[{" + free + "}]"), HasSubstr("expected a list 'solids'"));
-  EXPECT_THAT(message("[{" + free + ", solid: []}]"), HasSubstr("not 'solid'"));
-  EXPECT_THAT(message("[{free: {a: 0.2, b: 0.3}}]"), HasSubstr("[mean, standard deviation]"));
-  EXPECT_THAT(message("[{free: {a: [2, 0.1], b: [0.3, 0.1]}}]"), HasSubstr("a mean from 0 to 1"));
+  EXPECT_THAT(message("[{" + free + ", solid: []}]"), HasSubstr("unknown option 'solid'"));
+  EXPECT_THAT(message("[{free: {a: 0.2, b: 0.3}}]"),
+              HasSubstr("a is '0.2', expected a list [..] of 2 values"));
+  EXPECT_THAT(message("[{free: {a: [2, 0.1], b: [0.3, 0.1]}}]"), HasSubstr("a is '[2, 0.1]', expected"));
   EXPECT_THAT(with_x("[-1]"), HasSubstr("x, y and z: [low, high]"));
   EXPECT_THAT(with_x("[-1, c]"), HasSubstr("not 'c'"));
   EXPECT_THAT(with_x("[-1, x*a]"), HasSubstr("a number before '*'"));
   EXPECT_THAT(with_x("[1, -1]"), HasSubstr("low < high between -1 and 1, not 1 to -1"));
   EXPECT_THAT(with_x("[-1, 1 + a]"), HasSubstr("not -1 to 1.2"));
-  EXPECT_THAT(with_x("[-1, 1], shape: cone"), HasSubstr("box, cylinder or ellipsoid"));
-  EXPECT_THAT(with_x("[-1, 1], mirror: z"), HasSubstr("mirror: x, y or xy"));
+  EXPECT_THAT(with_x("[-1, 1], shape: cone"), HasSubstr("one of box, cylinder, ellipsoid"));
+  EXPECT_THAT(with_x("[-1, 1], mirror: z"), HasSubstr("one of x, y, xy"));
 }
 
 }  // namespace

@@ -22,16 +22,16 @@ TEST(Surroundings, ListsContentsAndOccluders) {
   const Landmark chair = MappedBox(3, {0.1, 2.8, 0.75}, {0.2, 0.05, 0.15});
   const std::vector<const Landmark*> shown = {&table, &cup, &chair};
 
-  const Surroundings of_table = SurroundingsOf(table, shown, ClassPriors());
+  const Surroundings of_table = SurroundingsOf(table, shown, ClassTable());
   EXPECT_EQ(of_table.smaller.size(), 2u);
   EXPECT_TRUE(of_table.occluders.empty());
   EXPECT_EQ(of_table.hidden_support, std::nullopt);
 
-  const Surroundings of_cup = SurroundingsOf(cup, shown, ClassPriors());
+  const Surroundings of_cup = SurroundingsOf(cup, shown, ClassTable());
   EXPECT_TRUE(of_cup.smaller.empty());
   EXPECT_EQ(of_cup.hidden_support, std::nullopt);  // on the table, not behind it
 
-  const Surroundings of_chair = SurroundingsOf(chair, shown, ClassPriors());
+  const Surroundings of_chair = SurroundingsOf(chair, shown, ClassTable());
   ASSERT_EQ(of_chair.occluders.size(), 1u);
   EXPECT_EQ(of_chair.occluders[0].shape.half_size, table.superquadric.shape.half_size);
   EXPECT_EQ(of_chair.smaller.size(), 1u);
@@ -47,8 +47,8 @@ TEST(Surroundings, FindsTopByObjectsOnIt) {
   Landmark beside = MappedBox(4, {2.0, 2.0, 0.8}, {0.1, 0.1, 0.1});
   beside.support = 0.69;
   const std::vector<const Landmark*> shown = {&table, &cup, &bin, &beside};
-  EXPECT_EQ(SurroundingsOf(table, shown, ClassPriors()).top_height, 0.7);
-  EXPECT_EQ(SurroundingsOf(cup, shown, ClassPriors()).top_height, std::nullopt);
+  EXPECT_EQ(SurroundingsOf(table, shown, ClassTable()).top_height, 0.7);
+  EXPECT_EQ(SurroundingsOf(cup, shown, ClassTable()).top_height, std::nullopt);
 }
 
 TEST(Surroundings, PutsCupsOnTheTableNotTheChairUnderIt) {
@@ -56,10 +56,10 @@ TEST(Surroundings, PutsCupsOnTheTableNotTheChairUnderIt) {
   Landmark cup = MappedBox(2, {0.0, 2.3, 0.76}, {0.04, 0.04, 0.05});
   cup.support = 0.71;
   std::vector<const Landmark*> shown = {&chair, &cup};
-  EXPECT_EQ(SurroundingsOf(chair, shown, ClassPriors()).top_height, 0.71);
+  EXPECT_EQ(SurroundingsOf(chair, shown, ClassTable()).top_height, 0.71);
   const Landmark top = MappedBox(3, {0.0, 2.0, 0.7}, {0.8, 0.5, 0.01});  // all that is known of a table
   shown.push_back(&top);
-  EXPECT_EQ(SurroundingsOf(chair, shown, ClassPriors()).top_height, std::nullopt);
+  EXPECT_EQ(SurroundingsOf(chair, shown, ClassTable()).top_height, std::nullopt);
 }
 
 TEST(DirectionToTableAxis, PointsAcrossTheTableFromItsSideAndAlongItFromItsEnd) {
@@ -79,8 +79,8 @@ TEST(Surroundings, LetsTableHideChairWithBackAboveIt) {
   Landmark back = MappedBox(2, {0.1, 2.4, 0.85}, {0.2, 0.05, 0.12});
   back.labels.Add("chair", 0.9);
   const std::vector<const Landmark*> shown = {&table, &back};
-  EXPECT_TRUE(SurroundingsOf(back, shown, ClassPriors()).occluders.empty());
-  EXPECT_EQ(SurroundingsOf(back, shown, ClassPriors::Named("default")).occluders.size(), 1u);
+  EXPECT_TRUE(SurroundingsOf(back, shown, ClassTable()).occluders.empty());
+  EXPECT_EQ(SurroundingsOf(back, shown, ClassTable::Named("default")).occluders.size(), 1u);
 }
 
 TEST(Surroundings, IgnoresDistantOccludersAndKnowsNothingWithoutEstimate) {
@@ -88,10 +88,10 @@ TEST(Surroundings, IgnoresDistantOccludersAndKnowsNothingWithoutEstimate) {
   table.support = 0.0;
   const std::vector<const Landmark*> shown = {&table};
   Landmark chair = MappedBox(3, {0.1, 6.0, 0.75}, {0.2, 0.05, 0.15});
-  EXPECT_EQ(SurroundingsOf(chair, shown, ClassPriors()).occluders.size(), 1u);
-  EXPECT_EQ(SurroundingsOf(chair, shown, ClassPriors()).hidden_support, std::nullopt);
+  EXPECT_EQ(SurroundingsOf(chair, shown, ClassTable()).occluders.size(), 1u);
+  EXPECT_EQ(SurroundingsOf(chair, shown, ClassTable()).hidden_support, std::nullopt);
   chair.estimated = false;
-  EXPECT_TRUE(SurroundingsOf(chair, shown, ClassPriors()).occluders.empty());
+  EXPECT_TRUE(SurroundingsOf(chair, shown, ClassTable()).occluders.empty());
 }
 
 }  // namespace

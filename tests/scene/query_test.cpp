@@ -33,7 +33,7 @@ class Query : public ::testing::Test {
   }
 
   MapSnapshot map_ = testing::MadeRoom();
-  ClassTraitsTable classes_ = ClassTraitsTable::Bundled();
+  ClassTable classes_ = ClassTable::Named("default");
   SceneGraph graph_ = MakeSceneGraph(map_, classes_, {{{-3.0, 1.2}, {3.0, 1.2}}});
 };
 

@@ -24,7 +24,7 @@ using ::testing::Not;
 using ::testing::UnorderedElementsAre;
 
 SceneGraph GraphOf(const MapSnapshot& map, const std::vector<WallLine>& walls = {}) {
-  return MakeSceneGraph(map, ClassTraitsTable::Bundled(), walls);
+  return MakeSceneGraph(map, ClassTable::Named("default"), walls);
 }
 
 std::vector<std::string> LikelyOf(const SceneGraph& graph, RelationKind kind) {
@@ -121,7 +121,7 @@ TEST(SceneGraph, WritesNodesAndRelations) {
 
 // Distances of the outlines of two boxes and of round things are known in closed form.
 TEST(PlacedSolid, MeasuresGapsOfOutlines) {
-  const ClassTraits traits;
+  const ObjectClass traits;
   const auto at = [&](const Eigen::Vector3d& half, double e2, double x, double y) {
     return PlacedSolid({{half, 0.1, e2}, {Eigen::Quaterniond::Identity(), {x, y, 0.0}}}, traits);
   };

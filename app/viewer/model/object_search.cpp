@@ -45,7 +45,7 @@ void ObjectSearch::Update(const std::string& text, const std::vector<ObjectRow>&
 
 void ObjectSearch::Ask(const MapSnapshotPtr& map, const std::filesystem::path& folder) {
   constexpr std::string_view kPrefix = "question: ";
-  static const ClassTraitsTable kClasses = ClassTraitsTable::Bundled();
+  static const ClassTable kClasses = ClassTable::Named("default");
   try {
     if (graph_of_ != map) {
       graph_ = SceneGraphOf(*map, folder);

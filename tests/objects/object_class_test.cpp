@@ -1,4 +1,4 @@
-#include "slam/objects/class_priors.h"
+#include "slam/objects/object_class.h"
 
 #include <gtest/gtest.h>
 
@@ -19,25 +19,25 @@ std::filesystem::path FileWith(const std::string& text) {
   return path;
 }
 
-TEST(ClassPriors, KnowsBundledClasses) {
-  const ClassPriors priors = ClassPriors::Read(DataPath("configs/classes.yaml"));
-  const ClassPrior& bottle = priors.Of("bottle");
+TEST(ClassTable, KnowsBundledClasses) {
+  const ClassTable classes = ClassTable::Named("default");
+  const ObjectClass& bottle = classes.Of("bottle");
   EXPECT_GT(bottle.shapes[1], 0.9);
   EXPECT_GT(bottle.log_height_ratio, std::log(2.0));
   ASSERT_TRUE(bottle.log_metres);
-  EXPECT_LT(*bottle.log_metres, *priors.Of("couch").log_metres);
-  EXPECT_TRUE(priors.Of("chair").on_floor);
+  EXPECT_LT(*bottle.log_metres, *classes.Of("couch").log_metres);
+  EXPECT_TRUE(classes.Of("chair").on_floor);
   EXPECT_FALSE(bottle.on_floor);
-  EXPECT_FALSE(priors.Of("something nobody has named").log_metres);
-  EXPECT_EQ(priors.Of("something nobody has named").width_sigma, ClassPrior().width_sigma);
+  EXPECT_FALSE(classes.Of("something nobody has named").log_metres);
+  EXPECT_EQ(classes.Of("something nobody has named").width_sigma, ObjectClass().width_sigma);
 }
 
-TEST(ClassPriors, AcceptsScreenWithItsFoot) {
-  const ClassPriors priors = ClassPriors::Read(DataPath("configs/classes.yaml"));
+TEST(ClassTable, AcceptsScreenWithItsFoot) {
+  const ClassTable classes = ClassTable::Named("default");
   const double hung = 0.06;  // depths, metres
   const double on_foot = 0.23;
   for (const auto& [label, width] : {std::pair("tv", 0.95), std::pair("monitor", 0.55)}) {
-    const ClassPrior& screen = priors.Of(label);
+    const ObjectClass& screen = classes.Of(label);
     for (const double depth : {hung, on_foot}) {
       const double error = std::log(width / depth) - screen.log_width_ratio;
       EXPECT_LT(std::abs(error), 1.5 * screen.width_sigma) << label << " " << depth;
@@ -46,21 +46,21 @@ TEST(ClassPriors, AcceptsScreenWithItsFoot) {
 }
 
 TEST(BackOf, KeepsWidthAndHeightAtAFifthOfTheDepth) {
-  const ClassPrior chair =
-      ClassPriors::Read(FileWith("chair: {size: [0.5, 0.4, 0.9], back: true}\n")).Of("chair");
+  const ObjectClass chair =
+      ClassTable::Named(FileWith("chair: {size: [0.5, 0.4, 0.9], back: true}\n")).Of("chair");
   EXPECT_TRUE(chair.back);
-  const ClassPrior back = BackOf(chair);
+  const ObjectClass back = BackOf(chair);
   EXPECT_NEAR(back.log_width_ratio, std::log(0.5 / 0.08), 1e-12);
   EXPECT_NEAR(back.log_height_ratio, std::log(0.9 / std::sqrt(0.5 * 0.08)), 1e-12);
   EXPECT_NEAR(*back.log_metres, std::log(0.5 * 0.08 * 0.9) / 3.0, 1e-12);
   EXPECT_GT(back.width_sigma, chair.width_sigma);
-  EXPECT_FALSE(BackOf(ClassPrior()).log_metres);
+  EXPECT_FALSE(BackOf(ObjectClass()).log_metres);
 }
 
-TEST(ClassPriors, ReportsLineOfUnreadableEntry) {
+TEST(ClassTable, ReportsLineOfUnreadableEntry) {
   const auto message = [](const std::string& text) -> std::string {
     try {
-      ClassPriors::Read(FileWith(text));
+      ClassTable::Named(FileWith(text));
     } catch (const std::exception& e) {
       return e.what();
     }
@@ -74,24 +74,27 @@ TEST(ClassPriors, ReportsLineOfUnreadableEntry) {
   EXPECT_NE(message("cup: {size: [0.1,").find("classes.yaml"), std::string::npos);
 }
 
-TEST(ClassPriors, FindsEveryKindNearestToItself) {
-  for (const ShapeKind kind : kShapeKinds) {
-    const auto [e1, e2] = ExponentsOf(kind);
-    EXPECT_EQ(NearestKind(e1, e2), kind);
-  }
-}
-
 TEST(MetricScale, FollowsTheOthersDespiteAWrongLabel) {
-  std::vector<SizedObject> objects;
-  for (int i = 0; i < 6; ++i) {
-    objects.push_back({i, 0.7 + 0.1 * (i % 3 - 1), 0.3});
-  }
-  const auto scale = ScaleExcluding(0, objects);
+  std::vector<MetricScale> estimates = {{0.7, 0.3}, {0.8, 0.3}, {0.6, 0.3}, {0.7, 0.3}, {0.8, 0.3}};
+  const auto scale = CombinedScale(estimates);
   ASSERT_TRUE(scale);
   EXPECT_NEAR(scale->log_scale, 0.72, 0.05);
-  objects.push_back({9, 4.0, 0.3});  // a box taken for a phone
-  EXPECT_NEAR(ScaleExcluding(0, objects)->log_scale, scale->log_scale, 0.1);
-  EXPECT_FALSE(ScaleExcluding(1, {objects.begin(), objects.begin() + 3}));
+  estimates.push_back({4.0, 0.3});  // a box taken for a phone
+  EXPECT_NEAR(CombinedScale(estimates)->log_scale, scale->log_scale, 0.1);
+}
+
+TEST(MetricScale, NeedsThreeOtherObjects) {
+  const ClassTable classes = ClassTable::Named("default");
+  std::vector<Landmark> cups(4);
+  std::vector<const Landmark*> pointers;
+  for (Landmark& cup : cups) {
+    cup.labels.Add("cup", 1.0);
+    pointers.push_back(&cup);
+  }
+  EXPECT_TRUE(ScaleOfMap(pointers, classes, &cups[2]));
+  pointers.pop_back();
+  EXPECT_TRUE(ScaleOfMap(pointers, classes));
+  EXPECT_FALSE(ScaleOfMap(pointers, classes, &cups[2]));
 }
 
 TEST(Reliability, FallsWithEveryReasonForDoubt) {
@@ -109,8 +112,8 @@ TEST(Reliability, FallsWithEveryReasonForDoubt) {
   EXPECT_EQ(with([](auto& e) { e.held_out_agreement = 0.2; }), 0.0);
 }
 
-TEST(KnownSizeOf, DiscountsSizeThatCameFromTheClass) {
-  const ClassPriors classes = ClassPriors::Named("default");
+TEST(ScaleFrom, DiscountsSizeThatCameFromTheClass) {
+  const ClassTable classes = ClassTable::Named("default");
   const double size_sigma = classes.Of("cup").size_sigma;
   Landmark cup;
   cup.labels.Add("cup", 1.0);
@@ -119,7 +122,7 @@ TEST(KnownSizeOf, DiscountsSizeThatCameFromTheClass) {
   const auto sigma = [&](double of_size) {
     cup.covariance.setZero();
     cup.covariance.block<3, 3>(3, 3) = of_size * of_size * half * half.transpose();
-    return KnownSizeOf(cup, classes)->sigma;
+    return ScaleFrom(cup, classes)->sigma;
   };
   EXPECT_NEAR(sigma(0.02), size_sigma, 0.01) << "measured";
   EXPECT_NEAR(sigma(std::sqrt(0.5) * size_sigma), std::sqrt(2.0) * size_sigma, 1e-9) << "half of it measured";
@@ -127,7 +130,7 @@ TEST(KnownSizeOf, DiscountsSizeThatCameFromTheClass) {
 }
 
 TEST(ClassSurprise, VanishesForATypicalObjectAtTheRightScale) {
-  ClassPrior prior;
+  ObjectClass prior;
   prior.log_width_ratio = std::log(2.0);
   prior.log_height_ratio = 0.0;
   prior.width_sigma = prior.height_sigma = 0.3;
