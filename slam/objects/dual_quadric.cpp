@@ -7,7 +7,6 @@
 
 #include "slam/geometry/eigen_system.h"
 #include "slam/geometry/ray.h"
-#include "slam/objects/joint_refinement.h"
 #include "slam/objects/landmark_geometry.h"
 #include "slam/objects/object_energy.h"
 #include "slam/util/statistics.h"
@@ -44,8 +43,9 @@ ObjectEnergy EnergyOfBoxes(std::span<const BoxView> views, const Camera& camera,
   ObjectEnergy energy;
   energy.variant.leaning = true;
   for (const BoxView& view : views) {
-    AddEdges({S_map_frame.Inverse() * view.T_map_camera, UndistortBox(view.box, camera), view.edge_free},
-             camera, options, energy);
+    energy.AddEdges(
+        {S_map_frame.Inverse() * view.T_map_camera, UndistortBox(view.box, camera), view.edge_free}, camera,
+        options);
   }
   for (EdgeTerm& edge : energy.edges) {
     edge.size = 0.0;
@@ -60,8 +60,7 @@ void AddPriors(const QuadricPriors& priors, double height, double size, ObjectEn
   constexpr double kUpright = 0.02;  // rad
   constexpr double kContact = 0.02;  // of the size
   constexpr double kYaw = 0.002;     // rad
-  energy.classes.push_back({{1.0, -1.0, 0.0}, priors.log_width_ratio, 1.0 / priors.width_sigma});
-  energy.classes.push_back({{-0.5, -0.5, 1.0}, priors.log_height_ratio, 1.0 / priors.height_sigma});
+  energy.AddProportions(priors.known);
   energy.contacts.push_back({(priors.support - height) / size, 1.0 / kContact, true, -1.0});
   energy.normals.push_back({parameter::kTilt, 1.0 / kUpright, 1.0 / kUpright});
   energy.normals.push_back({parameter::kTilt + 1, 1.0 / kUpright, 1.0 / kUpright});

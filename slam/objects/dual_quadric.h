@@ -8,6 +8,7 @@
 #include "slam/geometry/camera.h"
 #include "slam/geometry/superquadric.h"
 #include "slam/objects/landmark.h"
+#include "slam/objects/object_class.h"
 #include "slam/objects/object_options.h"
 
 namespace sqslam {
@@ -23,12 +24,9 @@ Eigen::Matrix4d DualQuadricOf(const PosedSuperquadric& ellipsoid);
 // positive). The axes are named so that z is nearest to the map's z and x nearest to the map's x.
 std::optional<PosedSuperquadric> EllipsoidOf(const Eigen::Matrix4d& dual_quadric);
 
-// Priors of an upright ellipsoid whose yaw is known.
+// Priors of an upright ellipsoid whose yaw is known and whose longer horizontal axis is x.
 struct QuadricPriors {
-  double log_width_ratio = 0.0;  // natural logarithm of the x over the y axis
-  double width_sigma = 1.0;
-  double log_height_ratio = 0.0;  // the same of the z axis over the geometric mean of the others
-  double height_sigma = 1.0;
+  ObjectClass known;     // of which the proportions count
   double support = 0.0;  // height of the plane that it stands on, map frame
 };
 

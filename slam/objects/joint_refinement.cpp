@@ -9,9 +9,6 @@
 
 #include "slam/geometry/angles.h"
 #include "slam/geometry/ray.h"
-#include "slam/objects/edge_noise.h"
-#include "slam/objects/landmark_geometry.h"
-#include "slam/objects/object_energy.h"
 #include "slam/objects/visibility.h"
 #include "slam/util/statistics.h"
 #include "slam/util/thinned.h"
@@ -19,33 +16,16 @@
 
 namespace sqslam {
 
-void AddEdges(const SilhouetteView& view, const Camera& camera, const RefinementOptions& options,
-              ObjectEnergy& energy) {
-  const Eigen::Matrix3d R = view.T_map_camera.RotationMatrix();
-  const Box2d& box = view.box;
-  const std::array<double, 4> at = NormalisedBounds(box, camera);
-  const bool whole = IsWhole(view.edge_exact);
-  for (std::size_t edge = 0; edge < 4; ++edge) {
-    const int axis = static_cast<int>(edge % 2);
-    const double outward = edge < 2 ? -1.0 : 1.0;
-    Eigen::Vector3d normal = Eigen::Vector3d::Zero();
-    normal[axis] = outward;
-    normal[2] = -outward * at[edge];
-    const double sigma = EdgeSigma(axis == 0 ? box.width : box.height, options);
-    energy.edges.push_back({R * normal, view.T_map_camera.translation, R.col(2),
-                            (axis == 0 ? camera.fx : camera.fy) / sigma, static_cast<int>(edge),
-                            (axis == 0 ? box.width : box.height) / sigma, view.edge_exact[edge], whole,
-                            view.time});
-  }
-}
-
 namespace {
 
 // Returns a point within the object: the mean of its points, or without points the one nearest to the rays
 // through the centres of the boxes.
 Eigen::Vector3d PlaceOf(const RefinementInput& input) {
   if (!input.points.empty()) {
-    return std::accumulate(input.points.begin(), input.points.end(), Eigen::Vector3d::Zero().eval()) /
+    const auto add = [](const Eigen::Vector3d& sum, const SeenPoint& point) -> Eigen::Vector3d {
+      return sum + point.p_map;
+    };
+    return std::accumulate(input.points.begin(), input.points.end(), Eigen::Vector3d::Zero().eval(), add) /
            static_cast<double>(input.points.size());
   }
   RaySum rays{.information = 1e-9 * Eigen::Matrix3d::Identity()};
@@ -77,12 +57,12 @@ double ShownSize(const RefinementInput& input, const Eigen::Vector3d& place) {
 // Standard deviation of a point's radial distance due to its depth, map units: the less the cameras moved,
 // the less certain the point is along the line of sight. A surface seen at a grazing angle is not affected,
 // because the distance is measured along the radius.
-double RadialSigma(const Eigen::Vector3d& p, const PointCameras& cameras, const Eigen::Vector3d& place,
-                   const Camera& camera, double pixel_sigma) {
+double RadialSigma(const SeenPoint& point, const Eigen::Vector3d& place, const Camera& camera,
+                   double pixel_sigma) {
   constexpr double kLeastSpread = 0.01;  // of the distance: bundle adjustment ties the depths together
-  const Eigen::Vector3d line = p - cameras.mean;
-  const double along = std::abs(line.normalized().dot((p - place).normalized()));
-  const double spread = std::max(kLeastSpread * line.norm(), cameras.spread);
+  const Eigen::Vector3d line = point.p_map - point.mean_camera;
+  const double along = std::abs(line.normalized().dot((point.p_map - place).normalized()));
+  const double spread = std::max(kLeastSpread * line.norm(), point.camera_spread);
   return along * pixel_sigma * line.squaredNorm() / (camera.fx * spread);
 }
 
@@ -99,16 +79,12 @@ void AddPoints(const RefinementInput& input, const Eigen::Vector3d& place, doubl
   const std::size_t used = (input.points.size() + stride - 1) / stride;
   const double weight = std::min(1.0, 4.0 * options.point_weight / static_cast<double>(used));
   for (std::size_t i = 0; i < input.points.size(); i += stride) {
-    const Eigen::Vector3d& p = input.points[i];
-    if (i >= input.point_cameras.size()) {
-      energy.points.push_back({p, 1.0 / sigma, weight, true});
-      continue;
-    }
-    const double radial = RadialSigma(p, input.point_cameras[i], place, input.camera, options.depth_sigma_px);
+    const Eigen::Vector3d& p = input.points[i].p_map;
+    const double radial = RadialSigma(input.points[i], place, input.camera, options.depth_sigma_px);
     energy.points.push_back({p, 1.0 / std::hypot(sigma, radial), weight, true});
     if (i / stride % 2 == 0 && !input.prior.hollow) {
       // A point in front of it on the line of sight is outside.
-      const Eigen::Vector3d to_camera = (input.point_cameras[i].mean - p).normalized();
+      const Eigen::Vector3d to_camera = (input.points[i].mean_camera - p).normalized();
       energy.points.push_back({p + step * to_camera, 1.0 / sigma, 2.0 * weight, false});
     }
   }
@@ -118,12 +94,12 @@ void AddContact(const RefinementInput& input, double shown, const RefinementOpti
                 ObjectEnergy& energy) {
   constexpr double kFlat = 0.01;  // standard deviation of a top that others stand on, share of the shown size
   const auto factor = [&](double share) {
-    return std::sqrt(options.contact_weight) / std::hypot(share * shown, input.support_sigma);
+    return std::sqrt(options.contact_weight) / std::hypot(share * shown, input.assumption.sigma);
   };
-  const std::optional<double>& floor = input.support_height ? input.support_height : input.lowest;
-  if (floor) {
-    energy.contacts.push_back(
-        {*floor, factor(options.contact_sigma), input.support_height.has_value(), -1.0, 2.0 * shown});
+  const auto& [support, lowest, cost, sigma, shows_back] = input.assumption;
+  if (support || lowest) {
+    energy.contacts.push_back({support ? *support : *lowest, factor(options.contact_sigma),
+                               support.has_value(), -1.0, 2.0 * shown});
   }
   if (input.top_height) {
     energy.contacts.push_back({*input.top_height, factor(kFlat), true, 1.0, 2.0 * shown});
@@ -138,14 +114,9 @@ const YawMode* YawMeant(const PosedSuperquadric& start, const RefinementInput& i
   return nearest == input.yaws.end() ? nullptr : &*nearest;
 }
 
-// Half sizes along x over y.
-ClassTerm WidthTerm(double log_ratio, double sigma) { return {{1.0, -1.0, 0.0}, log_ratio, 1.0 / sigma}; }
-
 void AddClass(const Superquadric& start, const RefinementInput& input, ObjectEnergy& energy) {
-  const ObjectClass known = input.shows_back ? BackOf(input.prior) : input.prior;
-  const double longer = start.half_size.x() >= start.half_size.y() ? 1.0 : -1.0;
-  energy.classes.push_back(WidthTerm(longer * known.log_width_ratio, known.width_sigma));
-  energy.classes.push_back({{-0.5, -0.5, 1.0}, known.log_height_ratio, 1.0 / known.height_sigma});
+  const ObjectClass known = input.assumption.shows_back ? BackOf(input.prior) : input.prior;
+  energy.AddProportions(known, start.half_size.x() >= start.half_size.y() ? 0 : 1);
   if (input.scale && known.log_metres) {
     energy.classes.push_back({Eigen::Vector3d::Constant(1.0 / 3.0),
                               *known.log_metres - input.scale->log_scale - std::log(2.0),
@@ -189,9 +160,9 @@ void AddBounds(const PosedSuperquadric& start, const RefinementInput& input, dou
   const double most =
       shown > 0.0 ? kLargest * options.max_stretch * shown : 4.5 * start.shape.half_size.maxCoeff();
   Eigen::Vector3d max_half = Eigen::Vector3d::Constant(most);
-  if (input.support_height && !input.ShowsBottom()) {
+  if (input.assumption.support && !input.ShowsBottom()) {
     const double top = start.T_map_object.translation.z() + start.shape.half_size.z();
-    max_half.z() = std::max(most, kTaller * 0.5 * (top - *input.support_height));
+    max_half.z() = std::max(most, kTaller * 0.5 * (top - *input.assumption.support));
   }
   for (int axis = 0; axis < 3; ++axis) {
     energy.bounds.push_back({axis, std::log(most) - kLogRange, std::log(max_half[axis])});
@@ -214,7 +185,7 @@ StartedRefinement Started(const PosedSuperquadric& start, const RefinementInput&
   StartedRefinement started;
   ObjectEnergy& energy = started.energy;
   for (const SilhouetteView& view : input.views) {
-    AddEdges(view, input.camera, options, energy);
+    energy.AddEdges(view, input.camera, options);
   }
   energy.edge_information = input.edge_information;
   const Eigen::Vector3d place = PlaceOf(input);
@@ -261,7 +232,7 @@ RefinementResult RefineHandled(const PosedSuperquadric& start, const RefinementO
   constexpr double kReachSigma = 0.1;  // of its logarithm
   constexpr int kDirections = 12;
   energy.variant.handled = true;
-  energy.classes.front() = WidthTerm(std::log(kReach), kReachSigma);
+  energy.classes.front() = {kWidthRatio, std::log(kReach), 1.0 / kReachSigma};
   energy.yaws.clear();
   PosedSuperquadric hull = start;
   const double width = std::sqrt(start.shape.half_size.head<2>().prod());

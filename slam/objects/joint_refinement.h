@@ -10,47 +10,40 @@
 #include "slam/geometry/superquadric.h"
 #include "slam/objects/metric_scale.h"
 #include "slam/objects/object_class.h"
+#include "slam/objects/object_energy.h"
 #include "slam/objects/object_options.h"
 #include "slam/objects/object_types.h"
 #include "slam/objects/yaw.h"
 
 namespace sqslam {
 
-// One view of an object for the refinement.
-struct SilhouetteView {
-  Rigid3d T_map_camera;
-  Box2d box;                         // undistorted px
-  std::array<bool, 4> edge_exact{};  // left, top, right, bottom: silhouette ends there (else it may go on)
-  double time = 0.0;                 // from -0.5 at the first view of the object to 0.5 at the last
+// A point on the object, with statistics of the cameras that observed it; map frame.
+struct SeenPoint {
+  Eigen::Vector3d p_map;
+  Eigen::Vector3d mean_camera;  // of the camera centres
+  double camera_spread = 0.0;   // root mean square distance of these from the line of sight, map units
 };
 
-struct ObjectEnergy;
-
-// Adds the terms of the edges of a view's box.
-void AddEdges(const SilhouetteView& view, const Camera& camera, const RefinementOptions& options,
-              ObjectEnergy& energy);
-
-// Statistics of the cameras that observed a point.
-struct PointCameras {
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();  // of the camera centres, map frame
-  double spread = 0.0;  // root mean square distance from the line of sight, map units
+// Hypothesis about what the object stands on and how much of it is seen.
+struct Assumption {
+  std::optional<double> support = {};  // z of the surface that it stands on; empty: none
+  std::optional<double> lowest = {};   // lower bound on z of an object that stands on none
+  double cost = 0.0;                   // half the chi square that it must save
+  double sigma = 0.0;                  // standard deviation of the surface's height, map units
+  bool shows_back = false;             // only the back of a seat is seen: the size is that of BackOf(prior)
 };
 
 struct RefinementInput {
   std::vector<SilhouetteView> views;
-  std::vector<Eigen::Vector3d> points;      // inliers, map frame
-  std::vector<PointCameras> point_cameras;  // of each point; may be empty
-  std::vector<YawMode> yaws;                // from lines; the one nearest to the start is used
-  std::optional<double> support_height;     // z of the surface that it stands on; empty: none
-  std::optional<double> lowest;             // lower bound on z: a surface below the object
-  std::optional<double> top_height;         // z of its top, if other objects stand on it
+  std::vector<SeenPoint> points;     // inliers
+  std::vector<YawMode> yaws;         // from lines; the one nearest to the start is used
+  std::optional<double> top_height;  // z of its top, if other objects stand on it
   Camera camera;
   double edge_information = 1.0;  // see EdgeInformation()
   ObjectClass prior;
   bool may_show_back = false;  // something hides the lower part of a seat: perhaps only its back is seen
-  bool shows_back = false;     // only its back is seen: the size is that of BackOf(prior)
   std::optional<MetricScale> scale;  // empty: the prior's metric size is ignored
-  double support_sigma = 0.0;        // standard deviation of the surfaces' heights, map units
+  Assumption assumption;
 
   bool ShowsBottom() const;  // in any view
 };

@@ -122,11 +122,21 @@ double LogSizeSigma(const Superquadric& shape, const Eigen::Matrix<double, 9, 9>
   return std::sqrt(covariance.diagonal().segment<3>(3).cwiseQuotient(shape.half_size.cwiseAbs2()).mean());
 }
 
+// Returns as many evenly spaced views that are not among `used`; `used` itself if there are hardly any.
+std::vector<BoxView> HeldOutViews(const std::vector<BoxView>& all, const std::vector<BoxView>& used) {
+  constexpr std::size_t kFewest = 5;
+  std::vector<BoxView> others;
+  std::ranges::copy_if(all, std::back_inserter(others), [&](const BoxView& view) {
+    return std::ranges::find(used, view.frame_index, &BoxView::frame_index) == used.end();
+  });
+  return others.size() < kFewest ? used : Thinned(others, used.size());
+}
+
 // Updates the landmark's reliability; `used`: the views of its estimate.
 void JudgeReliability(Landmark& landmark, const std::vector<BoxView>& used,
                       const EstimationContext& context) {
   constexpr double kUnknownSigma = 0.25;  // of sizes without a covariance
-  std::vector<BoxView> held_out = HeldOutViews(landmark.views, used, used.size());
+  std::vector<BoxView> held_out = HeldOutViews(landmark.views, used);
   JudgeHiddenEdges(landmark, context, held_out);
   const Superquadric& shape = landmark.superquadric.shape;
   ReliabilityEvidence evidence;
@@ -210,26 +220,11 @@ std::vector<int> IdsInOrder(std::vector<std::pair<double, int>> keyed) {
 
 }  // namespace
 
-std::vector<BoxView> HeldOutViews(const std::vector<BoxView>& all, const std::vector<BoxView>& used,
-                                  std::size_t count) {
-  constexpr std::size_t kMinPointsest = 5;
-  std::vector<BoxView> others;
-  for (const BoxView& view : all) {
-    if (std::ranges::find(used, view.frame_index, &BoxView::frame_index) == used.end()) {
-      others.push_back(view);
-    }
-  }
-  if (others.size() < kMinPointsest) {
-    return used;
-  }
-  return Thinned(others, count);
-}
-
 void ApplyFit(Landmark& landmark, const StandingFit& fit, const std::vector<BoxView>& views,
               const EstimationContext& context) {
   landmark.visible = fit.superquadric;
   landmark.superquadric = fit.superquadric;
-  landmark.support = fit.support;
+  landmark.support = fit.assumption.support;
   landmark.covariance = fit.covariance;
   CompleteHiddenPart(landmark, views, context);
   CompleteHiddenDepth(landmark, views, context);

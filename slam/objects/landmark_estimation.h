@@ -40,11 +40,6 @@ void EstimateLandmark(Landmark& landmark, const EstimationContext& context);
 void ApplyFit(Landmark& landmark, const StandingFit& fit, const std::vector<BoxView>& views,
               const EstimationContext& context);
 
-// Returns at most `count` evenly spaced views that are not among `used`; `used` itself if there are hardly
-// any.
-std::vector<BoxView> HeldOutViews(const std::vector<BoxView>& all, const std::vector<BoxView>& used,
-                                  std::size_t count);
-
 // Mean IoU of the superquadric's projections and the boxes of the views, in [0, 1].
 double BoxAgreement(const PosedSuperquadric& superquadric, const std::vector<BoxView>& views,
                     const Camera& camera);

@@ -112,8 +112,7 @@ RefinementInput InputOf(const Landmark& landmark, const std::vector<BoxView>& vi
   RefinementInput input;
   for (const auto& [id, p] : landmark.points) {
     const Landmark::PointVotes& vote = landmark.votes.at(id);
-    input.points.push_back(p);
-    input.point_cameras.push_back({vote.MeanCamera(), vote.CameraSpread(p)});
+    input.points.push_back({p, vote.MeanCamera(), vote.CameraSpread(p)});
   }
   input.camera = context.camera;
   input.edge_information = context.edge_information;
@@ -142,13 +141,6 @@ struct Candidate {
   double cost = 0.0;
 };
 
-void Assume(const Assumption& assumption, RefinementInput& input) {
-  input.support_height = assumption.support;
-  input.support_sigma = assumption.sigma;
-  input.lowest = assumption.lowest;
-  input.shows_back = assumption.shows_back;
-}
-
 std::vector<Candidate> AllCandidates(std::span<const PosedSuperquadric> starts,
                                      std::span<const Assumption> assumptions) {
   std::vector<Candidate> candidates;
@@ -165,19 +157,8 @@ std::vector<Candidate> AllCandidates(std::span<const PosedSuperquadric> starts,
 RefinementInput Thinned(const RefinementInput& input, std::size_t stride) {
   constexpr std::size_t kMostPoints = 50;
   RefinementInput thinned = input;
-  thinned.views.clear();
-  for (std::size_t i = 0; i < input.views.size(); i += stride) {
-    thinned.views.push_back(input.views[i]);
-  }
-  thinned.points.clear();
-  thinned.point_cameras.clear();
-  stride = std::max(stride, StepThrough(input.points.size(), kMostPoints));
-  for (std::size_t i = 0; i < input.points.size(); i += stride) {
-    thinned.points.push_back(input.points[i]);
-    if (i < input.point_cameras.size()) {
-      thinned.point_cameras.push_back(input.point_cameras[i]);
-    }
-  }
+  thinned.views = EveryNth(input.views, stride);
+  thinned.points = EveryNth(input.points, std::max(stride, StepThrough(input.points.size(), kMostPoints)));
   return thinned;
 }
 
@@ -200,7 +181,7 @@ void KeepPromising(const RefinementInput& input, const RefinementOptions& option
   const auto rank = [&](int steps) {
     quick.max_iterations = std::min(steps, options.max_iterations);
     for (Candidate& candidate : candidates) {
-      Assume(candidate.assumption, part);
+      part.assumption = candidate.assumption;
       candidate.cost = RefineJointly(candidate.start, part, quick, RefinementDepth::kQuick).cost +
                        share * candidate.assumption.cost;
     }
@@ -252,16 +233,15 @@ std::vector<PosedSuperquadric> Neighbours(const PosedSuperquadric& s) {
   return neighbours;
 }
 
-// Refines all candidates; updates `best` and its hypothesis if one is better.
+// Refines all candidates; updates `best` if one is better.
 void FollowAll(const std::vector<Candidate>& candidates, const RefinementOptions& options,
-               RefinementInput& input, StandingFit& best, Assumption& best_assumption) {
+               RefinementInput& input, StandingFit& best) {
   for (const Candidate& candidate : candidates) {
-    Assume(candidate.assumption, input);
-    const RefinementResult result = RefineJointly(candidate.start, input, options);
-    const double cost = result.cost + candidate.assumption.cost;
-    if (cost < best.cost) {
-      best = {result.superquadric, candidate.assumption.support, cost, result.covariance, {}};
-      best_assumption = candidate.assumption;
+    input.assumption = candidate.assumption;
+    RefinementResult result = RefineJointly(candidate.start, input, options);
+    result.cost += candidate.assumption.cost;
+    if (result.cost < best.cost) {
+      best = {result, candidate.assumption, {}};
     }
   }
 }
@@ -290,15 +270,13 @@ std::optional<StandingFit> RefineLandmark(const Landmark& landmark, const std::v
     fit.placed = placed;
     return fit;
   }
-  input.support_height = SupportOf(landmark, supports);
-  input.support_sigma = input.support_height ? supports.SigmaOf(*input.support_height) : supports.sigma;
-  if (!input.support_height) {
-    input.lowest = LowestOf(supports, input.prior);
-  }
-  input.shows_back = input.may_show_back && IsPlate(landmark.visible.shape);
-  const std::optional<double> support = input.support_height;
-  const RefinementResult result = RefineJointly(landmark.visible, input, options.refinement);
-  return StandingFit{result.superquadric, support, result.cost, result.covariance, {}, placed};
+  const std::optional<double> support = SupportOf(landmark, supports);
+  input.assumption = {.support = support,
+                      .lowest = support ? std::nullopt : LowestOf(supports, input.prior),
+                      .sigma = support ? supports.SigmaOf(*support) : supports.sigma,
+                      .shows_back = input.may_show_back && IsPlate(landmark.visible.shape)};
+  return StandingFit{
+      RefineJointly(landmark.visible, input, options.refinement), input.assumption, {}, placed};
 }
 
 StandingFit RefineStanding(std::span<const PosedSuperquadric> starts, RefinementInput input,
@@ -313,16 +291,15 @@ StandingFit RefineStanding(std::span<const PosedSuperquadric> starts, Refinement
   }
   StandingFit best;
   best.cost = std::numeric_limits<double>::infinity();
-  Assumption assumption;
-  FollowAll(candidates, options, input, best, assumption);
+  FollowAll(candidates, options, input, best);
   double before = std::numeric_limits<double>::infinity();
   for (int round = 0;
        effort == SearchEffort::kThorough && round < kMostRounds && best.cost < before - kEnough; ++round) {
     before = best.cost;
     const std::vector<PosedSuperquadric> neighbours = Neighbours(best.superquadric);
-    FollowAll(AllCandidates(neighbours, {&assumption, 1}), options, input, best, assumption);
+    FollowAll(AllCandidates(neighbours, {&best.assumption, 1}), options, input, best);
   }
-  Assume(assumption, input);
+  input.assumption = best.assumption;
   best.motion = FitMotion(best.superquadric, starts.front(), input, options);
   return best;
 }

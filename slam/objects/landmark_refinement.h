@@ -11,11 +11,9 @@
 
 namespace sqslam {
 
-struct StandingFit {
-  PosedSuperquadric superquadric;
-  std::optional<double> support;  // height of the surface that it stands on; empty: on none of them
-  double cost = 0.0;              // negative log evidence
-  Eigen::Matrix<double, 9, 9> covariance = Eigen::Matrix<double, 9, 9>::Zero();  // see ObjectFit
+// The refinement under the likeliest hypothesis, whose cost counts in its own.
+struct StandingFit : RefinementResult {
+  Assumption assumption;
   MotionFit motion;    // of a search from several starts
   bool placed = true;  // false: no place lies in all boxes; the solid is only that of the least cost
 };

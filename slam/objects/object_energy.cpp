@@ -7,6 +7,9 @@
 #include <vector>
 
 #include "slam/geometry/angles.h"
+#include "slam/objects/edge_noise.h"
+#include "slam/objects/landmark_geometry.h"
+#include "slam/objects/visibility.h"
 
 namespace sqslam {
 namespace {
@@ -68,6 +71,31 @@ Square Information(const Eigen::Matrix<double, Eigen::Dynamic, kCount>& jacobian
 }
 
 }  // namespace
+
+void ObjectEnergy::AddEdges(const SilhouetteView& view, const Camera& camera,
+                            const RefinementOptions& options) {
+  const Eigen::Matrix3d R = view.T_map_camera.RotationMatrix();
+  const Box2d& box = view.box;
+  const std::array<double, 4> at = NormalisedBounds(box, camera);
+  const bool whole = IsWhole(view.edge_exact);
+  for (std::size_t edge = 0; edge < 4; ++edge) {
+    const int axis = static_cast<int>(edge % 2);
+    const double outward = edge < 2 ? -1.0 : 1.0;
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+    normal[axis] = outward;
+    normal[2] = -outward * at[edge];
+    const double sigma = EdgeSigma(axis == 0 ? box.width : box.height, options);
+    edges.push_back({R * normal, view.T_map_camera.translation, R.col(2),
+                     (axis == 0 ? camera.fx : camera.fy) / sigma, static_cast<int>(edge),
+                     (axis == 0 ? box.width : box.height) / sigma, view.edge_exact[edge], whole, view.time});
+  }
+}
+
+void ObjectEnergy::AddProportions(const ObjectClass& known, int longer) {
+  const double log_ratio = longer == 0 ? known.log_width_ratio : -known.log_width_ratio;
+  classes.push_back({kWidthRatio, log_ratio, 1.0 / known.width_sigma});
+  classes.push_back({{-0.5, -0.5, 1.0}, known.log_height_ratio, 1.0 / known.height_sigma});
+}
 
 double ObjectEnergy::Cost(const SolidParameters& x) const {
   Eigen::VectorXd residuals(NumResiduals());

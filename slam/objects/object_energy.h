@@ -1,12 +1,26 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <numbers>
 #include <vector>
 
+#include "slam/geometry/box2.h"
+#include "slam/geometry/camera.h"
+#include "slam/geometry/rigid3.h"
+#include "slam/objects/object_class.h"
+#include "slam/objects/object_options.h"
 #include "slam/objects/object_terms.h"
 
 namespace sqslam {
+
+// One view of an object.
+struct SilhouetteView {
+  Rigid3d T_map_camera;
+  Box2d box;                         // undistorted px
+  std::array<bool, 4> edge_exact{};  // left, top, right, bottom: silhouette ends there (else it may go on)
+  double time = 0.0;                 // from -0.5 at the first view of the object to 0.5 at the last
+};
 
 // The energy of one object: half the sum of squares of its terms. Derivatives are Ceres' automatic ones. A
 // new kind of evidence is a new term and a list of them here.
@@ -21,6 +35,12 @@ struct ObjectEnergy {
   std::vector<BoundTerm> bounds;  // last, as the covariance leaves them out
   double edge_information = 1.0;  // of an edge in the covariance, see EdgeInformation()
   SolidVariant variant;
+
+  // Adds the terms of the edges of a view's box.
+  void AddEdges(const SilhouetteView& view, const Camera& camera, const RefinementOptions& options);
+
+  // Adds the terms of the proportions of a class, whose longer horizontal axis is `longer` (0: x, 1: y).
+  void AddProportions(const ObjectClass& known, int longer = 0);
 
   int NumResiduals() const {
     return static_cast<int>(edges.size() + points.size() + contacts.size() + classes.size() +

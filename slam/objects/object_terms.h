@@ -135,6 +135,9 @@ struct ClassTerm {
   double LogNormaliser() const { return std::log(std::numbers::pi / factor); }
 };
 
+inline const Eigen::Vector3d kWidthRatio(1.0, -1.0,
+                                         0.0);  // weights of the half size along x over that along y
+
 // The exponent of the kind of shape.
 struct ExponentTerm {
   int index;  // 0: e1, 1: e2

@@ -24,8 +24,8 @@ std::optional<PosedSuperquadric> StartOnSupport(const BoxView& view, const Camer
     return std::nullopt;
   }
   const double height = depth * box.height / camera.fy;
-  const double across = height / std::exp(priors.log_height_ratio);
-  const double ratio = std::exp(0.5 * priors.log_width_ratio);
+  const double across = height / std::exp(priors.known.log_height_ratio);
+  const double ratio = std::exp(0.5 * priors.known.log_width_ratio);
   PosedSuperquadric start{{{0.5 * across * ratio, 0.5 * across / ratio, 0.5 * height}, 1.0, 1.0}, {}};
   start.T_map_object.rotation = Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ());
   start.T_map_object.translation = view.T_map_camera.translation + depth * ray;
@@ -128,9 +128,7 @@ std::optional<PosedSuperquadric> EstimateQuadricOnSupport(const Landmark& landma
   if (!landmark.clearest || !support || !context.upright) {
     return std::nullopt;
   }
-  const ObjectClass& known = context.classes->Of(landmark.labels.Best());
-  const QuadricPriors priors{known.log_width_ratio, known.width_sigma, known.log_height_ratio,
-                             known.height_sigma, *support};
+  const QuadricPriors priors{context.classes->Of(landmark.labels.Best()), *support};
   const auto start = QuadricFromOneView(landmark.clearest->view, landmark.clearest->gray, context.camera,
                                         *context.options, priors);
   if (!start) {

@@ -38,15 +38,6 @@ std::optional<double> SupportOf(const Landmark& landmark, const SupportHeights& 
 // reach down to a floor that was not found.
 std::optional<double> LowestOf(const SupportHeights& supports, const ObjectClass& prior);
 
-// Hypothesis about what the object stands on and how much of it is seen.
-struct Assumption {
-  std::optional<double> support;  // on a surface of this height
-  std::optional<double> lowest;   // or on none, but nowhere below this height
-  double cost = 0.0;              // half the chi square that it must save
-  double sigma = 0.0;             // standard deviation of the surface's height
-  bool shows_back = false;        // RefinementInput::shows_back
-};
-
 // Returns the hypotheses for an object. `all_far`: with all far surfaces, not only those above the lowest
 // near one and the floor of furniture.
 std::vector<Assumption> Assumptions(const SupportHeights& supports, const RefinementInput& input,

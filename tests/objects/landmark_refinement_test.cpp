@@ -59,10 +59,11 @@ TEST_F(RefineLandmarkTest, StaysOnItsSupport) {
   landmark.refined = true;
   landmark.visible = landmark.superquadric = scene_.truth;
   landmark.support = 0.02;  // that of the surface, before the last bundle adjustment
-  EXPECT_EQ(RefineLandmark(landmark, landmark.views, false, context_)->support, std::optional(0.0));
+  EXPECT_EQ(RefineLandmark(landmark, landmark.views, false, context_)->assumption.support,
+            std::optional(0.0));
   const SupportSurfaces floor = SupportSurfaces::Everywhere(-0.7);
   context_.supports = &floor;  // the table was not found again
-  EXPECT_EQ(RefineLandmark(landmark, landmark.views, false, context_)->support, landmark.support);
+  EXPECT_EQ(RefineLandmark(landmark, landmark.views, false, context_)->assumption.support, landmark.support);
   const auto points = landmark.points;
   const PointLookup lookup = [&](std::int64_t& id) {
     return std::optional(points[static_cast<std::size_t>(id)].second);
@@ -74,7 +75,7 @@ TEST_F(RefineLandmarkTest, StaysOnItsSupport) {
   EXPECT_TRUE(landmark.refined);
   EXPECT_EQ(landmark.support, std::optional(0.02));
   landmark.superquadric = StretchedTo(landmark.visible, -0.7);  // stands hidden behind a table
-  EXPECT_EQ(RefineLandmark(landmark, landmark.views, false, context_)->support, std::nullopt);
+  EXPECT_EQ(RefineLandmark(landmark, landmark.views, false, context_)->assumption.support, std::nullopt);
 }
 
 }  // namespace

@@ -46,8 +46,8 @@ Landmark FittedBehindTheTable(const std::string& label, const PosedSuperquadric&
   context.classes = &classes;
   context.camera = TestCamera();
   context.surroundings.others = {Box({-1.5, 2.8, 0.4}, {0.4, 0.4, 0.4}), Table()};
-  ApplyFit(landmark, {fit, 0.0, 0.0, 1e-6 * Eigen::Matrix<double, 9, 9>::Identity()}, landmark.views,
-           context);
+  ApplyFit(landmark, {{fit, 0.0, 1e-6 * Eigen::Matrix<double, 9, 9>::Identity()}, {.support = 0.0}},
+           landmark.views, context);
   return landmark;
 }
 

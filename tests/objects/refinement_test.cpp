@@ -13,6 +13,8 @@ using testing::InputOf;
 using testing::SolidIoU;
 using testing::SyntheticDesk;
 
+constexpr double kWideBaseline = 1e9;  // map units, of points whose depth is as certain as the rest
+
 TEST(RefineJointly, RecoversSizeFromSilhouettesAlone) {
   const SyntheticDesk desk(1);
   const PosedSuperquadric truth = desk.Objects()[5].superquadric;
@@ -22,7 +24,7 @@ TEST(RefineJointly, RecoversSizeFromSilhouettesAlone) {
   start.T_map_object.translation += Eigen::Vector3d(0.02, -0.03, 0.01);
   RefinementInput input = InputOf(desk, truth);
   input.yaws = {{35.0 * M_PI / 180.0, 5.0 * M_PI / 180.0, 1.0}};
-  input.support_height = 0.0;
+  input.assumption.support = 0.0;
   const RefinementResult result = RefineJointly(start, input, RefinementOptions());
   EXPECT_GT(SolidIoU(result.superquadric, truth), 0.85);
 }
@@ -32,7 +34,7 @@ TEST(RefineJointly, BalancesTooLargeAndTooSmallBoxesWhenNothingIsHidden) {
   const PosedSuperquadric truth = desk.Objects()[5].superquadric;
   RefinementInput input = InputOf(desk, truth);
   input.yaws = {{35.0 * M_PI / 180.0, 5.0 * M_PI / 180.0, 1.0}};
-  input.support_height = 0.0;
+  input.assumption.support = 0.0;
   for (std::size_t i = 0; i < input.views.size(); ++i) {
     Box2d& box = input.views[i].box;
     const double factor = i % 2 == 0 ? 1.06 : 0.94;
@@ -86,7 +88,7 @@ TEST(RefineJointly, FitsWidthOfAVaseAtItsMiddle) {
   for (SilhouetteView& view : input.views) {
     view.box = BoxAround(PointsOfVase(hull, {0.5, 0.6}), view.T_map_camera, desk.Camera());
   }
-  input.support_height = 0.0;
+  input.assumption.support = 0.0;
   RefinementOptions options;
   const auto overlap = [&] { return SolidIoU(RefineJointly(hull, input, options).superquadric, hull); };
   EXPECT_GT(overlap(), 0.93);
@@ -101,7 +103,7 @@ TEST(RefineJointly, KeepsRoundObjectsRound) {
   diamond.shape = {{0.06, 0.06, 0.12}, 0.15, 1.6};
   diamond.T_map_object.translation.z() = 0.12;
   RefinementInput input = InputOf(desk, diamond);
-  input.support_height = 0.0;
+  input.assumption.support = 0.0;
   PosedSuperquadric start = diamond;
   start.shape.e2 = 1.0;
   EXPECT_NEAR(RefineJointly(start, input, RefinementOptions()).superquadric.shape.e2, 1.0, 0.05);
@@ -123,7 +125,7 @@ TEST(RefineJointly, WidensCupToTheSideOfItsHandle) {
   for (SilhouetteView& view : input.views) {
     view.box = BoxAround(points, view.T_map_camera, desk.Camera());
   }
-  input.support_height = 0.0;
+  input.assumption.support = 0.0;
   PosedSuperquadric start = body;  // its yaw says nothing
   start.T_map_object.rotation = Eigen::AngleAxisd(1.0, Eigen::Vector3d::UnitZ());
   const auto overlap = [&] {
@@ -139,11 +141,11 @@ TEST(RefineJointly, GivesOneCostFromAllStartsThatConverge) {
   const PosedSuperquadric truth = desk.Objects()[5].superquadric;
   RefinementInput input = InputOf(desk, truth);
   input.yaws = {{35.0 * M_PI / 180.0, 5.0 * M_PI / 180.0, 1.0}};
-  input.support_height = 0.0;
-  input.lowest = 0.0;
+  input.assumption.support = 0.0;
+  input.assumption.lowest = 0.0;
   for (int i = 0; i < 60; ++i) {
-    input.points.push_back(truth.T_map_object * truth.shape.PointAt(-1.2 + 0.04 * i, -3.0 + 0.1 * i));
-    input.point_cameras.push_back({desk.Pose(0).translation, 0.5});
+    input.points.push_back({truth.T_map_object * truth.shape.PointAt(-1.2 + 0.04 * i, -3.0 + 0.1 * i),
+                            desk.Pose(0).translation, 0.5});
   }
   RefinementOptions options;
   options.max_iterations = 200;
@@ -163,7 +165,7 @@ TEST(RefineJointly, KeepsObjectBehindItsPoints) {
   const SyntheticDesk desk(1);
   const PosedSuperquadric truth = desk.Objects()[0].superquadric;
   RefinementInput input = InputOf(desk, truth);
-  input.support_height = 0.0;
+  input.assumption.support = 0.0;
   for (SilhouetteView& view : input.views) {
     view.edge_exact = {};  // nothing but the points tells where it ends
   }
@@ -171,8 +173,7 @@ TEST(RefineJointly, KeepsObjectBehindItsPoints) {
   for (int i = 0; i < 100; ++i) {
     const Eigen::Vector3d p(half.x() * (-0.9 + 0.2 * (i % 10)), -half.y(),
                             half.z() * (-0.9 + 0.2 * (i / 10)));
-    input.points.push_back(truth.T_map_object * p);
-    input.point_cameras.push_back({desk.Pose(0).translation, 0.5});
+    input.points.push_back({truth.T_map_object * p, desk.Pose(0).translation, 0.5});
   }
   PosedSuperquadric start = truth;
   const RefinementResult behind = RefineJointly(start, input, RefinementOptions());
@@ -188,7 +189,7 @@ TEST(RefineJointly, KeepsObjectBehindItsPoints) {
 // Points on the front of a box as a camera that hardly moved gives them: all too near.
 RefinementInput WithFrontTooNear(const SyntheticDesk& desk, const PosedSuperquadric& truth, double spread) {
   RefinementInput input = InputOf(desk, truth);
-  input.support_height = 0.0;
+  input.assumption.support = 0.0;
   input.yaws = {{35.0 * M_PI / 180.0, 5.0 * M_PI / 180.0, 1.0}};
   const Eigen::Vector3d half = truth.shape.half_size;
   const Eigen::Vector3d outward = truth.T_map_object.rotation * Eigen::Vector3d(0.0, -1.0, 0.0);
@@ -196,8 +197,8 @@ RefinementInput WithFrontTooNear(const SyntheticDesk& desk, const PosedSuperquad
   for (int i = 0; i < 100; ++i) {
     const Eigen::Vector3d p(half.x() * (-0.9 + 0.2 * (i % 10)), -half.y(),
                             half.z() * (-0.9 + 0.2 * (i / 10)));
-    input.points.push_back(truth.T_map_object * p + 0.5 * half.y() * outward);
-    input.point_cameras.push_back({centre + 0.8 * outward, spread});
+    input.points.push_back(
+        {truth.T_map_object * p + 0.5 * half.y() * outward, centre + 0.8 * outward, spread});
   }
   return input;
 }
@@ -207,10 +208,12 @@ TEST(RefineJointly, TakesTheScaleOfItsSigmasFromMostBoxes) {
   const SyntheticDesk desk(1);
   const PosedSuperquadric truth = desk.Objects()[5].superquadric;
   RefinementInput input = InputOf(desk, truth);
+  input.prior.hollow = true;
   for (int i = 0; i < 60; ++i) {
-    input.points.push_back(truth.T_map_object * truth.shape.PointAt(-1.2 + 0.04 * i, -3.0 + 0.1 * i));
+    input.points.push_back({truth.T_map_object * truth.shape.PointAt(-1.2 + 0.04 * i, -3.0 + 0.1 * i),
+                            desk.Pose(0).translation, kWideBaseline});
   }
-  input.support_height = 0.0;
+  input.assumption.support = 0.0;
   const auto depth_sigma = [&] {
     return std::sqrt(RefineJointly(truth, input, RefinementOptions()).covariance(2, 2));
   };
@@ -226,6 +229,7 @@ class PointWeight : public ::testing::Test {
   PointWeight() {
     input_.views.resize(1);
     input_.views.front().edge_exact.fill(false);
+    input_.prior.hollow = true;  // no free space before the points
   }
 
   RefinementResult Refine(std::size_t count, const RefinementOptions& options = {}) {
@@ -233,7 +237,7 @@ class PointWeight : public ::testing::Test {
     for (std::size_t i = 0; i < count; ++i) {  // a spiral over the surface
       const double z = -0.95 + 1.9 * (static_cast<double>(i) + 0.5) / static_cast<double>(count);
       const Eigen::Vector3d p = truth_.shape.PointAt(std::asin(z), 2.4 * static_cast<double>(i));
-      input_.points.push_back(truth_.T_map_object * p);
+      input_.points.push_back({truth_.T_map_object * p, desk_.Pose(0).translation, kWideBaseline});
     }
     return RefineJointly(truth_, input_, options);
   }
@@ -301,7 +305,7 @@ TEST(RefineJointly, StaysAboveTheSurfaceBelow) {
   const double lowest = truth.T_map_object.translation.z();  // as if its lower half were in the table
   RefinementInput input = InputOf(desk, truth);
   EXPECT_LT(Bottom(RefineJointly(truth, input, RefinementOptions()).superquadric), lowest - 0.05);
-  input.lowest = lowest;
+  input.assumption.lowest = lowest;
   EXPECT_GT(Bottom(RefineJointly(truth, input, RefinementOptions()).superquadric), lowest - 0.02);
 }
 

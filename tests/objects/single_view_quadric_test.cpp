@@ -91,7 +91,11 @@ TEST(QuadricFromOneView, TakesSizeFromBoxSupportAndClass) {
   const PosedSuperquadric egg = Egg(0.3, 0.2);
   const Rigid3d pose = Pose(egg);
   BoxView view{0, pose, ProjectToBox(egg, pose, camera).value(), {true, true, true, true}};
-  const QuadricPriors priors{std::log(1.5), 0.05, std::log(0.3 / std::sqrt(0.06)), 0.05, kSupport};
+  ObjectClass known;
+  known.log_width_ratio = std::log(1.5);
+  known.log_height_ratio = std::log(0.3 / std::sqrt(0.06));
+  known.width_sigma = known.height_sigma = 0.05;
+  const QuadricPriors priors{known, kSupport};
   const cv::Mat gray = Image(egg, pose, camera);
   const auto found = QuadricFromOneView(view, gray, camera, ObjectOptions(), priors);
   ASSERT_TRUE(found);

@@ -25,13 +25,13 @@ TEST(RefineStanding, PullsToTheSupportButNotFromFarAbove) {
   start.shape.half_size.z() *= 0.8;  // its lowest part was never seen
   const StandingFit standing = RefineStanding({&start, 1}, InputOf(desk, truth), supports,
                                               RefinementOptions(), SearchEffort::kPromising);
-  EXPECT_EQ(standing.support, 0.0);
+  EXPECT_EQ(standing.assumption.support, 0.0);
   EXPECT_NEAR(Bottom(standing.superquadric), 0.0, 0.005);
   truth = desk.Objects()[5].superquadric;
   truth.T_map_object.translation.z() += 0.3;  // on a shelf
   const StandingFit floating = RefineStanding({&truth, 1}, InputOf(desk, truth), supports,
                                               RefinementOptions(), SearchEffort::kPromising);
-  EXPECT_EQ(floating.support, std::nullopt);
+  EXPECT_EQ(floating.assumption.support, std::nullopt);
   EXPECT_NEAR(Bottom(floating.superquadric), 0.3, 0.01);
 }
 
@@ -68,8 +68,8 @@ TEST(RefineStanding, FindsUnseenSurfaceWhenThorough) {
   const auto fit = [&](SearchEffort effort) {
     return RefineStanding({&truth, 1}, input, supports, RefinementOptions(), effort);
   };
-  EXPECT_NE(fit(SearchEffort::kPromising).support, 0.0);
-  EXPECT_EQ(fit(SearchEffort::kThorough).support, 0.0);
+  EXPECT_NE(fit(SearchEffort::kPromising).assumption.support, 0.0);
+  EXPECT_EQ(fit(SearchEffort::kThorough).assumption.support, 0.0);
   EXPECT_GT(SolidIoU(fit(SearchEffort::kThorough).superquadric, truth),
             SolidIoU(fit(SearchEffort::kPromising).superquadric, truth) + 0.05);
 }
@@ -81,7 +81,7 @@ TEST(RefineStanding, TriesTableOverTheFloorWithoutItsPoints) {
   const SupportHeights supports{{-0.7}, {0.0}};
   const StandingFit fit = RefineStanding({&truth, 1}, InputOf(desk, truth), supports, RefinementOptions(),
                                          SearchEffort::kPromising);
-  EXPECT_EQ(fit.support, 0.0);
+  EXPECT_EQ(fit.assumption.support, 0.0);
 }
 
 TEST(RefineStanding, LeavesWrongStartWhenThorough) {
@@ -119,7 +119,7 @@ TEST(RefineStanding, ExtendsHiddenLowerPartToTheSupport) {
   const SupportHeights supports{{0.0}, {}};
   const StandingFit fit =
       RefineStanding({&upper, 1}, input, supports, RefinementOptions(), SearchEffort::kPromising);
-  EXPECT_EQ(fit.support, 0.0);
+  EXPECT_EQ(fit.assumption.support, 0.0);
   EXPECT_GT(SolidIoU(fit.superquadric, truth), 0.7);
 }
 
@@ -133,7 +133,7 @@ TEST(RefineStanding, ExceedsShownExtentOverAHiddenEnd) {
   const SupportHeights supports{{0.0}, {}};
   const StandingFit fit =
       RefineStanding({&upper, 1}, input, supports, RefinementOptions(), SearchEffort::kPromising);
-  EXPECT_EQ(fit.support, 0.0);
+  EXPECT_EQ(fit.assumption.support, 0.0);
   EXPECT_GT(SolidIoU(fit.superquadric, truth), 0.7);
 }
 
@@ -148,7 +148,7 @@ struct BehindTable {
   std::optional<double> SupportAmong(const SupportHeights& supports) const {
     const PosedSuperquadric upper = StretchedTo(truth, 1.2 * table);
     return RefineStanding({&upper, 1}, input, supports, RefinementOptions(), SearchEffort::kPromising)
-        .support;
+        .assumption.support;
   }
 
   PosedSuperquadric truth;
@@ -189,9 +189,9 @@ TEST(RefineStanding, DoesNotTakeTableForFloor) {
   const auto fit = [&](const SupportHeights& supports) {
     return RefineStanding({&upper, 1}, object.input, supports, RefinementOptions(), SearchEffort::kThorough);
   };
-  EXPECT_EQ(fit({{object.table}, {}, object.table}).support, object.table);
+  EXPECT_EQ(fit({{object.table}, {}, object.table}).assumption.support, object.table);
   const StandingFit free = fit({{object.table}, {}, {}});
-  EXPECT_EQ(free.support, std::nullopt);
+  EXPECT_EQ(free.assumption.support, std::nullopt);
   EXPECT_GT(SolidIoU(free.superquadric, object.truth), 0.7);
 }
 
