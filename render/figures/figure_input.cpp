@@ -216,7 +216,7 @@ void ImageCrop::DrawLine(FigurePage& page, const Eigen::Vector2d& from, const Ei
   const Eigen::Vector2d low(area_.x, area_.y);
   const Eigen::Vector2d high(area_.Right(), area_.Bottom());
   if (const auto span = SpanInBox(start, way, low, high, 1.0)) {
-    page.Line(start + (*span)[0] * way, start + (*span)[1] * way, stroke);
+    page.Line(start + span->begin * way, start + span->end * way, stroke);
   }
 }
 

@@ -134,7 +134,7 @@ bool Enters(const Superquadric& shape, const Eigen::Vector3d& a, const Eigen::Ve
   if (!span) {
     return false;
   }
-  auto [begin, end] = *span;
+  auto [begin, end, axis] = *span;
   constexpr double kGolden = 0.381966;
   double left = begin + kGolden * (end - begin);
   double right = end - kGolden * (end - begin);

@@ -30,11 +30,11 @@ std::optional<double> EntryInto(const Superquadric& shape, const Eigen::Vector3d
   const Eigen::Vector3d low = -shape.half_size;
   const auto span = SpanInBox(start, way, low, shape.half_size, end);
   const auto height = [&](double t) { return shape.RadialScale(start + t * way) - 1.0; };
-  if (!span || height((*span)[0]) < -kTolerance) {  // misses the bounding box, or begins inside
+  if (!span || height(span->begin) < -kTolerance) {  // misses the bounding box, or begins inside
     return std::nullopt;
   }
-  double t = (*span)[0];
-  for (int i = 0; i < kMaxSteps && t <= (*span)[1]; ++i) {
+  double t = span->begin;
+  for (int i = 0; i < kMaxSteps && t <= span->end; ++i) {
     const double above = height(t);
     if (above < kTolerance) {
       return t;

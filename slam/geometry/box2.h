@@ -18,6 +18,12 @@ struct Box2d {
   double Area() const { return std::max(0.0, width) * std::max(0.0, height); }
   Eigen::Vector2d Center() const { return {x + 0.5 * width, y + 0.5 * height}; }
 
+  // The coordinates of the edges: left, top, right, bottom.
+  std::array<double, 4> Edges() const { return {x, y, x + width, y + height}; }
+  static Box2d FromEdges(const std::array<double, 4>& edges) {
+    return {edges[0], edges[1], edges[2] - edges[0], edges[3] - edges[1]};
+  }
+
   bool Contains(const Eigen::Vector2d& pixel, double margin = 0.0) const {
     return pixel.x() >= x - margin && pixel.x() <= x + width + margin && pixel.y() >= y - margin &&
            pixel.y() <= y + height + margin;
@@ -31,7 +37,7 @@ Box2d MoveEdges(const Box2d& box, const auto& move) {
   const double right = move(Eigen::Vector2d(box.x + box.width, center.y())).x();
   const double top = move(Eigen::Vector2d(center.x(), box.y)).y();
   const double bottom = move(Eigen::Vector2d(center.x(), box.y + box.height)).y();
-  return {left, top, right - left, bottom - top};
+  return Box2d::FromEdges({left, top, right, bottom});
 }
 
 // Index of an edge in arrays with one value per edge.

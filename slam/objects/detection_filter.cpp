@@ -129,7 +129,7 @@ std::vector<BoxCandidate> SelectBoxes(const ObjectFrame& frame, const DetectionF
     BoxCandidate candidate;
     candidate.detection = frame.detections[index];
     candidate.detection_index = index;
-    candidate.edges.Cut(CutEdges(candidate.detection.box, frame.camera, options));
+    candidate.edges.cut = CutEdges(candidate.detection.box, frame.camera, options);
     GatherPoints(points, depth_iqr, candidate);
     candidates.push_back(std::move(candidate));
   }
@@ -137,7 +137,7 @@ std::vector<BoxCandidate> SelectBoxes(const ObjectFrame& frame, const DetectionF
     return BoxAtDepth{c.detection.box, c.median_depth, c.near_depth};
   }));
   for (std::size_t i = 0; i < candidates.size(); ++i) {
-    candidates[i].edges.Hide(hidden[i]);
+    candidates[i].edges.hidden = hidden[i];
   }
   return candidates;
 }

@@ -21,8 +21,6 @@ struct BoxCandidate {
   BoxEdges edges;
   double median_depth = 0.0;  // of the points, map units; 0 if there are none
   double near_depth = 0.0;    // their lower quartile
-
-  EdgeFlags FreeEdges() const { return edges.Free(); }
 };
 
 // Returns true if the filter lets the detection pass: by its class, score and size. Duplicates in a frame

@@ -31,11 +31,11 @@ double SilhouetteExtreme(const PosedSuperquadric& superquadric, const Rigid3d& T
 
 // `bounds`: left, top, right, bottom.
 Box2d ClipTo(const std::array<double, 4>& bounds, const Box2d& box) {
-  const double left = std::clamp(box.x, bounds[0], bounds[2]);
-  const double top = std::clamp(box.y, bounds[1], bounds[3]);
-  const double right = std::clamp(box.x + box.width, bounds[0], bounds[2]);
-  const double bottom = std::clamp(box.y + box.height, bounds[1], bounds[3]);
-  return {left, top, right - left, bottom - top};
+  std::array<double, 4> edges = box.Edges();
+  for (std::size_t i = 0; i < 4; ++i) {
+    edges[i] = std::clamp(edges[i], bounds[i % 2], bounds[i % 2 + 2]);
+  }
+  return Box2d::FromEdges(edges);
 }
 
 // True if the axis-aligned bounding boxes in the map frame do not overlap.
@@ -63,7 +63,7 @@ std::optional<Box2d> ProjectToBox(const PosedSuperquadric& superquadric, const R
   const double right = camera.fx * extreme(0, 1.0) + camera.cx;
   const double top = camera.fy * extreme(1, -1.0) + camera.cy;
   const double bottom = camera.fy * extreme(1, 1.0) + camera.cy;
-  return Box2d{left, top, right - left, bottom - top};
+  return Box2d::FromEdges({left, top, right, bottom});
 }
 
 Box2d ClipToImage(const Box2d& box, const Camera& camera) {
@@ -85,20 +85,20 @@ Box2d DistortBox(const Box2d& box, const Camera& camera) {
 }
 
 Box2d Continued(const Box2d& box, const std::array<bool, 4>& edge_free, const Box2d& projected) {
-  double left = box.x;
-  double top = box.y;
-  double right = box.x + box.width;
-  double bottom = box.y + box.height;
-  left = edge_free[0] ? left : std::min(left, projected.x);
-  top = edge_free[1] ? top : std::min(top, projected.y);
-  right = edge_free[2] ? right : std::max(right, projected.x + projected.width);
-  bottom = edge_free[3] ? bottom : std::max(bottom, projected.y + projected.height);
-  return {left, top, right - left, bottom - top};
+  std::array<double, 4> edges = box.Edges();
+  const std::array<double, 4> farther = projected.Edges();
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (!edge_free[i]) {
+      edges[i] = i < 2 ? std::min(edges[i], farther[i]) : std::max(edges[i], farther[i]);
+    }
+  }
+  return Box2d::FromEdges(edges);
 }
 
 std::array<double, 4> NormalisedBounds(const Box2d& box, const Camera& camera) {
-  return {(box.x - camera.cx) / camera.fx, (box.y - camera.cy) / camera.fy,
-          (box.x + box.width - camera.cx) / camera.fx, (box.y + box.height - camera.cy) / camera.fy};
+  const auto [left, top, right, bottom] = box.Edges();
+  return {(left - camera.cx) / camera.fx, (top - camera.cy) / camera.fy, (right - camera.cx) / camera.fx,
+          (bottom - camera.cy) / camera.fy};
 }
 
 namespace {

@@ -21,11 +21,12 @@ namespace {
 bool ArePartAndWhole(const Box2d& a, const Box2d& b) {
   constexpr double kLeast = 0.3;   // IoU
   constexpr double kShared = 0.1;  // distance of shared edges, share of the larger box's width or height
-  const double x_tolerance = kShared * std::max(a.width, b.width);
-  const double y_tolerance = kShared * std::max(a.height, b.height);
-  const int shared = (std::abs(a.x - b.x) < x_tolerance) + (std::abs(a.y - b.y) < y_tolerance) +
-                     (std::abs(a.x + a.width - b.x - b.width) < x_tolerance) +
-                     (std::abs(a.y + a.height - b.y - b.height) < y_tolerance);
+  const std::array<double, 2> tolerance = {kShared * std::max(a.width, b.width),
+                                           kShared * std::max(a.height, b.height)};
+  int shared = 0;
+  for (std::size_t edge = 0; edge < 4; ++edge) {
+    shared += std::abs(a.Edges()[edge] - b.Edges()[edge]) < tolerance[edge % 2] ? 1 : 0;
+  }
   return shared >= 3 && IoU(a, b) > kLeast;
 }
 

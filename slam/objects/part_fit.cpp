@@ -7,6 +7,8 @@
 #include <optional>
 #include <utility>
 
+#include "slam/geometry/span_in_box.h"
+
 namespace sqslam {
 namespace {
 
@@ -20,60 +22,40 @@ constexpr double kClutter = 0.2;       // share of lines that end elsewhere in t
 constexpr double kGround = 0.1;        // half heights above the bottom, where the ground may show
 constexpr double kWrongPass = 0.05;    // share of lines that pass through a solid
 
-// Distances along a line at which it enters and leaves a solid.
-struct Crossing {
-  double enter = 0.0;
-  double leave = 0.0;
-  int axis = -1;  // normal of the face that it enters; -1: a curved one
-};
+constexpr int kCurved = -1;  // axis of a LineSpan that begins at a curved face, or within
 
-// Cuts a line to the slab |origin + t * direction| <= 1 along an axis.
-void CutToSlab(double origin, double direction, int axis, Crossing& crossing) {
-  if (direction == 0.0) {
-    crossing.leave = std::abs(origin) > 1.0 ? -1.0 : crossing.leave;
-    return;
-  }
-  const double a = (-1.0 - origin) / direction, b = (1.0 - origin) / direction;
-  if (const double enter = std::min(a, b); enter > crossing.enter) {
-    crossing.enter = enter;
-    crossing.axis = axis;
-  }
-  crossing.leave = std::min(crossing.leave, std::max(a, b));
-}
-
-// Cuts a line to the unit ball of the first `dimensions` axes.
-void CutToBall(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, int dimensions,
-               Crossing& crossing) {
+// Cuts the span of a line to the unit ball of the first `dimensions` axes. Empty if it misses the ball.
+std::optional<LineSpan> WithinBall(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
+                                   int dimensions, LineSpan span) {
   const auto o = origin.head(dimensions);
   const auto d = direction.head(dimensions);
   const double a = d.squaredNorm(), b = o.dot(d), root = b * b - a * (o.squaredNorm() - 1.0);
-  if (root <= 0.0 || a == 0.0) {
-    crossing.leave = a == 0.0 && o.squaredNorm() <= 1.0 ? crossing.leave : -1.0;
-    return;
+  if (a == 0.0) {
+    return o.squaredNorm() <= 1.0 ? std::optional(span) : std::nullopt;
   }
-  if (const double enter = (-b - std::sqrt(root)) / a; enter > crossing.enter) {
-    crossing.enter = enter;
-    crossing.axis = -1;
+  if (root <= 0.0) {
+    return std::nullopt;
   }
-  crossing.leave = std::min(crossing.leave, (-b + std::sqrt(root)) / a);
+  if (const double begin = (-b - std::sqrt(root)) / a; begin > span.begin) {
+    span.begin = begin;
+    span.axis = kCurved;
+  }
+  span.end = std::min(span.end, (-b + std::sqrt(root)) / a);
+  return span.begin < span.end ? std::optional(span) : std::nullopt;
 }
 
-// The part as the box, cylinder or ellipsoid that its exponents are nearest to.
-std::optional<Crossing> Cross(const Eigen::Vector3d& from, const Eigen::Vector3d& along,
-                              const SolidPart& part) {
+// Returns where a line is in the part, as the box, cylinder or ellipsoid that its exponents are nearest to.
+std::optional<LineSpan> SpanIn(const SolidPart& part, const Eigen::Vector3d& from,
+                               const Eigen::Vector3d& along) {
   const Eigen::Vector3d origin = (from - part.centre).cwiseQuotient(part.shape.half_size);
   const Eigen::Vector3d direction = along.cwiseQuotient(part.shape.half_size);
-  Crossing crossing{0.0, std::numeric_limits<double>::infinity()};
+  const Eigen::Vector3d corner = Eigen::Vector3d::Ones();
+  const std::optional<LineSpan> in_box =
+      SpanInBox<Eigen::Vector3d>(origin, direction, -corner, corner, std::numeric_limits<double>::infinity());
   const SolidKind kind = NearestPrimitive(part.shape.e1, part.shape.e2);
-  if (kind == SolidKind::kEllipsoid) {
-    CutToBall(origin, direction, 3, crossing);
-  } else if (kind == SolidKind::kCylinder) {
-    CutToBall(origin, direction, 2, crossing);
-  }
-  for (int axis = kind == SolidKind::kCuboid ? 0 : 2; axis < 3 && kind != SolidKind::kEllipsoid; ++axis) {
-    CutToSlab(origin[axis], direction[axis], axis, crossing);
-  }
-  return crossing.leave > crossing.enter ? std::optional(crossing) : std::nullopt;
+  return !in_box || kind == SolidKind::kCuboid
+             ? in_box
+             : WithinBall(origin, direction, kind == SolidKind::kCylinder ? 2 : 3, *in_box);
 }
 
 class PartFitter {
@@ -99,7 +81,7 @@ class PartFitter {
     for (const SightLine& line : lines_) {
       if (!PassesThrough(line)) {
         ++inside;
-        const double miss = line.depth - FirstCrossing(line, solids).enter;
+        const double miss = line.depth - FirstSpan(line, solids).begin;
         explained += std::abs(miss) < kMaxSigmas * NoiseOf(line, 1.0) ? 1 : 0;
       }
     }
@@ -165,12 +147,12 @@ class PartFitter {
     return true;
   }
 
-  static Crossing FirstCrossing(const SightLine& line, const std::vector<SolidPart>& solids) {
-    Crossing first{std::numeric_limits<double>::infinity(), 0.0};
+  static LineSpan FirstSpan(const SightLine& line, const std::vector<SolidPart>& solids) {
+    LineSpan first{std::numeric_limits<double>::infinity(), 0.0};
     for (const SolidPart& solid : solids) {
-      const std::optional<Crossing> crossing = Cross(line.origin, line.direction, solid);
-      if (crossing && crossing->enter < first.enter) {
-        first = *crossing;
+      const std::optional<LineSpan> span = SpanIn(solid, line.origin, line.direction);
+      if (span && span->begin < first.begin) {
+        first = *span;
       }
     }
     return first;
@@ -189,8 +171,8 @@ class PartFitter {
   }
 
   double LogLikelihoodOf(const SightLine& line, const std::vector<SolidPart>& solids) const {
-    const Crossing first = FirstCrossing(line, solids);
-    const bool meets = first.enter < line.leave;
+    const LineSpan first = FirstSpan(line, solids);
+    const bool meets = first.begin < line.leave;
     if (PassesThrough(line)) {
       return std::log(meets ? kWrongPass : 1.0 - kClutter);
     }
@@ -200,10 +182,11 @@ class PartFitter {
     }
     constexpr double kMinCosine = 0.25, kCosineOfCurved = 0.7;
     const Eigen::Vector3d metric = line.direction.cwiseProduct(half_size_);
-    const double cosine =
-        first.axis < 0 ? kCosineOfCurved : std::max(kMinCosine, std::abs(metric[first.axis]) / metric.norm());
+    const double cosine = first.axis == kCurved
+                              ? kCosineOfCurved
+                              : std::max(kMinCosine, std::abs(metric[first.axis]) / metric.norm());
     const double sigma = NoiseOf(line, cosine);
-    const double miss = (line.depth - first.enter) / sigma;
+    const double miss = (line.depth - first.begin) / sigma;
     const double normal = std::exp(-0.5 * miss * miss) / (sigma * std::sqrt(2.0 * std::numbers::pi));
     return std::log((1.0 - kWrongPass) * ((1.0 - kClutter) * normal + kClutter * even));
   }
@@ -254,12 +237,12 @@ std::vector<SightLine> SightLinesThrough(const PosedSuperquadric& hull, const De
       line.direction =
           (T_hull_camera.rotation * map.camera.Unproject({static_cast<double>(x), static_cast<double>(y)}))
               .cwiseQuotient(hull.shape.half_size);
-      const std::optional<Crossing> crossing = Cross(line.origin, line.direction, box);
-      if (!crossing || !(line.depth > crossing->enter * (1.0 - 2.0 * kDepthNoise))) {
+      const std::optional<LineSpan> span = SpanIn(box, line.origin, line.direction);
+      if (!span || !(line.depth > span->begin * (1.0 - 2.0 * kDepthNoise))) {
         continue;
       }
-      line.enter = crossing->enter;
-      line.leave = crossing->leave;
+      line.enter = span->begin;
+      line.leave = span->end;
       lines.push_back(line);
     }
   }

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <ranges>
 
+#include "slam/geometry/span_in_box.h"
 #include "slam/objects/landmark_geometry.h"
 #include "slam/util/statistics.h"
 #include "slam/util/to_vector.h"
@@ -17,23 +18,17 @@ namespace {
 constexpr double kHidden = 0.25;   // share of an edge in another box that hides it
 constexpr double kTouching = 2.0;  // px; another box this close to an edge probably hides it
 
-// Returns the share of an edge of `box` (0 left, 1 top, 2 right, 3 bottom) that lies inside `other`.
-double CoveredShare(const Box2d& box, int edge, const Box2d& other) {
-  const bool vertical = edge % 2 == 0;
-  const double at = edge == 0   ? box.x
-                    : edge == 1 ? box.y
-                    : edge == 2 ? box.x + box.width
-                                : box.y + box.height;
-  const double other_begin = vertical ? other.x : other.y;
-  const double other_end = other_begin + (vertical ? other.width : other.height);
-  if (at < other_begin - kTouching || at > other_end + kTouching) {
+// Returns the share of an edge of `box` that lies inside `other`.
+double CoveredShare(const Box2d& box, std::size_t edge, const Box2d& other) {
+  const std::array<double, 4> own = box.Edges();
+  const std::array<double, 4> others = other.Edges();
+  const std::size_t across = edge % 2;  // axis
+  const std::size_t along = 1 - across;
+  if (own[edge] < others[across] - kTouching || own[edge] > others[across + 2] + kTouching) {
     return 0.0;
   }
-  const double begin = vertical ? box.y : box.x;
-  const double length = vertical ? box.height : box.width;
-  const double cross_begin = vertical ? other.y : other.x;
-  const double cross_end = cross_begin + (vertical ? other.height : other.width);
-  const double overlap = std::min(begin + length, cross_end) - std::max(begin, cross_begin);
+  const double length = along == 0 ? box.width : box.height;
+  const double overlap = std::min(own[along + 2], others[along + 2]) - std::max(own[along], others[along]);
   return length > 0.0 ? std::max(0.0, overlap) / length : 0.0;
 }
 
@@ -52,28 +47,6 @@ bool ReachesNearer(const BoxAtDepth& other, const BoxAtDepth& one) {
                       : other.box.y + other.box.height > one.box.y + one.box.height;
 }
 
-// Parameters at which the line p + t v enters and leaves a box about the origin, and the axis of the face
-// where it enters.
-struct Passage {
-  double enter = -std::numeric_limits<double>::infinity();
-  double leave = std::numeric_limits<double>::infinity();
-  int axis = 0;
-};
-
-Passage PassageThrough(const Eigen::Vector3d& half_size, const Eigen::Vector3d& p, const Eigen::Vector3d& v) {
-  Passage passage;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double middle = -p[axis] / v[axis];
-    const double reach = std::abs(half_size[axis] / v[axis]);
-    if (middle - reach > passage.enter) {
-      passage.enter = middle - reach;
-      passage.axis = axis;
-    }
-    passage.leave = std::min(passage.leave, middle + reach);
-  }
-  return passage;
-}
-
 // True if the solid hides what lies at `depth` on the line of sight through `pixel`. It must leave the solid
 // before, unless it enters through the top of a low one: the hull of a chair is empty at its corners, but
 // tables have tops.
@@ -82,16 +55,17 @@ bool IsBlocked(const Eigen::Vector2d& pixel, double depth, const Rigid3d& T_othe
   constexpr int kSteps = 16;
   constexpr double kNearest = 0.1;  // shares of the depth
   constexpr double kFarthest = 0.92;
+  constexpr double kForever = std::numeric_limits<double>::infinity();
   const Eigen::Vector3d ray = depth * camera.Unproject(pixel);
   for (int i = 0; i <= kSteps; ++i) {
     const double share = kNearest + (kFarthest - kNearest) * i / kSteps;
     const Eigen::Vector3d p = T_other_camera * (share * ray);
     // Most are outside the bounding box, which saves the powers.
     if ((p.cwiseAbs() - other.half_size).maxCoeff() < 0.0 && other.RadialScale(p) < 1.0) {
-      const Passage passage =
-          PassageThrough(other.half_size, T_other_camera.translation, T_other_camera.rotation * ray);
+      const auto span = SpanInBox<Eigen::Vector3d>(T_other_camera.translation, T_other_camera.rotation * ray,
+                                                   -other.half_size, other.half_size, kForever, -kForever);
       const bool low = other.half_size.z() < std::sqrt(other.half_size.head<2>().prod());
-      return passage.leave < 1.0 || (low && passage.axis == 2);
+      return span && (span->end < 1.0 || (low && span->axis == 2));
     }
   }
   return false;
@@ -149,8 +123,10 @@ void FreeEdgesAbove(std::span<const Landmark* const> beneath, const Camera& came
     const EdgeFlags cut = CutEdges(view.box, camera, options);
     for (const Landmark* other : beneath) {
       const auto same = std::ranges::lower_bound(other->views, view.frame_index, {}, &BoxView::frame_index);
-      for (int edge = 0; edge < 4 && same != other->views.end() && same->frame_index == view.frame_index;
-           ++edge) {
+      if (same == other->views.end() || same->frame_index != view.frame_index) {
+        continue;
+      }
+      for (std::size_t edge = 0; edge < 4; ++edge) {
         view.edge_free[edge] =
             view.edge_free[edge] || (!cut[edge] && CoveredShare(view.box, edge, same->box) > kHidden);
       }
@@ -160,25 +136,17 @@ void FreeEdgesAbove(std::span<const Landmark* const> beneath, const Camera& came
 
 }  // namespace
 
-void BoxEdges::Cut(const EdgeFlags& at_border) {
-  for (std::size_t edge = 0; edge < 4; ++edge) {
-    kinds[edge] = at_border[edge] ? EdgeKind::kCut : kinds[edge];
-  }
-}
-
-void BoxEdges::Hide(const EdgeFlags& hidden) {
-  for (std::size_t edge = 0; edge < 4; ++edge) {
-    kinds[edge] = hidden[edge] && kinds[edge] == EdgeKind::kFree ? EdgeKind::kHidden : kinds[edge];
-  }
-}
-
 EdgeFlags BoxEdges::Free() const {
   EdgeFlags free{};
-  std::ranges::transform(kinds, free.begin(), [](EdgeKind kind) { return kind == EdgeKind::kFree; });
+  std::ranges::transform(cut, hidden, free.begin(), [](bool cut, bool hidden) { return !cut && !hidden; });
   return free;
 }
 
-bool BoxEdges::AnyCut() const { return std::ranges::find(kinds, EdgeKind::kCut) != kinds.end(); }
+void BoxEdges::Hide(const EdgeFlags& more) {
+  std::ranges::transform(hidden, more, hidden.begin(), std::logical_or());
+}
+
+bool BoxEdges::AnyCut() const { return std::ranges::any_of(cut, std::identity()); }
 
 bool IsWhole(const EdgeFlags& edge_free) { return std::ranges::all_of(edge_free, std::identity()); }
 
@@ -204,7 +172,7 @@ std::vector<EdgeFlags> EdgesHiddenByBoxes(std::span<const BoxAtDepth> boxes) {
       if (i == one || !Touches(box, other) || !ReachesNearer(boxes[i], boxes[one])) {
         continue;
       }
-      for (int edge = 0; edge < 4; ++edge) {
+      for (std::size_t edge = 0; edge < 4; ++edge) {
         // If it also covers the opposite edge, it is rather what this object stands on: a table under a cup.
         const bool covered = CoveredShare(box, edge, other) > kHidden;
         const bool through = CoveredShare(box, (edge + 2) % 4, other) > kHidden;

@@ -17,27 +17,20 @@
 
 // Which edges of an object's box are its silhouette, and what ends the box at the others.
 //
-// An edge is cut if it lies at the image border, and else hidden if an occluder is beside it: the box of
-// another detection, or a mapped object in front. Detections are judged when they are seen. The views of a
+// An edge is cut if it lies at the image border, and hidden if an occluder is beside it: the box of another
+// detection, or a mapped object in front. Detections are judged when they are seen. The views of a
 // landmark are judged again at each estimation, as an occluder may not have been mapped at first.
 namespace sqslam {
 
 // One flag for each edge of a box, see BoxEdge.
 using EdgeFlags = std::array<bool, 4>;
 
-// The reason why a box ends at an edge.
-enum class EdgeKind {
-  kFree,    // the object ends there
-  kCut,     // the image ends there
-  kHidden,  // another object hides the end
-};
-
-// The kinds of a box's edges, at first all free.
+// The edges at which a box may end before the object does.
 struct BoxEdges {
-  std::array<EdgeKind, 4> kinds{};
+  EdgeFlags cut{};     // the image ends there
+  EdgeFlags hidden{};  // another object hides the end
 
-  void Cut(const EdgeFlags& at_border);
-  void Hide(const EdgeFlags& hidden);  // edges that are cut stay so
+  void Hide(const EdgeFlags& more);
   EdgeFlags Free() const;
   bool AnyCut() const;
 };

@@ -49,7 +49,7 @@ class ObjectPoseSearch {
       }
     }
     for (const BoxCandidate& candidate : boxes) {
-      SeenBox seen{UndistortBox(candidate.detection.box, camera), candidate.FreeEdges(), {}};
+      SeenBox seen{UndistortBox(candidate.detection.box, camera), candidate.edges.Free(), {}};
       for (int j = 0; j < static_cast<int>(landmarks_.size()); ++j) {
         if (landmarks_[j]->label == candidate.detection.label) {
           seen.landmarks.push_back(j);

@@ -237,9 +237,9 @@ TEST(SelectBoxes, MarksEdgesThatTheImageOrAnotherObjectCuts) {
   const std::vector<BoxCandidate> boxes = SelectBoxes(frame, DetectionFilterOptions(), 1.5);
   ASSERT_EQ(boxes.size(), 2u);
   // The cup is nearer and stands before the screen's lower right corner.
-  EXPECT_THAT(boxes[0].edges.kinds,
-              ElementsAre(EdgeKind::kCut, EdgeKind::kFree, EdgeKind::kHidden, EdgeKind::kHidden));
-  EXPECT_THAT(boxes[1].edges.kinds, Each(EdgeKind::kFree));
+  EXPECT_THAT(boxes[0].edges.cut, ElementsAre(true, false, false, false));
+  EXPECT_THAT(boxes[0].edges.hidden, ElementsAre(false, false, true, true));
+  EXPECT_THAT(boxes[1].edges.Free(), Each(true));
   EXPECT_EQ(boxes[0].point_ids.size(), 5u);
   ASSERT_TRUE(boxes[1].centroid.has_value());
   EXPECT_NEAR(boxes[1].centroid->z(), 1.0, 1e-12);
@@ -260,12 +260,10 @@ TEST(SelectBoxes, LetsBoxesOverTheSameDepthsHideEachOther) {
   std::vector<BoxCandidate> boxes = with_depths(0.8, 1.26);
   ASSERT_EQ(boxes.size(), 2u);
   ASSERT_LT(boxes[0].median_depth, boxes[1].median_depth);
-  EXPECT_THAT(boxes[0].edges.kinds,
-              ElementsAre(EdgeKind::kFree, EdgeKind::kFree, EdgeKind::kHidden, EdgeKind::kFree));
-  EXPECT_THAT(boxes[1].edges.kinds,
-              ElementsAre(EdgeKind::kHidden, EdgeKind::kFree, EdgeKind::kFree, EdgeKind::kFree));
+  EXPECT_THAT(boxes[0].edges.hidden, ElementsAre(false, false, true, false));
+  EXPECT_THAT(boxes[1].edges.hidden, ElementsAre(true, false, false, false));
   boxes = with_depths(0.7, 0.9);
-  EXPECT_THAT(boxes[0].edges.kinds, Each(EdgeKind::kFree)) << "all of it is nearer";
+  EXPECT_THAT(boxes[0].edges.Free(), Each(true)) << "all of it is nearer";
 }
 
 // Detectors end the box of a large thing short of the border that cuts it.
@@ -275,11 +273,9 @@ TEST(SelectBoxes, WidensBorderMarginWithTheBox) {
                                        {"couch", 0.9, {330, 220, 200, 250}}});
   const std::vector<BoxCandidate> boxes = SelectBoxes(frame, DetectionFilterOptions(), 1.5);
   ASSERT_EQ(boxes.size(), 3u);
-  EXPECT_THAT(boxes[0].edges.kinds,
-              ElementsAre(EdgeKind::kCut, EdgeKind::kFree, EdgeKind::kFree, EdgeKind::kFree));
-  EXPECT_THAT(boxes[1].edges.kinds, Each(EdgeKind::kFree));
-  EXPECT_THAT(boxes[2].edges.kinds,
-              ElementsAre(EdgeKind::kFree, EdgeKind::kFree, EdgeKind::kFree, EdgeKind::kCut));
+  EXPECT_THAT(boxes[0].edges.cut, ElementsAre(true, false, false, false));
+  EXPECT_THAT(boxes[1].edges.Free(), Each(true));
+  EXPECT_THAT(boxes[2].edges.cut, ElementsAre(false, false, false, true));
 }
 
 // A table's box holds the boxes of what stands on it and may be nearer by its median depth.
@@ -294,7 +290,7 @@ TEST(SelectBoxes, HidesNothingThatStandsOnATable) {
   const std::vector<BoxCandidate> boxes = SelectBoxes(frame, DetectionFilterOptions(), 1.5);
   ASSERT_EQ(boxes.size(), 2u);
   ASSERT_LT(boxes[1].median_depth, boxes[0].median_depth);
-  EXPECT_THAT(boxes[0].edges.kinds, Each(EdgeKind::kFree));
+  EXPECT_THAT(boxes[0].edges.Free(), Each(true));
 }
 
 // Points that come and go must not pile up until the object is estimated again.

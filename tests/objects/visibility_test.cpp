@@ -110,11 +110,10 @@ TEST(MayOcclude, IncludesTableForClassesOnTheFloor) {
   EXPECT_FALSE(MayOcclude(Box({0.0, 0.0, 0.0}, {0.1, 0.1, 0.1}), Table(), {}, true));
 }
 
-TEST(BoxEdges, KeepsEdgesCutWhenAlsoHidden) {
-  BoxEdges edges;
-  edges.Cut({true, false, false, false});
-  edges.Hide({true, true, false, false});
-  EXPECT_THAT(edges.kinds, ElementsAre(EdgeKind::kCut, EdgeKind::kHidden, EdgeKind::kFree, EdgeKind::kFree));
+TEST(BoxEdges, FreesEdgesNeitherCutNorHidden) {
+  BoxEdges edges{.cut = {true, false, false, false}};
+  edges.Hide({true, false, false, false});
+  edges.Hide({false, true, false, false});
   EXPECT_THAT(edges.Free(), ElementsAre(false, false, true, true));
   EXPECT_TRUE(edges.AnyCut());
 }
