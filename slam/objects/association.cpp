@@ -124,27 +124,22 @@ std::vector<int> Associate(const std::vector<BoxCandidate>& boxes,
                            const std::vector<const KnownLandmark*>& landmarks,
                            const AssociationOptions& options) {
   const AssociationRules rules = RulesOf(options);
-  const auto rows = static_cast<Eigen::Index>(boxes.size());
-  const auto columns = static_cast<Eigen::Index>(landmarks.size());
-  Eigen::MatrixXd gain(rows, columns);
-  for (Eigen::Index j = 0; j < columns; ++j) {
-    for (Eigen::Index i = 0; i < rows; ++i) {
-      gain(i, j) = InterFrameGain(boxes[i], *landmarks[j], rules, options);
-    }
-  }
-  std::vector<int> result = AssignOptimally(gain);
+  const auto assign = [&](const auto& gain_of) {
+    return AssignOptimally(Eigen::MatrixXd::NullaryExpr(
+        static_cast<Eigen::Index>(boxes.size()), static_cast<Eigen::Index>(landmarks.size()), gain_of));
+  };
+  std::vector<int> result = assign([&](Eigen::Index i, Eigen::Index j) {
+    return InterFrameGain(boxes[i], *landmarks[j], rules, options);
+  });
   std::vector<bool> taken(landmarks.size(), false);
   for (const int landmark : result) {
     if (landmark >= 0) {
       taken[landmark] = true;
     }
   }
-  for (Eigen::Index j = 0; j < columns; ++j) {
-    for (Eigen::Index i = 0; i < rows; ++i) {
-      gain(i, j) = result[i] < 0 && !taken[j] ? GeometricGain(boxes[i], *landmarks[j], rules, options) : 0.0;
-    }
-  }
-  const std::vector<int> geometric = AssignOptimally(gain);
+  const std::vector<int> geometric = assign([&](Eigen::Index i, Eigen::Index j) {
+    return result[i] < 0 && !taken[j] ? GeometricGain(boxes[i], *landmarks[j], rules, options) : 0.0;
+  });
   for (std::size_t i = 0; i < result.size(); ++i) {
     result[i] = result[i] < 0 ? geometric[i] : result[i];
   }

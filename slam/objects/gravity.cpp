@@ -9,6 +9,7 @@
 #include "slam/geometry/eigen_system.h"
 #include "slam/objects/support.h"
 #include "slam/util/statistics.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -237,13 +238,12 @@ std::optional<Fit> RefinedPlane(const Scene& scene, const Plane& start) {
 
 constexpr double kMinFlatness = 3.0;  // extent of a plane's points across their longest, in tolerances
 
-// True if at most as many points as are noise lie well below the plane.
 bool IsFloor(const Scene& scene, const Plane& plane) {
-  constexpr double kBelow = 0.02;  // share
-  constexpr double kWell = 8.0;    // tolerances
-  const auto below = std::ranges::count_if(
-      scene.points, [&](const Eigen::Vector3d& p) { return plane.Distance(p) < -kWell * scene.tolerance; });
-  return static_cast<double>(below) <= kBelow * static_cast<double>(scene.points.size());
+  constexpr double kWellBelow = 8.0;  // tolerances
+  std::vector<double> heights =
+      ToVector(scene.points, [&](const Eigen::Vector3d& p) { return plane.Distance(p); });
+  std::ranges::sort(heights);
+  return sqslam::IsFloor(heights, 0.0, kWellBelow * scene.tolerance);
 }
 
 // Returns the floor below the plane found, such as that around a desk, if it is nearly parallel. Its points

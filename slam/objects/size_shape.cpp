@@ -10,7 +10,7 @@
 #include <limits>
 #include <vector>
 
-#include "slam/objects/object_solid.h"
+#include "slam/objects/object_terms.h"
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
@@ -47,10 +47,8 @@ struct ShapeEnergy {
   // Signed square root of Huber's loss.
   template <typename T>
   static T Huber(const T& r, double width) {
-    using std::sqrt;
-    const T size = r < 0.0 ? T(-r) : r;
-    const T root = size <= width ? size : T(sqrt(2.0 * width * size - width * width));
-    return r < 0.0 ? T(-root) : root;
+    using std::abs;
+    return abs(r) <= width ? r : SignedRoot<T>(2.0 * width * abs(r) - width * width, r, 1.0);
   }
 };
 

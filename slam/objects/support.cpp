@@ -114,6 +114,12 @@ std::vector<Eigen::Vector2d> PointsOn(const SupportSurface& surface, double laye
   return points;
 }
 
+bool IsFloor(const std::vector<double>& sorted_heights, double level, double margin) {
+  constexpr double kNoise = 0.02;  // share
+  const auto below = std::ranges::lower_bound(sorted_heights, level - margin) - sorted_heights.begin();
+  return static_cast<double>(below) <= kNoise * static_cast<double>(sorted_heights.size());
+}
+
 CloudMiddle MiddleOf(std::span<const Eigen::Vector3d> points) {
   CloudMiddle middle;
   std::vector<double> values(points.size());
@@ -137,8 +143,7 @@ SupportSurfaces SupportSurfaces::Everywhere(double height) {
 SupportSurfaces SupportSurfaces::Find(std::span<const Eigen::Vector3d> points,
                                       const GravityOptions& options) {
   constexpr double kMinShare = 0.01;
-  constexpr double kBelowFloor = 0.02;  // share of the points: noise
-  constexpr double kWellBelow = 8.0;    // layers
+  constexpr double kWellBelow = 8.0;  // layers
   // The floor around a desk is farther away than the desk, so its points scatter more.
   constexpr double kThickFloor = 3.0;  // layers
   constexpr double kWindow = 3.0;      // layers: what lies on the surface may hide its true height
@@ -162,20 +167,17 @@ SupportSurfaces SupportSurfaces::Find(std::span<const Eigen::Vector3d> points,
   for (const Peak& peak : Peaks(heights, layer, min_points)) {
     add(peak.height, 2.0 * layer);
   }
-  const auto is_lowest = [&](double height) {
-    const auto below = std::ranges::lower_bound(heights, height - kWellBelow * layer) - heights.begin();
-    return static_cast<double>(below) <= kBelowFloor * static_cast<double>(heights.size());
-  };
+  const auto is_floor = [&](double height) { return IsFloor(heights, height, kWellBelow * layer); };
   std::ranges::sort(result.surfaces_, std::greater(), &SupportSurface::height);
-  if (result.surfaces_.empty() || !is_lowest(result.surfaces_.back().height)) {
+  if (result.surfaces_.empty() || !is_floor(result.surfaces_.back().height)) {
     for (const Peak& peak : Peaks(heights, kThickFloor * layer, min_points)) {
-      if (is_lowest(peak.height)) {
+      if (is_floor(peak.height)) {
         add(peak.height, 2.0 * kThickFloor * layer);
       }
     }
     std::ranges::sort(result.surfaces_, std::greater(), &SupportSurface::height);
   }
-  if (!result.surfaces_.empty() && is_lowest(result.surfaces_.back().height)) {
+  if (!result.surfaces_.empty() && is_floor(result.surfaces_.back().height)) {
     result.floor_ = result.surfaces_.back().height;
   }
   for (const Eigen::Vector3d& p : points) {

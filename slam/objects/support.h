@@ -21,6 +21,10 @@ CloudMiddle MiddleOf(std::span<const Eigen::Vector3d> points);  // needs at leas
 // True if `p` (x and y, map frame) lies over the solid, grown by the factor `grown`.
 bool IsOver(const Eigen::Vector2d& p, const PosedSuperquadric& solid, double grown = 1.0);
 
+// Returns true if a level is that of the floor: at most as many of the sorted heights as are noise lie more
+// than `margin` below it.
+bool IsFloor(const std::vector<double>& sorted_heights, double level, double margin);
+
 // A horizontal surface that objects stand on: a desk, a shelf, the floor.
 struct SupportSurface {
   double height = 0.0;                  // map units, along the map's z axis
