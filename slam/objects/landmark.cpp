@@ -7,6 +7,7 @@
 
 #include "slam/geometry/angles.h"
 #include "slam/objects/visibility.h"
+#include "slam/util/raise_keys.h"
 #include "slam/util/thinned.h"
 
 namespace sqslam {
@@ -175,6 +176,7 @@ void Landmark::Absorb(Landmark&& other) {
     refined = false;
     estimated_at = 0;
   }
+  known = known || other.known;
   observations += other.observations;
   labels.Merge(other.labels);
   views.insert(views.end(), other.views.begin(), other.views.end());
@@ -207,6 +209,23 @@ void Landmark::DropPartsBoxedWithTheWhole() {
     }
   }
   views = std::move(kept);
+}
+
+void Landmark::Renumber(int id_shift, std::int64_t point_shift, std::int64_t frame_shift) {
+  id += id >= 0 ? id_shift : 0;
+  for (BoxView& view : views) {
+    view.frame_index += frame_shift;
+  }
+  for (auto& [frame, view] : lines) {
+    frame += frame_shift;
+  }
+  ShiftKeys(votes, point_shift);
+  for (auto& [point, p_map] : points) {
+    point += point_shift;
+  }
+  for (PointVerdict& verdict : verdicts) {
+    verdict.point += point_shift;
+  }
 }
 
 void Landmark::Transform(const Sim3d& S_new_old) {

@@ -89,6 +89,7 @@ struct Landmark {
   };
 
   int id = 0;
+  bool known = false;  // shown by an earlier run: keeps its id, to which users may refer
   LabelVotes labels;
   int observations = 0;        // number of boxes, including those no longer in `views`
   std::vector<BoxView> views;  // by frame; thinned out for an object with very many
@@ -106,12 +107,12 @@ struct Landmark {
 
   // Results of the last estimation.
   bool estimated = false;
-  bool moving = false;   // no solid at rest explains its boxes: it is not estimated
-  bool refined = false;  // by the joint refinement
-  int thorough_at = 0;   // observations at the last refinement from scratch
-  int estimated_at = 0;  // observations at the last estimation
-  std::vector<std::pair<std::int64_t, Eigen::Vector3d>> points;  // inliers
-  std::vector<PointVerdict> verdicts;                            // of all points with a vote, by id
+  bool moving = false;                 // no solid at rest explains its boxes: it is not estimated
+  bool refined = false;                // by the joint refinement
+  int thorough_at = 0;                 // observations at the last refinement from scratch
+  int estimated_at = 0;                // observations at the last estimation
+  NamedPoints points;                  // inliers
+  std::vector<PointVerdict> verdicts;  // of all points with a vote, by id
   PosedSuperquadric superquadric;
   PosedSuperquadric visible;                 // its visible part: differs if the lower part is hidden
   std::optional<double> support;             // height of the surface that it was found to stand on
@@ -124,6 +125,9 @@ struct Landmark {
   void Absorb(Landmark&& other);  // merges a duplicate; keeps the estimate if it is much better known
   // Upright objects stay upright: a small tilt is drift.
   void Transform(const Sim3d& S_new_old);
+
+  // Shifts its id (unless it has none, -1), those of its map points, and the indices of its frames.
+  void Renumber(int id_shift, std::int64_t point_shift, std::int64_t frame_shift);
 
   // Returns the evidence of the boxes in frames of a film: a box counts as several if the camera has moved
   // farther around the object since the last one than from one frame to the next. At least `observations`.
@@ -145,7 +149,7 @@ struct Landmark {
   // Moves each view with its own frame, and sums over frames with the mean motion of the frames.
   void MoveWith(const MotionLookup& S_new_old);
 
-  // All but `clearest`, whose image is large and only for quadrics from a single view.
+  // All but `clearest`, whose image is large and only for quadrics from a single view, and `known`.
   static void VisitState(auto& self, auto&& visit) {
     visit(self.id, self.labels, self.observations, self.views, self.votes, self.centroids, self.yaw,
           self.lines, self.estimated, self.refined, self.thorough_at, self.estimated_at, self.points,

@@ -63,14 +63,44 @@ NamedPoints ResolvePoints(Landmark& landmark, const PointLookup& lookup, const O
   return points;
 }
 
+// Votes of the views on a map point.
+struct BoxVotes {
+  int inside = 0;  // views whose box contains the point
+  int seen = 0;    // views that can tell
+};
+
+// Adds the vote of a view on each point in its image. Beyond a box edge that is hidden or cut off, the object
+// may continue, so the view has no vote there. `margin`: of the box, share of its size.
+void AddVotes(const BoxView& view, const NamedPoints& points, const Camera& camera, double margin,
+              std::vector<BoxVotes>& votes) {
+  const Rigid3d T_camera_map = view.T_map_camera.Inverse();
+  const double pixels = 1.0 + margin * std::max(view.box.width, view.box.height);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector3d p = T_camera_map * points[i].second;
+    if (p.z() <= 0.0) {
+      continue;
+    }
+    const Eigen::Vector2d pixel = camera.ProjectDistorted(p);
+    if (!camera.InImage(pixel)) {
+      continue;
+    }
+    const bool in_box = view.box.Contains(pixel, pixels);
+    votes[i].inside += in_box ? 1 : 0;
+    votes[i].seen += in_box || IsBeyondEdge(view.box, view.edge_free, pixel, pixels) ? 1 : 0;
+  }
+}
+
 // Reprojection with a vote (section "Reprojection"): a point of the object lies in its boxes in all views. A
 // single miss may be the detector's error, so a share of the views decides.
 std::vector<bool> InsideBoxes(const NamedPoints& points, const std::vector<BoxView>& views,
                               const EstimationContext& context) {
   const OutlierOptions& options = context.options->outliers;
-  return ToVector(
-      BoxVotes::Of(Positions(points), views, context.camera, options.box_margin),
-      [&](const BoxVotes& votes) { return votes.inside >= options.min_inside_share * votes.seen; });
+  std::vector<BoxVotes> votes(points.size());
+  for (const BoxView& view : views) {
+    AddVotes(view, points, context.camera, options.box_margin, votes);
+  }
+  return ToVector(votes,
+                  [&](const BoxVotes& vote) { return vote.inside >= options.min_inside_share * vote.seen; });
 }
 
 // Drops points of a support surface, which lie in every box that looks down on the object, if enough of the
@@ -120,29 +150,6 @@ std::vector<PointVerdict> Verdicts(const Landmark& landmark, const NamedPoints& 
 }
 
 }  // namespace
-
-std::vector<BoxVotes> BoxVotes::Of(const std::vector<Eigen::Vector3d>& points,
-                                   const std::vector<BoxView>& views, const Camera& camera, double margin) {
-  std::vector<BoxVotes> votes(points.size());
-  for (const BoxView& view : views) {
-    const Rigid3d T_camera_map = view.T_map_camera.Inverse();
-    const double pixels = 1.0 + margin * std::max(view.box.width, view.box.height);
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const Eigen::Vector3d p = T_camera_map * points[i];
-      if (p.z() <= 0.0) {
-        continue;
-      }
-      const Eigen::Vector2d pixel = camera.ProjectDistorted(p);
-      if (!camera.InImage(pixel)) {
-        continue;
-      }
-      const bool in_box = view.box.Contains(pixel, pixels);
-      votes[i].inside += in_box ? 1 : 0;
-      votes[i].seen += in_box || IsBeyondEdge(view.box, view.edge_free, pixel, pixels) ? 1 : 0;
-    }
-  }
-  return votes;
-}
 
 std::vector<Eigen::Vector3d> Positions(const NamedPoints& points) {
   return ToVector(points | std::views::values);

@@ -1,8 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
-#include <utility>
 #include <vector>
 
 #include "slam/objects/landmark.h"
@@ -10,20 +8,7 @@
 
 namespace sqslam {
 
-using NamedPoints = std::vector<std::pair<std::int64_t, Eigen::Vector3d>>;  // id and position, map frame
-
 std::vector<Eigen::Vector3d> Positions(const NamedPoints& points);
-
-// Votes of the views on a map point. Beyond a box edge that is hidden or cut off, the object may continue, so
-// the view has no vote there.
-struct BoxVotes {
-  int inside = 0;  // views whose box contains the point
-  int seen = 0;    // views that can tell
-
-  // `margin`: of a box, as share of its size. Points outside the image get no vote.
-  static std::vector<BoxVotes> Of(const std::vector<Eigen::Vector3d>& points,
-                                  const std::vector<BoxView>& views, const Camera& camera, double margin);
-};
 
 // Returns the points of the landmark that pass the paper's two tests (section "Outlier Removal"): votes and
 // reprojection into `views`, and the isolation forest. Method "refined" also drops points of smaller objects

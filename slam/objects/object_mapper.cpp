@@ -11,8 +11,6 @@
 #include <utility>
 #include <vector>
 
-#include "slam/geometry/angles.h"
-#include "slam/geometry/nearest_solid.h"
 #include "slam/objects/dual_quadric.h"
 #include "slam/objects/edge_noise.h"
 #include "slam/objects/landmark.h"
@@ -22,6 +20,7 @@
 #include "slam/objects/merging.h"
 #include "slam/objects/paper_method.h"
 #include "slam/objects/point_evidence.h"
+#include "slam/objects/shown_objects.h"
 #include "slam/objects/single_view_quadric.h"
 #include "slam/objects/surroundings.h"
 #include "slam/objects/visibility.h"
@@ -32,24 +31,6 @@
 
 namespace sqslam {
 namespace {
-
-// Shifts the id of a landmark, those of its map points, and the indices of its frames.
-void Renumber(int id_shift, std::int64_t point_shift, std::int64_t frame_shift, Landmark& landmark) {
-  landmark.id += landmark.id >= 0 ? id_shift : 0;
-  for (BoxView& view : landmark.views) {
-    view.frame_index += frame_shift;
-  }
-  for (auto& [frame, view] : landmark.lines) {
-    frame += frame_shift;
-  }
-  ShiftKeys(landmark.votes, point_shift);
-  for (auto& [point, p_map] : landmark.points) {
-    point += point_shift;
-  }
-  for (PointVerdict& verdict : landmark.verdicts) {
-    verdict.point += point_shift;
-  }
-}
 
 void UpdatePoses(const PoseLookup& poses, Landmark& landmark) {
   if (poses) {
@@ -69,7 +50,6 @@ struct ObjectMapper::Impl {
   std::map<int, int> merged_into;     // old id -> surviving id (may have been merged on)
   std::vector<std::pair<int, int>> merges;
   std::vector<int> deleted;
-  std::set<int> known;         // shown by an earlier run: they keep their ids, to which users may refer
   std::vector<Landmark> left;  // boxes that began no landmark, and forgotten landmarks; of no id
   ObjectAccount settled;       // boxes that were used, landmarks that are gone
   bool upright = false;
@@ -185,24 +165,22 @@ struct ObjectMapper::Impl {
 
   std::vector<int> Ids() const { return ToVector(landmarks | std::views::keys); }
 
-  std::vector<const Landmark*> Shown() const {
-    std::vector<const Landmark*> shown;
+  std::vector<const Landmark*> Where(const auto& holds) const {
+    std::vector<const Landmark*> found;
     for (const auto& [id, landmark] : landmarks) {
-      if (IsShown(landmark)) {
-        shown.push_back(&landmark);
+      if (holds(landmark)) {
+        found.push_back(&landmark);
       }
     }
-    return shown;
+    return found;
+  }
+
+  std::vector<const Landmark*> Shown() const {
+    return Where([&](const Landmark& landmark) { return IsShown(landmark, options); });
   }
 
   std::vector<const Landmark*> RepresentedLandmarks() const {
-    std::vector<const Landmark*> represented;
-    for (const auto& [id, landmark] : landmarks) {
-      if (Represented(landmark)) {
-        represented.push_back(&landmark);
-      }
-    }
-    return represented;
+    return Where([&](const Landmark& landmark) { return Represented(landmark, options).has_value(); });
   }
 
   // Returns the survivors, which must be re-estimated.
@@ -238,9 +216,6 @@ struct ObjectMapper::Impl {
     merges.emplace_back(b, a);
     merged_into[b] = a;
     landmarks.at(a).Absorb(std::move(gone));
-    if (known.erase(b) > 0) {
-      known.insert(a);
-    }
     landmarks.erase(b);
   }
 
@@ -286,7 +261,7 @@ struct ObjectMapper::Impl {
   std::vector<Landmark*> Fragments() {
     std::vector<Landmark*> fragments;
     for (auto& [id, landmark] : landmarks) {
-      if (!IsShown(landmark) && !landmark.moving) {
+      if (!IsShown(landmark, options) && !landmark.moving) {
         fragments.push_back(&landmark);
       }
     }
@@ -345,7 +320,7 @@ struct ObjectMapper::Impl {
   void CountLeft(ObjectAccount& account) const {
     for (const Landmark& fragment : left) {
       if (fragment.observations > 1) {
-        ++account[fragment.labels.Best()][WhyLeftOut(fragment).value_or(LeftOut::kFewViews)];
+        ++account[fragment.labels.Best()][WhyLeftOut(fragment, options).value_or(LeftOut::kFewViews)];
       }
     }
   }
@@ -363,7 +338,7 @@ struct ObjectMapper::Impl {
     for (auto it = landmarks.begin(); it != landmarks.end();) {
       const Landmark& landmark = it->second;
       const std::int64_t age = newest_frame - landmark.views.back().frame_index;
-      if (age > options.forget_after && !IsShown(landmark) && !known.contains(it->first)) {
+      if (age > options.forget_after && !IsShown(landmark, options) && !landmark.known) {
         deleted.push_back(it->first);
         CountUsed(it->second, -1);
         Leave(std::move(it->second));
@@ -372,70 +347,6 @@ struct ObjectMapper::Impl {
         ++it;
       }
     }
-  }
-
-  // Returns why the landmark says nothing about others yet; empty if it does.
-  std::optional<LeftOut> WhyNotShown(const Landmark& landmark) const {
-    const bool is_known = known.contains(landmark.id);
-    const bool has_points = static_cast<int>(landmark.points.size()) >= options.min_points;
-    if (landmark.moving) {
-      return LeftOut::kMoving;
-    }
-    if (!is_known && landmark.Evidence() < options.min_observations) {
-      return LeftOut::kFewViews;
-    }
-    if (!landmark.estimated) {
-      return LeftOut::kNoDepth;
-    }
-    const double min_agreement = has_points ? options.min_box_agreement : options.pointless_box_agreement;
-    const bool agrees = is_known || landmark.box_agreement >= min_agreement;
-    return agrees ? std::nullopt : std::optional(LeftOut::kContradictingBoxes);
-  }
-  bool IsShown(const Landmark& landmark) const { return !WhyNotShown(landmark); }
-
-  // Returns why the object does not appear in the map; empty if it does. Those left out are kept, as more
-  // boxes may still make sense of them.
-  std::optional<LeftOut> WhyLeftOut(const Landmark& landmark) const {
-    if (const std::optional<LeftOut> reason = WhyNotShown(landmark)) {
-      return reason;
-    }
-    if (!known.contains(landmark.id) && landmark.reliability < options.min_reliability) {
-      return LeftOut::kUnreliable;
-    }
-    const bool unrepresentable = options.representation == Representation::kQuadric && !landmark.quadric;
-    return unrepresentable ? std::optional(LeftOut::kNoQuadric) : std::nullopt;
-  }
-
-  // Returns the landmark in the chosen representation; empty if it is left out.
-  std::optional<PosedSuperquadric> Represented(const Landmark& landmark) const {
-    if (WhyLeftOut(landmark)) {
-      return std::nullopt;
-    }
-    if (options.representation == Representation::kQuadric) {
-      return landmark.quadric;
-    }
-    PosedSuperquadric solid = landmark.superquadric;
-    if (options.representation != Representation::kSuperquadric) {
-      const bool round = options.representation == Representation::kEllipsoid;
-      const SolidKind kind = round ? SolidKind::kEllipsoid : SolidKind::kCuboid;
-      if (!options.keep_size) {
-        return NearestOfKind(kind, solid);
-      }
-      SetExponents(kind, solid.shape.e1, solid.shape.e2);
-    }
-    return solid;
-  }
-
-  // The covariance is zero for representations other than the refined superquadric.
-  ObjectFit FitOf(const Landmark& landmark, const PosedSuperquadric& solid) const {
-    ObjectFit fit{landmark.box_agreement, PointRms(landmark, solid), landmark.reliability,
-                  landmark.covariance};
-    if (options.representation != Representation::kSuperquadric && last_camera) {
-      const std::vector<BoxView> views = SpreadViews(landmark.views, options.refinement.max_views);
-      fit.box_agreement = BoxAgreement(solid, views, *last_camera);
-      fit.covariance.setZero();
-    }
-    return fit;
   }
 
   void Publish() {
@@ -448,7 +359,7 @@ struct ObjectMapper::Impl {
                                  .observations = landmark.observations,
                                  .points = landmark.points,
                                  .estimated = landmark.estimated,
-                                 .shown = IsShown(landmark),
+                                 .shown = IsShown(landmark, options),
                                  .on_floor = classes.Of(landmark.labels.Best()).on_floor,
                                  .superquadric = landmark.superquadric,
                                  .visible = landmark.visible,
@@ -555,7 +466,6 @@ void ObjectMapper::Absorb(ObjectMapper&& other) {
   impl_->landmarks.merge(theirs.landmarks);
   std::ranges::move(theirs.left, std::back_inserter(impl_->left));
   impl_->merged_into.merge(theirs.merged_into);
-  impl_->known.merge(theirs.known);
   Add(theirs.settled, impl_->settled);
   impl_->merges.insert(impl_->merges.end(), theirs.merges.begin(), theirs.merges.end());
   impl_->deleted.insert(impl_->deleted.end(), theirs.deleted.begin(), theirs.deleted.end());
@@ -566,20 +476,9 @@ void ObjectMapper::Absorb(ObjectMapper&& other) {
 std::vector<SnapshotObject> ObjectMapper::Objects() const {
   std::vector<SnapshotObject> objects;
   for (const auto& [id, landmark] : impl_->landmarks) {
-    const std::optional<PosedSuperquadric> solid = impl_->Represented(landmark);
-    if (!solid) {
-      continue;
+    if (auto object = ShownObject(landmark, impl_->last_camera, impl_->options)) {
+      objects.push_back(std::move(*object));
     }
-    SnapshotObject object;
-    object.id = id;
-    object.label = landmark.labels.Best();
-    object.score = landmark.labels.BestScore();
-    object.observations = landmark.observations;
-    object.points = static_cast<int>(landmark.points.size());
-    object.superquadric = *solid;
-    object.fit = impl_->FitOf(landmark, *solid);
-    object.yaw = YawOf(solid->T_map_object.rotation);
-    objects.push_back(std::move(object));
   }
   return objects;
 }
@@ -589,7 +488,7 @@ ObjectAccount ObjectMapper::Account() const {
   impl_->CountLeft(account);
   for (const auto& [id, landmark] : impl_->landmarks) {
     ClassAccount& of_class = account[landmark.labels.Best()];
-    const std::optional<LeftOut> reason = impl_->WhyLeftOut(landmark);
+    const std::optional<LeftOut> reason = WhyLeftOut(landmark, impl_->options);
     ++(reason ? of_class[*reason] : of_class.shown);
   }
   return account;
@@ -597,7 +496,7 @@ ObjectAccount ObjectMapper::Account() const {
 
 void ObjectMapper::Renumber(int id_shift, std::int64_t point_shift, std::int64_t frame_shift) {
   ShiftKeys(impl_->landmarks, id_shift);
-  impl_->ForEach([&](Landmark& landmark) { sqslam::Renumber(id_shift, point_shift, frame_shift, landmark); });
+  impl_->ForEach([&](Landmark& landmark) { landmark.Renumber(id_shift, point_shift, frame_shift); });
   ShiftKeys(impl_->merged_into, id_shift);
   for (auto& [from, to] : impl_->merged_into) {
     to += id_shift;
@@ -609,7 +508,6 @@ void ObjectMapper::Renumber(int id_shift, std::int64_t point_shift, std::int64_t
   for (int& id : impl_->deleted) {
     id += id_shift;
   }
-  ShiftKeys(impl_->known, id_shift);
   impl_->newest_frame += frame_shift;
   impl_->Publish();
 }
@@ -619,11 +517,9 @@ void ObjectMapper::Save(ByteWriter& writer) const { writer(*impl_); }
 void ObjectMapper::Load(ByteReader& reader) {
   reader(*impl_);
   impl_->Check(reader);
-  for (const auto& [id, landmark] : impl_->landmarks) {
-    const std::optional<LeftOut> reason = impl_->WhyLeftOut(landmark);
-    if (!reason || reason == LeftOut::kNoQuadric) {
-      impl_->known.insert(id);
-    }
+  for (auto& [id, landmark] : impl_->landmarks) {
+    const std::optional<LeftOut> reason = WhyLeftOut(landmark, impl_->options);
+    landmark.known = !reason || reason == LeftOut::kNoQuadric;
   }
   impl_->Publish();
 }

@@ -19,6 +19,8 @@
 
 namespace sqslam {
 
+using NamedPoints = std::vector<std::pair<std::int64_t, Eigen::Vector3d>>;  // id and position, map frame
+
 // A feature of the current frame that is matched to a map point.
 struct TrackedPoint {
   std::int64_t point_id = 0;
@@ -75,10 +77,10 @@ struct ObjectLandmarkView {
   int id = 0;
   std::string label;
   int observations = 0;
-  std::vector<std::pair<std::int64_t, Eigen::Vector3d>> points;  // inliers: id and position in the map frame
-  bool estimated = false;                                        // the superquadric is valid
-  bool shown = false;                                            // good enough to be part of the object map
-  bool on_floor = false;                                         // by its class
+  NamedPoints points;      // inliers
+  bool estimated = false;  // the superquadric is valid
+  bool shown = false;      // good enough to be part of the object map
+  bool on_floor = false;   // by its class
   PosedSuperquadric superquadric;
   PosedSuperquadric visible;  // its part that the boxes show
   PointStatistics centroids;
