@@ -153,12 +153,11 @@ void AddShape(const Superquadric& start, double handle, const RefinementOptions&
 // side only would grow without bound from update to update. If no box shows the lower end, the object may be
 // as high as its support requires.
 void AddBounds(const PosedSuperquadric& start, const RefinementInput& input, double shown,
-               const RefinementOptions& options, ObjectEnergy& energy) {
+               ObjectEnergy& energy) {
   constexpr double kLogRange = 6.5;
   constexpr double kTaller = 1.2;   // the top is not known exactly
   constexpr double kLargest = 1.1;  // the largest box over the size that most show
-  const double most =
-      shown > 0.0 ? kLargest * options.max_stretch * shown : 4.5 * start.shape.half_size.maxCoeff();
+  const double most = shown > 0.0 ? kLargest * shown : 4.5 * start.shape.half_size.maxCoeff();
   Eigen::Vector3d max_half = Eigen::Vector3d::Constant(most);
   if (input.assumption.support && !input.ShowsBottom()) {
     const double top = start.T_map_object.translation.z() + start.shape.half_size.z();
@@ -198,7 +197,7 @@ StartedRefinement Started(const PosedSuperquadric& start, const RefinementInput&
   if (started.yaw != nullptr) {
     energy.yaws.push_back({started.yaw->yaw, 1.0 / started.yaw->sigma});
   }
-  AddBounds(start, input, shown, options, energy);
+  AddBounds(start, input, shown, energy);
   started.x = PackSolid(start);
   for (const BoundTerm& bound : energy.bounds) {
     double& log_half = started.x[parameter::kLogHalf + bound.axis];

@@ -165,7 +165,6 @@ struct RefinementOptions {
   // bowls; 0: both are as wide.
   double taper_sigma = 0.5;
   double edge_bias_sigma = 0.02;  // standard deviation of the detector's bias per side, share of the box size
-  double max_stretch = 1.0;       // maximum half size over that of the largest boxes (half diagonal)
   int max_iterations = 30;        // Levenberg-Marquardt steps
   double cost_tolerance = 0.02;   // steps that reduce the cost (half a chi square) by less are the last
 

@@ -56,11 +56,9 @@ void PointStatistics::Transform(const Sim3d& S_new_old) {
   scatter = (sR * scatter * sR.transpose()).eval();
 }
 
-Eigen::Matrix3d PointStatistics::Covariance() const {
-  return count < 2 ? Eigen::Matrix3d::Zero() : Eigen::Matrix3d(scatter / (count - 1));
+Eigen::Vector3d PointStatistics::Variance() const {
+  return count < 2 ? Eigen::Vector3d::Zero() : Eigen::Vector3d(scatter.diagonal() / (count - 1));
 }
-
-Eigen::Vector3d PointStatistics::Variance() const { return Covariance().diagonal(); }
 
 double CriticalT(double alpha, double degrees) {
   const boost::math::students_t_distribution<double> distribution(degrees);

@@ -18,8 +18,7 @@ struct PointStatistics {
   void Merge(const PointStatistics& other);
   // Applies p_new = S_new_old * p_old to every point.
   void Transform(const Sim3d& S_new_old);
-  Eigen::Matrix3d Covariance() const;  // unbiased; zero for fewer than two points
-  Eigen::Vector3d Variance() const;    // its diagonal
+  Eigen::Vector3d Variance() const;  // along each axis, unbiased; zero for fewer than two points
 
   static void VisitState(auto& self, auto&& visit) { visit(self.count, self.mean, self.scatter); }
 };

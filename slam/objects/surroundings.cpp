@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "slam/objects/support.h"
 #include "slam/objects/visibility.h"
 #include "slam/util/statistics.h"
 #include "slam/util/to_vector.h"
@@ -23,9 +24,8 @@ bool MayStandOn(const Landmark& other, const PosedSuperquadric& object, double t
     return false;
   }
   const double top = object.T_map_object.translation.z() + object.shape.half_size.z();
-  Eigen::Vector3d p = object.T_map_object.Inverse() * other.superquadric.T_map_object.translation;
-  p.z() = 0.0;
-  return std::abs(*other.support - top) < tolerance && object.shape.RadialScale(p) < 1.0;
+  return std::abs(*other.support - top) < tolerance &&
+         IsOver(other.superquadric.T_map_object.translation.head<2>(), object);
 }
 
 // True if `other` stands on the landmark and not on a wider one: cups over a chair that is pushed under a

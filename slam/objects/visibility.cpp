@@ -9,6 +9,7 @@
 
 #include "slam/geometry/span_in_box.h"
 #include "slam/objects/landmark_geometry.h"
+#include "slam/objects/support.h"
 #include "slam/util/statistics.h"
 #include "slam/util/to_vector.h"
 
@@ -72,7 +73,7 @@ bool IsBlocked(const Eigen::Vector2d& pixel, double depth, const Rigid3d& T_othe
 }
 
 // Height down to which an object was seen for certain; minus infinity with few points.
-double LowestSeen(std::span<const std::pair<std::int64_t, Eigen::Vector3d>> points) {
+double LowestSeen(const NamedPoints& points) {
   constexpr std::size_t kMinPoints = 10;
   constexpr std::size_t kStray = 10;  // every tenth point may lie too low
   if (points.size() < kMinPoints) {
@@ -190,8 +191,8 @@ bool IsMuchLarger(const Superquadric& other, const Superquadric& object) {
          other.Volume() >= kMuchLarger * object.Volume();
 }
 
-bool MayOcclude(const PosedSuperquadric& other, const PosedSuperquadric& object,
-                std::span<const std::pair<std::int64_t, Eigen::Vector3d>> points, bool on_floor) {
+bool MayOcclude(const PosedSuperquadric& other, const PosedSuperquadric& object, const NamedPoints& points,
+                bool on_floor) {
   if (!IsMuchLarger(other.shape, object.shape)) {
     return false;
   }
@@ -200,9 +201,8 @@ bool MayOcclude(const PosedSuperquadric& other, const PosedSuperquadric& object,
   }
   const double bottom =
       std::max(object.T_map_object.translation.z() - object.shape.half_size.z(), LowestSeen(points));
-  Eigen::Vector3d p_other = other.T_map_object.Inverse() * object.T_map_object.translation;
-  p_other.z() = 0.0;
-  return other.shape.RadialScale(p_other) > 1.0 || bottom < other.T_map_object.translation.z();
+  return !IsOver(object.T_map_object.translation.head<2>(), other) ||
+         bottom < other.T_map_object.translation.z();
 }
 
 EdgeFlags EdgesHiddenBy(const PosedSuperquadric& other, const PosedSuperquadric& object, const Box2d& box,

@@ -60,8 +60,8 @@ bool IsMuchLarger(const Superquadric& other, const Superquadric& object);
 // reaches below its middle. `points`: the object's inliers. They tell how far down it was seen, which its own
 // estimate does not: a cushion on a couch that was once fitted down to the floor would seem hidden by the
 // couch and stay there.
-bool MayOcclude(const PosedSuperquadric& other, const PosedSuperquadric& object,
-                std::span<const std::pair<std::int64_t, Eigen::Vector3d>> points, bool on_floor = false);
+bool MayOcclude(const PosedSuperquadric& other, const PosedSuperquadric& object, const NamedPoints& points,
+                bool on_floor = false);
 
 // Returns the edges of the object's box (distorted px) that arise because `other` hides the object: just
 // outside the edge the line of sight meets `other` first, but not outside the opposite edge. Only an object

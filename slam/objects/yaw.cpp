@@ -3,13 +3,13 @@
 #include <ceres/tiny_solver.h>
 #include <ceres/tiny_solver_autodiff_function.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
 #include <numbers>
 
+#include "slam/geometry/eigen_system.h"
 #include "slam/objects/object_terms.h"
 
 namespace sqslam {
@@ -307,13 +307,12 @@ std::optional<YawEstimate> YawFromPoints(std::span<const Eigen::Vector3d> points
     const Eigen::Vector2d d = p.head<2>() - mean;
     covariance += d * d.transpose();
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(covariance);  // eigenvalues ascending
-  const double small = std::max(solver.eigenvalues()[0], 1e-12);
-  const double ratio = solver.eigenvalues()[1] / small;
+  const EigenSystem<2> solver = EigenSystemOf(covariance);
+  const double ratio = solver.values[1] / std::max(solver.values[0], 1e-12);
   if (ratio < options.pca_min_ratio) {
     return std::nullopt;
   }
-  const Eigen::Vector2d axis = solver.eigenvectors().col(1);
+  const Eigen::Vector2d axis = solver.vectors.col(1);
   return YawEstimate{WrapQuarter(std::atan2(axis.y(), axis.x())), 1.0 - 1.0 / ratio};
 }
 
