@@ -133,13 +133,6 @@ CloudMiddle MiddleOf(std::span<const Eigen::Vector3d> points) {
   return middle;
 }
 
-SupportSurfaces SupportSurfaces::Everywhere(double height) {
-  SupportSurfaces result;
-  result.surfaces_.push_back({height, {}});
-  result.floor_ = height;
-  return result;
-}
-
 SupportSurfaces SupportSurfaces::Find(std::span<const Eigen::Vector3d> points,
                                       const GravityOptions& options) {
   constexpr double kMinShare = 0.01;
@@ -203,7 +196,7 @@ std::vector<double> SupportSurfaces::Under(const Eigen::Vector2d& place, double 
     const auto near =
         std::ranges::count_if(points, [&](const Eigen::Vector2d& p) { return (p - place).norm() < radius; });
     const bool surrounded = !points.empty() && WidestGap(points, place) < kSurrounded;
-    if (surface.points.empty() || near >= kNear || surrounded) {
+    if (near >= kNear || surrounded) {
       heights.push_back(surface.height);
     }
   }
@@ -232,7 +225,7 @@ SupportSurfaces SupportSurfaces::Around(const Eigen::Vector2d& place,
     const bool stays = 2 * on_surface >= PointsOn(surface, layer).size() ||
                        (on_surface > 0 && IsTopUnder(place, surface.height, others, tolerance_));
     left.height = DensestHeight(left, layer);
-    if (surface.points.empty() || stays) {
+    if (stays) {
       result.surfaces_.push_back(std::move(left));
     }
   }

@@ -28,7 +28,7 @@ bool IsFloor(const std::vector<double>& sorted_heights, double level, double mar
 // A horizontal surface that objects stand on: a desk, a shelf, the floor.
 struct SupportSurface {
   double height = 0.0;                  // map units, along the map's z axis
-  std::vector<Eigen::Vector3d> points;  // map points on it and a little above and below; empty: unbounded
+  std::vector<Eigen::Vector3d> points;  // map points on it and a little above and below
 };
 
 // Returns x and y of the surface's points that are less than `layer` above or below it.
@@ -38,9 +38,6 @@ std::vector<Eigen::Vector2d> PointsOn(const SupportSurface& surface, double laye
 class SupportSurfaces {
  public:
   SupportSurfaces() = default;
-
-  // Returns a single unbounded surface.
-  static SupportSurfaces Everywhere(double height);
 
   // Finds heights with many more points than just above and below. `points`: map frame, z up.
   static SupportSurfaces Find(std::span<const Eigen::Vector3d> points, const GravityOptions& options);

@@ -6,11 +6,13 @@
 #include "slam/objects/landmark_estimation.h"
 #include "slam/objects/landmark_geometry.h"
 #include "tests/objects/box_scene.h"
+#include "tests/objects/flat_surface.h"
 
 namespace sqslam {
 namespace {
 
 using testing::BoxScene;
+using testing::FlatSurface;
 
 // Boxes of a box of the scene, and no points to speak of.
 class RefineLandmarkTest : public ::testing::Test {
@@ -46,7 +48,7 @@ class RefineLandmarkTest : public ::testing::Test {
   const BoxScene scene_;
   const ObjectOptions options_;
   const ClassTable classes_;
-  const SupportSurfaces supports_ = SupportSurfaces::Everywhere(0.0);
+  const SupportSurfaces supports_ = FlatSurface(0.0);
   EstimationContext context_;
 };
 
@@ -61,7 +63,7 @@ TEST_F(RefineLandmarkTest, StaysOnItsSupport) {
   landmark.support = 0.02;  // that of the surface, before the last bundle adjustment
   EXPECT_EQ(RefineLandmark(landmark, landmark.views, false, context_)->assumption.support,
             std::optional(0.0));
-  const SupportSurfaces floor = SupportSurfaces::Everywhere(-0.7);
+  const SupportSurfaces floor = FlatSurface(-0.7);
   context_.supports = &floor;  // the table was not found again
   EXPECT_EQ(RefineLandmark(landmark, landmark.views, false, context_)->assumption.support, landmark.support);
   const auto points = landmark.points;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "flat_surface.h"
 #include "slam/objects/object_tracker.h"
 #include "slam/snapshot/byte_archive.h"
 #include "slam/util/statistics.h"
@@ -12,13 +13,14 @@
 namespace sqslam {
 namespace {
 
+using testing::FlatSurface;
 using testing::SyntheticDesk;
 
 // Tracking and mapping of the objects on a synthetic desk, in an upright map.
 struct DeskRun {
   explicit DeskRun(const SyntheticDesk& desk_in, const ObjectOptions& options = {})
       : desk(desk_in), tracker(options), mapper(options, 1) {
-    mapper.SetUpright(true, SupportSurfaces::Everywhere(0.0));
+    mapper.SetUpright(true, FlatSurface(0.0));
   }
   void Observe(const ObjectFrame& frame) { mapper.AddObservations(tracker.Track(frame, *mapper.View())); }
   void ObserveFrames(int end) {

@@ -5,12 +5,14 @@
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
+#include "flat_surface.h"
 #include "slam/objects/object_mapper.h"
 #include "synthetic_desk.h"
 
 namespace sqslam {
 namespace {
 
+using testing::FlatSurface;
 using testing::SyntheticDesk;
 
 // Squares with sharp edges all over the image.
@@ -31,7 +33,7 @@ TEST(ObjectTracker, ReportsPointsOutsideByItsOption) {
     options.outliers.reprojection = reprojection;
     ObjectTracker tracker(options);
     ObjectMapper mapper(options, 1);
-    mapper.SetUpright(true, SupportSurfaces::Everywhere(0.0));
+    mapper.SetUpright(true, FlatSurface(0.0));
     const PointLookup lookup = [&](std::int64_t& id) { return desk.Position(id); };
     std::size_t count = 0;
     for (int i = 0; i < 40; ++i) {

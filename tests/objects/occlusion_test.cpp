@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "flat_surface.h"
 #include "seen_landmark.h"
 #include "slam/objects/landmark_estimation.h"
 #include "slam/objects/landmark_geometry.h"
@@ -105,7 +106,7 @@ double DepthSeenOverTheTable(const std::string& classes_text) {
     landmark.votes[frame].SeeInside(pose.translation);
   }
   const ObjectOptions options;
-  const SupportSurfaces supports = SupportSurfaces::Everywhere(0.0);
+  const SupportSurfaces supports = testing::FlatSurface(0.0);
   EstimationContext context;
   context.options = &options;
   context.classes = &classes;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "flat_surface.h"
 #include "slam/objects/association.h"
 #include "slam/objects/landmark_estimation.h"
 #include "slam/objects/landmark_outliers.h"
@@ -15,6 +16,7 @@
 namespace sqslam {
 namespace {
 
+using testing::FlatSurface;
 using testing::SyntheticDesk;
 
 ObjectOptions Paper() {
@@ -27,7 +29,7 @@ std::vector<SnapshotObject> MapDeskBy(const SyntheticDesk& desk, const ObjectOpt
   ObjectTracker tracker(options);
   ObjectMapper mapper(options, 1);
   const PointLookup lookup = [&](std::int64_t& id) { return desk.Position(id); };
-  mapper.SetUpright(true, SupportSurfaces::Everywhere(0.0));
+  mapper.SetUpright(true, FlatSurface(0.0));
   for (int i = 0; i < SyntheticDesk::kFrames; i += 2) {
     mapper.AddObservations(tracker.Track(desk.Frame(i), *mapper.View()));
     if (i % 20 == 18) {

@@ -7,6 +7,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "flat_surface.h"
 #include "posed_mapping.h"
 #include "slam/objects/object_mapper.h"
 #include "slam/objects/object_tracker.h"
@@ -17,6 +18,7 @@
 namespace sqslam {
 namespace {
 
+using testing::FlatSurface;
 using testing::SolidIoU;
 using testing::SyntheticDesk;
 
@@ -37,8 +39,11 @@ DeskMap MapDesk(const SyntheticDesk& desk, const ObjectOptions& options, const S
     const auto p = desk.Position(id);
     return p && moved ? S_map_world * *p : p;
   };
-  mapper.SetUpright(true,
-                    SupportSurfaces::Everywhere(moved ? (S_map_world * Eigen::Vector3d::Zero()).z() : 0.0));
+  SupportSurfaces surfaces = FlatSurface(0.0);
+  if (moved) {
+    surfaces.Transform(S_map_world);
+  }
+  mapper.SetUpright(true, std::move(surfaces));
   for (int i = 0; i < SyntheticDesk::kFrames; i += 2) {
     if (i == transform_at) {
       moved = true;
@@ -107,7 +112,7 @@ TEST(ObjectPipeline, SurvivesMissedWrongAndFalseBoxes) {
   const SyntheticDesk desk(2, 0.08);
   ObjectTracker tracker((ObjectOptions()));
   ObjectMapper mapper(ObjectOptions(), 1);
-  mapper.SetUpright(true, SupportSurfaces::Everywhere(0.0));
+  mapper.SetUpright(true, FlatSurface(0.0));
   const PointLookup lookup = [&](std::int64_t& id) { return desk.Position(id); };
   for (int i = 0; i < SyntheticDesk::kFrames; i += 2) {
     ObjectFrame frame = desk.Frame(i);
@@ -134,7 +139,7 @@ TEST(ObjectPipeline, MapsObjectWithoutPoints) {
     };
     ObjectTracker tracker((ObjectOptions()));
     ObjectMapper mapper(ObjectOptions(), 1);
-    mapper.SetUpright(true, SupportSurfaces::Everywhere(0.0));
+    mapper.SetUpright(true, FlatSurface(0.0));
     const PointLookup lookup = [&](std::int64_t& id) { return desk.Position(id); };
     for (int i = 0; i < SyntheticDesk::kFrames; i += 2) {
       ObjectFrame frame = desk.Frame(i);
@@ -187,7 +192,7 @@ TEST(ObjectPipeline, MapsTheRenderedDesk) {
   testing::PosedMapping mapping(sequence->camera);
   ObjectTracker tracker((ObjectOptions()));
   ObjectMapper mapper(ObjectOptions(), 1);
-  mapper.SetUpright(true, SupportSurfaces::Everywhere(0.74));
+  mapper.SetUpright(true, FlatSurface(0.74));
   const PointLookup lookup = [&](std::int64_t& id) { return mapping.Position(id); };
   for (int i = 0; i < 100; ++i) {
     const auto& entry = sequence->entries[i];

@@ -69,7 +69,6 @@ TEST(SupportSurfaces, FindsSurfacesUnderObjects) {
   EXPECT_THAT(surfaces.Under({2.0, 2.0}, 0.3, 0.8), ElementsAre(DoubleNear(0.0, 0.01)));
   EXPECT_THAT(surfaces.Under({0.3, 0.2}, 0.3, 0.5), ElementsAre(DoubleNear(0.0, 0.01)));  // the desk is above
   EXPECT_THAT(surfaces.Under({2.0, 9.0}, 0.3, 0.8), IsEmpty());                           // behind the wall
-  EXPECT_THAT(SupportSurfaces::Everywhere(0.4).Under({9.0, 9.0}, 0.1, 1.0), ElementsAre(0.4));
 }
 
 TEST(SupportSurfaces, IgnoresTopsOfNeighbours) {
