@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 
@@ -197,8 +198,7 @@ Group BestGroup(const std::vector<Sight>& sights, std::span<const Landmark* cons
   return best;
 }
 
-}  // namespace
-
+// Returns the index of the mapped object that the boxes of the fragment show; empty if there is none.
 std::optional<std::size_t> ObjectShownBy(const Landmark& fragment, std::span<const Landmark* const> mapped,
                                          const Camera& camera) {
   constexpr double kAgrees = 0.5;  // mean IoU
@@ -216,10 +216,12 @@ std::optional<std::size_t> ObjectShownBy(const Landmark& fragment, std::span<con
   return best;
 }
 
+// Returns groups of those `among` the fragments (indices) that show one object each.
 std::vector<std::vector<std::size_t>> GroupsOfOnePlace(std::span<const Landmark* const> fragments,
+                                                       const std::vector<std::size_t>& among,
                                                        const Camera& camera) {
   std::map<std::string, std::vector<std::size_t>> by_label;
-  for (std::size_t i = 0; i < fragments.size(); ++i) {
+  for (const std::size_t i : among) {
     by_label[fragments[i]->labels.Best()].push_back(i);
   }
   std::vector<std::vector<std::size_t>> groups;
@@ -239,25 +241,20 @@ std::vector<std::vector<std::size_t>> GroupsOfOnePlace(std::span<const Landmark*
   return groups;
 }
 
+}  // namespace
+
 FragmentAssociation AssociateFragments(std::span<const Landmark* const> fragments,
                                        std::span<const Landmark* const> mapped, const Camera& camera) {
   FragmentAssociation association;
-  std::vector<const Landmark*> rest;
-  std::vector<std::size_t> index_of_rest;
+  std::vector<std::size_t> rest;
   for (std::size_t i = 0; i < fragments.size(); ++i) {
     if (const std::optional<std::size_t> object = ObjectShownBy(*fragments[i], mapped, camera)) {
       association.shown.emplace_back(i, *object);
     } else {
-      rest.push_back(fragments[i]);
-      index_of_rest.push_back(i);
+      rest.push_back(i);
     }
   }
-  association.groups = GroupsOfOnePlace(rest, camera);
-  for (std::vector<std::size_t>& group : association.groups) {
-    for (std::size_t& i : group) {
-      i = index_of_rest[i];
-    }
-  }
+  association.groups = GroupsOfOnePlace(fragments, rest, camera);
   return association;
 }
 

@@ -62,7 +62,7 @@ TEST(LateAssociation, GroupsSingleBoxesOfOnePlace) {
       fragments.push_back(Fragment(BoxAt(0.8, 0.3), {frame}));
     }
   }
-  EXPECT_THAT(GroupsOfOnePlace(Pointers(fragments), TestCamera()),
+  EXPECT_THAT(AssociateFragments(Pointers(fragments), {}, TestCamera()).groups,
               ElementsAre(UnorderedElementsAre(0, 2, 4, 6, 8, 9), UnorderedElementsAre(1, 3, 5, 7)));
 }
 
@@ -71,10 +71,10 @@ TEST(LateAssociation, GroupsNothingWhenBoxesShowDifferentThings) {
   for (int frame = 0; frame < 6; ++frame) {
     fragments.push_back(Fragment(BoxAt(0.35 * (frame - 3), 0.3 * ((frame * 5) % 7 - 3)), {frame}));
   }
-  EXPECT_TRUE(GroupsOfOnePlace(Pointers(fragments), TestCamera()).empty());
+  EXPECT_TRUE(AssociateFragments(Pointers(fragments), {}, TestCamera()).groups.empty());
   fragments = {Fragment(BoxAt(0.0, 0.0), {0}, "tv"), Fragment(BoxAt(0.0, 0.0), {1}, "cup"),
                Fragment(BoxAt(0.0, 0.0), {2}, "book")};
-  EXPECT_TRUE(GroupsOfOnePlace(Pointers(fragments), TestCamera()).empty());
+  EXPECT_TRUE(AssociateFragments(Pointers(fragments), {}, TestCamera()).groups.empty());
 }
 
 // Boxes of most of the image would agree on any place; they say nothing about the small ones.
@@ -86,22 +86,24 @@ TEST(LateAssociation, GroupsSmallBoxesAmongLargeOnes) {
     fragments.push_back(Fragment(BoxAt(0.5, 0.0), {frame}));
     fragments.push_back(Fragment(wall, {frame + 6}));
   }
-  EXPECT_THAT(GroupsOfOnePlace(Pointers(fragments), TestCamera()),
+  EXPECT_THAT(AssociateFragments(Pointers(fragments), {}, TestCamera()).groups,
               ElementsAre(UnorderedElementsAre(0, 2, 4, 6)));
 }
 
 TEST(LateAssociation, TakesOneBoxAFrame) {
   const std::vector<Landmark> fragments = {Fragment(BoxAt(0.0, 0.0), {0, 1, 2}),
                                            Fragment(BoxAt(0.02, 0.0), {0}), Fragment(BoxAt(0.0, 0.0), {3})};
-  EXPECT_THAT(GroupsOfOnePlace(Pointers(fragments), TestCamera()), ElementsAre(ElementsAre(0, 2)));
+  EXPECT_THAT(AssociateFragments(Pointers(fragments), {}, TestCamera()).groups,
+              ElementsAre(ElementsAre(0, 2)));
 }
 
 TEST(LateAssociation, FindsTheMappedObjectThatAFragmentShows) {
   std::vector<Landmark> mapped = {Fragment(BoxAt(0.8, 0.3), {0, 1, 2}), Fragment(BoxAt(0.0, 0.0), {0, 1, 2})};
   mapped[0].visible = BoxAt(0.8, 0.3);
   mapped[1].visible = BoxAt(0.0, 0.0);
-  const auto found = [&](const Landmark& fragment) {
-    return ObjectShownBy(fragment, Pointers(mapped), TestCamera());
+  const auto found = [&](const Landmark& fragment) -> std::optional<std::size_t> {
+    const auto shown = AssociateFragments(std::vector{&fragment}, Pointers(mapped), TestCamera()).shown;
+    return shown.empty() ? std::nullopt : std::optional(shown.front().second);
   };
   EXPECT_EQ(found(Fragment(BoxAt(0.03, 0.0), {3, 4})), 1U);
   EXPECT_EQ(found(Fragment(BoxAt(0.03, 0.0), {3, 4}, "laptop")), 1U);
