@@ -131,14 +131,9 @@ std::vector<int> Associate(const std::vector<BoxCandidate>& boxes,
   std::vector<int> result = assign([&](Eigen::Index i, Eigen::Index j) {
     return InterFrameGain(boxes[i], *landmarks[j], rules, options);
   });
-  std::vector<bool> taken(landmarks.size(), false);
-  for (const int landmark : result) {
-    if (landmark >= 0) {
-      taken[landmark] = true;
-    }
-  }
   const std::vector<int> geometric = assign([&](Eigen::Index i, Eigen::Index j) {
-    return result[i] < 0 && !taken[j] ? GeometricGain(boxes[i], *landmarks[j], rules, options) : 0.0;
+    const bool are_free = result[i] < 0 && std::ranges::find(result, j) == result.end();
+    return are_free ? GeometricGain(boxes[i], *landmarks[j], rules, options) : 0.0;
   });
   for (std::size_t i = 0; i < result.size(); ++i) {
     result[i] = result[i] < 0 ? geometric[i] : result[i];

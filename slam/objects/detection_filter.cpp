@@ -31,54 +31,25 @@ std::vector<int> UsableDetections(const ObjectFrame& frame, const DetectionFilte
   return kept;
 }
 
-// The points of a frame in front of the camera, sorted by image column.
-class PointsByColumn {
- public:
-  struct Entry {
-    double column;  // px
-    const TrackedPoint* point;
-    double depth;  // map units
-  };
-
-  explicit PointsByColumn(const ObjectFrame& frame) {
-    const Rigid3d T_camera_map = frame.T_map_camera.Inverse();
-    for (const TrackedPoint& point : frame.points) {
-      if (const double depth = (T_camera_map * point.p_map).z(); depth > 0.0) {
-        entries_.push_back({point.pixel.x(), &point, depth});
-      }
+// Gathers the points in the candidate's box that pass the depth gate. `depths`: of the frame's points.
+void GatherPoints(const ObjectFrame& frame, const std::vector<double>& depths, double depth_iqr,
+                  BoxCandidate& candidate) {
+  std::vector<std::size_t> inside;
+  for (std::size_t i = 0; i < frame.points.size(); ++i) {
+    if (depths[i] > 0.0 && candidate.detection.box.Contains(frame.points[i].pixel)) {
+      inside.push_back(i);
     }
-    std::ranges::stable_sort(entries_, {}, &Entry::column);
   }
-
-  // Returns the points in the box, in the order of the frame's points.
-  std::vector<Entry> In(const Box2d& box) const {
-    std::vector<Entry> inside;
-    const auto begin = std::ranges::lower_bound(entries_, box.x, {}, &Entry::column);
-    for (auto it = begin; it != entries_.end() && it->column <= box.x + box.width; ++it) {
-      if (box.Contains(it->point->pixel)) {
-        inside.push_back(*it);
-      }
-    }
-    std::ranges::sort(inside, {}, &Entry::point);
-    return inside;
-  }
-
- private:
-  std::vector<Entry> entries_;
-};
-
-void GatherPoints(const PointsByColumn& points, double depth_iqr, BoxCandidate& candidate) {
-  const std::vector<PointsByColumn::Entry> inside = points.In(candidate.detection.box);
-  const std::vector<double> depths = ToVector(inside, &PointsByColumn::Entry::depth);
-  const std::vector<bool> keep = GateDepths(depths, depth_iqr);
+  const std::vector<bool> keep =
+      GateDepths(ToVector(inside, [&](std::size_t i) { return depths[i]; }), depth_iqr);
   std::vector<double> kept_depths;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (std::size_t i = 0; i < inside.size(); ++i) {
-    if (keep[i]) {
-      const TrackedPoint& point = *inside[i].point;
+  for (std::size_t k = 0; k < inside.size(); ++k) {
+    if (keep[k]) {
+      const TrackedPoint& point = frame.points[inside[k]];
       candidate.point_ids.push_back(point.point_id);
       candidate.positions.push_back(point.p_map);
-      kept_depths.push_back(depths[i]);
+      kept_depths.push_back(depths[inside[k]]);
       sum += point.p_map;
     }
   }
@@ -123,14 +94,16 @@ std::vector<bool> GateDepths(const std::vector<double>& depths, double iqr_facto
 
 std::vector<BoxCandidate> SelectBoxes(const ObjectFrame& frame, const DetectionFilterOptions& options,
                                       double depth_iqr) {
-  const PointsByColumn points(frame);
+  const Rigid3d T_camera_map = frame.T_map_camera.Inverse();
+  const std::vector<double> depths =
+      ToVector(frame.points, [&](const TrackedPoint& point) { return (T_camera_map * point.p_map).z(); });
   std::vector<BoxCandidate> candidates;
   for (const int index : UsableDetections(frame, options)) {
     BoxCandidate candidate;
     candidate.detection = frame.detections[index];
     candidate.detection_index = index;
     candidate.edges.cut = CutEdges(candidate.detection.box, frame.camera, options);
-    GatherPoints(points, depth_iqr, candidate);
+    GatherPoints(frame, depths, depth_iqr, candidate);
     candidates.push_back(std::move(candidate));
   }
   const std::vector<EdgeFlags> hidden = EdgesHiddenByBoxes(ToVector(candidates, [](const BoxCandidate& c) {

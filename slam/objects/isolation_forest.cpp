@@ -4,6 +4,8 @@
 #include <cmath>
 #include <random>
 
+#include "slam/util/to_vector.h"
+
 namespace sqslam {
 
 double MeanIsolationDepth(int n) {
@@ -87,16 +89,11 @@ double IsolationForest::Score(const Eigen::Vector3d& p) const {
 
 std::vector<double> AnomalyScores(std::span<const Eigen::Vector3d> points,
                                   const IsolationForestOptions& options, std::uint64_t seed) {
-  std::vector<double> scores;
   if (!options.enabled || static_cast<int>(points.size()) < options.min_points) {
-    return scores;
+    return {};
   }
   const IsolationForest forest(points, options, seed);
-  scores.reserve(points.size());
-  for (const Eigen::Vector3d& p : points) {
-    scores.push_back(forest.Score(p));
-  }
-  return scores;
+  return ToVector(points, [&](const Eigen::Vector3d& p) { return forest.Score(p); });
 }
 
 }  // namespace sqslam

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <ranges>
+#include <tuple>
 #include <utility>
 
 #include "slam/objects/landmark_geometry.h"
@@ -213,11 +214,6 @@ void EstimateFromBoxes(Landmark& landmark, const std::vector<BoxView>& views,
   landmark.box_agreement = landmark.estimated ? BoxAgreement(landmark.visible, views, context.camera) : 0.0;
 }
 
-std::vector<int> IdsInOrder(std::vector<std::pair<double, int>> keyed) {
-  std::ranges::sort(keyed);
-  return ToVector(keyed | std::views::values);
-}
-
 }  // namespace
 
 void ApplyFit(Landmark& landmark, const StandingFit& fit, const std::vector<BoxView>& views,
@@ -322,19 +318,17 @@ void EstimateLandmark(Landmark& landmark, const EstimationContext& context) {
 
 std::vector<int> MostOutdated(const std::map<int, Landmark>& landmarks, int most) {
   constexpr double kOutdated = 1.0 / 6.0;
-  std::vector<std::pair<double, int>> never;  // most boxes first
-  std::vector<std::pair<double, int>> outdated;
+  std::vector<std::tuple<bool, double, int>> outdated;  // those never estimated first, with most boxes
   for (const auto& [id, landmark] : landmarks) {
     const double since = landmark.observations - landmark.estimated_at;
     if (landmark.estimated_at == 0) {
-      never.emplace_back(-since, id);
+      outdated.emplace_back(false, -since, id);
     } else if (since >= kOutdated * landmark.estimated_at) {
-      outdated.emplace_back(-since / landmark.estimated_at, id);
+      outdated.emplace_back(true, -since / landmark.estimated_at, id);
     }
   }
-  std::vector<int> ids = IdsInOrder(std::move(never));
-  const std::vector<int> others = IdsInOrder(std::move(outdated));
-  ids.insert(ids.end(), others.begin(), others.end());
+  std::ranges::sort(outdated);
+  std::vector<int> ids = ToVector(outdated | std::views::elements<2>);
   if (most > 0 && ids.size() > static_cast<std::size_t>(most)) {
     ids.resize(static_cast<std::size_t>(most));
   }
@@ -351,7 +345,8 @@ std::vector<int> LargestFirst(const std::map<int, Landmark>& landmarks, const st
     const double size = log_metres && scale ? std::exp(*log_metres - scale->log_scale) : mapped;
     by_size.emplace_back(landmark.estimated ? -size : 0.0, id);
   }
-  return IdsInOrder(std::move(by_size));
+  std::ranges::sort(by_size);
+  return ToVector(by_size | std::views::values);
 }
 
 }  // namespace sqslam

@@ -11,6 +11,7 @@
 #include "slam/objects/paper_method.h"
 #include "slam/objects/visibility.h"
 #include "slam/objects/yaw.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 
@@ -325,10 +326,7 @@ std::vector<ObjectObservation> ObjectTracker::Track(const ObjectFrame& frame, co
   impl.MarkHiddenEdges(frame, ids, boxes);
   const YawOptions& yaw = impl.options.yaw;
   std::vector<std::vector<LineSegment>> lines = impl.Lines(frame, boxes, ids);
-  impl.observed.clear();
-  for (const TrackedPoint& point : frame.points) {
-    impl.observed.push_back(point.point_id);
-  }
+  impl.observed = ToVector(frame.points, &TrackedPoint::point_id);
   std::ranges::sort(impl.observed);
   std::vector<ObjectObservation> observations;
   for (std::size_t i = 0; i < boxes.size(); ++i) {

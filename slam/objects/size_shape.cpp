@@ -84,14 +84,13 @@ Extents EstimateExtents(std::span<const Eigen::Vector3d> p_object, const SizeSha
 }
 
 std::vector<double> ShapeWeights(std::span<const Eigen::Vector3d> p_object) {
-  double nearest = std::numeric_limits<double>::infinity();
-  double farthest = 0.0;
-  for (const Eigen::Vector3d& p : p_object) {
-    nearest = std::min(nearest, p.norm());
-    farthest = std::max(farthest, p.norm());
+  const std::vector<double> norms = ToVector(p_object, [](const Eigen::Vector3d& p) { return p.norm(); });
+  if (norms.empty()) {
+    return {};
   }
-  return ToVector(p_object, [&](const Eigen::Vector3d& p) {
-    return farthest > nearest ? (p.norm() - nearest) / (farthest - nearest) : 1.0;
+  const auto range = std::ranges::minmax(norms);
+  return ToVector(norms, [&](double norm) {
+    return range.max > range.min ? (norm - range.min) / (range.max - range.min) : 1.0;
   });
 }
 

@@ -70,34 +70,20 @@ struct Vote {
   }
 };
 
-// Directions about `up`, by their horizontal tilt in radians.
-class Tilts {
- public:
-  explicit Tilts(const Eigen::Vector3d& up)
-      : up_(up), x_axis_(up.unitOrthogonal()), y_axis_(up.cross(x_axis_)) {}
-
-  Eigen::Vector3d Direction(const Eigen::Vector2d& tilt) const {
-    return (up_ + tilt.x() * x_axis_ + tilt.y() * y_axis_).normalized();
-  }
-
-  // All within reach, a degree apart.
-  static std::vector<Eigen::Vector2d> Grid() {
-    constexpr double kStep = 1.0 * kRadiansPerDegree;
-    constexpr int kSteps = static_cast<int>(kReach / kStep);
-    std::vector<Eigen::Vector2d> grid;
-    for (int i = -kSteps; i <= kSteps; ++i) {
-      for (int j = -kSteps; j <= kSteps; ++j) {
-        if (i * i + j * j <= kSteps * kSteps) {
-          grid.emplace_back(kStep * i, kStep * j);
-        }
+// Returns all horizontal tilts within reach, a degree apart; radians.
+std::vector<Eigen::Vector2d> TiltsWithinReach() {
+  constexpr double kStep = 1.0 * kRadiansPerDegree;
+  constexpr int kSteps = static_cast<int>(kReach / kStep);
+  std::vector<Eigen::Vector2d> tilts;
+  for (int i = -kSteps; i <= kSteps; ++i) {
+    for (int j = -kSteps; j <= kSteps; ++j) {
+      if (i * i + j * j <= kSteps * kSteps) {
+        tilts.emplace_back(kStep * i, kStep * j);
       }
     }
-    return grid;
   }
-
- private:
-  Eigen::Vector3d up_, x_axis_, y_axis_;
-};
+  return tilts;
+}
 
 }  // namespace
 
@@ -107,14 +93,18 @@ std::optional<VerticalEdges> VerticalFromLines(std::span<const std::vector<LineV
   constexpr std::size_t kFewest = 3;
   constexpr double kPlaneSigma = 3.0 * kRadiansPerDegree;  // with a heavy tail
   constexpr double kFinest = 0.05 * kRadiansPerDegree;
-  const Tilts tilts(up);
-  const std::vector<Eigen::Vector2d> grid = Tilts::Grid();
+  const Eigen::Vector3d x_axis = up.unitOrthogonal();
+  const Eigen::Vector3d y_axis = up.cross(x_axis);
+  const auto direction = [&](const Eigen::Vector2d& tilt) -> Eigen::Vector3d {
+    return (up + tilt.x() * x_axis + tilt.y() * y_axis).normalized();
+  };
+  const std::vector<Eigen::Vector2d> grid = TiltsWithinReach();
   std::vector<Vote> votes;
   for (const std::vector<LineView>& of_object : lines) {
     Vote vote{NearlyVertical(of_object, camera, up)};
     double sum = 0.0;
     for (const Eigen::Vector2d& tilt : grid) {
-      const double log = LogLikelihood(vote.lines, tilts.Direction(tilt));
+      const double log = LogLikelihood(vote.lines, direction(tilt));
       vote.best = std::max(vote.best, log);
       sum += log;
     }
@@ -126,7 +116,7 @@ std::optional<VerticalEdges> VerticalFromLines(std::span<const std::vector<LineV
     return std::nullopt;
   }
   const auto loss = [&](const Eigen::Vector2d& tilt) {
-    const Eigen::Vector3d vertical = tilts.Direction(tilt);
+    const Eigen::Vector3d vertical = direction(tilt);
     return std::transform_reduce(votes.begin(), votes.end(),
                                  std::log1p(tilt.squaredNorm() / (kPlaneSigma * kPlaneSigma)), std::plus(),
                                  [&](const Vote& vote) { return vote.Loss(vertical); });
@@ -149,7 +139,7 @@ std::optional<VerticalEdges> VerticalFromLines(std::span<const std::vector<LineV
       }
     }
   }
-  return VerticalEdges{tilts.Direction(best), loss(Eigen::Vector2d::Zero()) - least};
+  return VerticalEdges{direction(best), loss(Eigen::Vector2d::Zero()) - least};
 }
 
 }  // namespace sqslam

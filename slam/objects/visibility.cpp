@@ -4,7 +4,6 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <numeric>
 #include <ranges>
 
 #include "slam/geometry/span_in_box.h"
@@ -139,7 +138,8 @@ void FreeEdgesAbove(std::span<const Landmark* const> beneath, const Camera& came
 
 EdgeFlags BoxEdges::Free() const {
   EdgeFlags free{};
-  std::ranges::transform(cut, hidden, free.begin(), [](bool cut, bool hidden) { return !cut && !hidden; });
+  std::ranges::transform(cut, hidden, free.begin(),
+                         [](bool is_cut, bool is_hidden) { return !is_cut && !is_hidden; });
   return free;
 }
 
@@ -159,24 +159,17 @@ EdgeFlags CutEdges(const Box2d& box, const Camera& camera, const DetectionFilter
 }
 
 std::vector<EdgeFlags> EdgesHiddenByBoxes(std::span<const BoxAtDepth> boxes) {
-  std::vector<std::size_t> from_left(boxes.size());
-  std::iota(from_left.begin(), from_left.end(), std::size_t{0});
-  std::ranges::sort(from_left, {}, [&](std::size_t i) { return boxes[i].box.x; });
   std::vector<EdgeFlags> hidden(boxes.size());
   for (std::size_t one = 0; one < boxes.size(); ++one) {
-    const Box2d& box = boxes[one].box;
-    for (const std::size_t i : from_left) {
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
       const Box2d& other = boxes[i].box;
-      if (other.x > box.x + box.width + kTouching) {
-        break;
-      }
-      if (i == one || !Touches(box, other) || !ReachesNearer(boxes[i], boxes[one])) {
+      if (i == one || !Touches(boxes[one].box, other) || !ReachesNearer(boxes[i], boxes[one])) {
         continue;
       }
       for (std::size_t edge = 0; edge < 4; ++edge) {
         // If it also covers the opposite edge, it is rather what this object stands on: a table under a cup.
-        const bool covered = CoveredShare(box, edge, other) > kHidden;
-        const bool through = CoveredShare(box, (edge + 2) % 4, other) > kHidden;
+        const bool covered = CoveredShare(boxes[one].box, edge, other) > kHidden;
+        const bool through = CoveredShare(boxes[one].box, (edge + 2) % 4, other) > kHidden;
         hidden[one][edge] = hidden[one][edge] || (covered && !through);
       }
     }
