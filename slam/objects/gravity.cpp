@@ -47,18 +47,26 @@ double MedianDepth(std::span<const Eigen::Vector3d> points, std::span<const Rigi
   return depths.empty() ? 0.0 : UpperMedian(std::move(depths));
 }
 
+// Returns the middles of the objects with enough points for one.
+std::vector<CloudMiddle> MiddlesOf(std::span<const std::vector<Eigen::Vector3d>> object_points) {
+  constexpr std::size_t kMinPoints = 4;
+  std::vector<CloudMiddle> middles;
+  for (const std::vector<Eigen::Vector3d>& object : object_points) {
+    if (object.size() >= kMinPoints) {
+      middles.push_back(MiddleOf(object));
+    }
+  }
+  return middles;
+}
+
 // Points around an object (within three times its radius) count three times: the plane sought is the one that
 // the objects stand on, not the largest one of the room.
 std::vector<double> PointWeights(std::span<const Eigen::Vector3d> points,
-                                 std::span<const std::vector<Eigen::Vector3d>> object_points) {
+                                 const std::vector<CloudMiddle>& objects) {
   constexpr double kReach = 3.0;
   constexpr double kGain = 3.0;
   std::vector<double> weights(points.size(), 1.0);
-  for (const std::vector<Eigen::Vector3d>& object : object_points) {
-    if (object.size() < 4) {
-      continue;
-    }
-    const CloudMiddle middle = MiddleOf(object);
+  for (const CloudMiddle& middle : objects) {
     for (std::size_t i = 0; i < points.size(); ++i) {
       if ((points[i] - middle.centre).norm() < kReach * middle.radius) {
         weights[i] = kGain;
@@ -73,21 +81,17 @@ std::vector<double> PointWeights(std::span<const Eigen::Vector3d> points,
 }
 
 Scene MakeScene(std::span<const Eigen::Vector3d> points, std::span<const Rigid3d> poses,
-                std::span<const std::vector<Eigen::Vector3d>> object_points, const GravityOptions& options) {
+                const std::vector<CloudMiddle>& objects, const GravityOptions& options) {
   Scene scene;
   scene.points = points;
-  scene.weights = PointWeights(points, object_points);
+  scene.weights = PointWeights(points, objects);
+  scene.object_centres = ToVector(objects, &CloudMiddle::centre);
   for (const Rigid3d& pose : poses) {
     scene.camera_centres.push_back(pose.translation);
     scene.camera_rights.push_back(pose.rotation * Eigen::Vector3d::UnitX());
     scene.mean_up -= pose.rotation * Eigen::Vector3d::UnitY();
   }
   scene.mean_up.normalize();
-  for (const std::vector<Eigen::Vector3d>& object : object_points) {
-    if (object.size() >= 4) {
-      scene.object_centres.push_back(MiddleOf(object).centre);
-    }
-  }
   scene.tolerance = options.inlier_share * MedianDepth(points, poses);
   return scene;
 }
@@ -332,7 +336,7 @@ std::optional<SupportPlane> EstimateSupportPlane(std::span<const Eigen::Vector3d
   if (static_cast<int>(points.size()) < options.min_points || poses.empty()) {
     return std::nullopt;
   }
-  Scene scene = MakeScene(points, poses, object_points, options);
+  Scene scene = MakeScene(points, poses, MiddlesOf(object_points), options);
   scene.vertical = vertical;
   if (scene.tolerance <= 0.0) {
     return std::nullopt;
@@ -364,19 +368,17 @@ std::optional<double> EstimateSupportHeight(std::span<const Eigen::Vector3d> poi
   if (static_cast<int>(points.size()) < options.min_points) {
     return std::nullopt;
   }
-  const std::vector<double> weights = PointWeights(points, object_points);
+  const std::vector<CloudMiddle> objects = MiddlesOf(object_points);
+  const std::vector<double> weights = PointWeights(points, objects);
   std::vector<std::pair<double, double>> levels;  // height, weight
   for (std::size_t i = 0; i < points.size(); ++i) {
     levels.emplace_back(points[i].z(), weights[i]);
   }
   std::ranges::sort(levels);
-  std::vector<double> object_levels;
-  for (const std::vector<Eigen::Vector3d>& object : object_points) {
-    if (object.size() >= 4) {
-      object_levels.push_back(MiddleOf(object).centre.z());
-    }
-  }
-  const double highest = object_levels.empty() ? levels.back().first : UpperMedian(std::move(object_levels));
+  const double highest =
+      objects.empty()
+          ? levels.back().first
+          : UpperMedian(ToVector(objects, [](const CloudMiddle& object) { return object.centre.z(); }));
   const double window = 2.0 * options.inlier_share * MiddleOf(points).radius;
   return BestLevel(levels, window, highest);
 }

@@ -199,11 +199,11 @@ class PartFitter {
 // Pixels that show the hull, as a rectangle; empty if a corner lies behind the camera.
 cv::Rect PixelsOf(const PosedSuperquadric& hull, const DepthMap& map) {
   const Rigid3d T_camera_hull = map.T_map_camera.Inverse() * hull.T_map_object;
+  const Eigen::AlignedBox3d box(-hull.shape.half_size, hull.shape.half_size);
   Eigen::AlignedBox2d pixels;
   for (int corner = 0; corner < 8; ++corner) {
-    const Eigen::Vector3d unit((corner & 1) != 0 ? 1.0 : -1.0, (corner & 2) != 0 ? 1.0 : -1.0,
-                               (corner & 4) != 0 ? 1.0 : -1.0);
-    const Eigen::Vector3d p = T_camera_hull * Eigen::Vector3d(unit.cwiseProduct(hull.shape.half_size));
+    const Eigen::Vector3d p =
+        T_camera_hull * box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner));
     if (p.z() <= 0.0) {
       return {};
     }
