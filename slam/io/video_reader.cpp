@@ -78,6 +78,17 @@ bool IsFullRange(const AVFrame& frame) {
   return jpeg_format || EnumNumber(frame.color_range) == AVCOL_RANGE_JPEG;
 }
 
+// Returns swscale's brightness that makes up for its rounding. Its fast conversion of these formats rounds
+// all terms down, which makes pictures 1.2 grey levels too dark on average; one level more leaves 0.1, at
+// most 1.6.
+int BrightnessFor(const AVFrame& frame, int width) {
+  constexpr int kGreyLevel = 256;
+  const bool fast = width == frame.width && frame.height % 2 == 0 &&
+                    (frame.format == AV_PIX_FMT_YUV420P || frame.format == AV_PIX_FMT_YUV422P ||
+                     frame.format == AV_PIX_FMT_YUVJ420P || frame.format == AV_PIX_FMT_YUVJ422P);
+  return fast ? kGreyLevel : 0;
+}
+
 }  // namespace
 
 struct VideoReader::Impl {
@@ -155,7 +166,8 @@ struct VideoReader::Impl {
     }
     constexpr int kOne = 1 << 16;
     sws_setColorspaceDetails(scaler.get(), sws_getCoefficients(MatrixOf(*frame)), IsFullRange(*frame) ? 1 : 0,
-                             sws_getCoefficients(SWS_CS_DEFAULT), 1, 0, kOne, kOne);
+                             sws_getCoefficients(SWS_CS_DEFAULT), 1, BrightnessFor(*frame, width), kOne,
+                             kOne);
     const std::array<std::uint8_t*, 4> pixels = {bgr.data};
     const std::array<int, 4> bytes = {static_cast<int>(bgr.step)};
     sws_scale(scaler.get(), frame->data, frame->linesize, 0, frame->height, pixels.data(), bytes.data());
@@ -163,7 +175,7 @@ struct VideoReader::Impl {
   }
 
   static constexpr int kRegisterBytes = 64;
-  static constexpr int kScaling = SWS_BICUBIC;  // within 2 grey levels; SWS_ACCURATE_RND takes 70 % longer
+  static constexpr int kScaling = SWS_BICUBIC;  // SWS_ACCURATE_RND takes seven times as long
 
   const std::vector<std::int64_t> times;
   // Tolerates a quarter of a frame between a decoded time and the index: some old codecs give inexact times.

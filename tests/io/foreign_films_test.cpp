@@ -23,6 +23,7 @@ using ::testing::HasSubstr;
 constexpr int kPictures = 24;
 constexpr double kStep = 0.04;  // seconds
 constexpr int kMaxError = 2;    // grey levels
+constexpr double kMaxMeanError = 0.45;
 const std::array kColors = {cv::Vec3b(0, 160, 0), cv::Vec3b(200, 30, 40), cv::Vec3b(20, 60, 220),
                             cv::Vec3b(128, 128, 128)};  // B, G, R
 
@@ -81,13 +82,17 @@ class ForeignFilms : public ::testing::Test {
     EXPECT_EQ(source.Skipped(), 0);
     return pictures;
   }
-  static void ExpectColors(const cv::Mat& bgr) {
+  // Returns the mean error.
+  static double ExpectColors(const cv::Mat& bgr) {
+    double sum = 0.0;
     for (int i = 0; i < 4; ++i) {
       const cv::Vec3b seen = bgr.at<cv::Vec3b>(bgr.rows / 4, (2 * i + 1) * bgr.cols / 8);
       for (int c = 0; c < 3; ++c) {
         EXPECT_NEAR(seen[c], kColors[i][c], kMaxError) << "patch " << i << ", channel " << c;
+        sum += seen[c] - kColors[i][c];
       }
     }
+    return sum / 12.0;
   }
   static std::vector<int> From(int first, int last = kPictures - 1) {
     std::vector<int> numbers;
@@ -123,6 +128,7 @@ TEST_F(ForeignFilms, HaveTheColoursOfTheirMatrixAndRange) {
                                   ToYuv(std::string_view(matrix) == "bt709" ? "bt709" : "bt601", range),
                                   matrix, range, kExact))});
     EXPECT_EQ(Play(sequence), From(0));
+    EXPECT_NEAR(ExpectColors(FrameSource(sequence).Next()->bgr), 0.0, kMaxMeanError);
   }
 }
 
