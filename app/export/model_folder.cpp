@@ -112,7 +112,7 @@ void CopyImages(const Sequence& sequence, const ImageFiles& files, const std::se
 // Writes the images at the camera's size as JPEG, turned as they were mapped. Returns those that can be read.
 ImageFiles WriteImages(const Sequence& sequence, const ImageFiles& files, const fs::path& folder,
                        const std::function<void(int, int)>& progress) {
-  constexpr int kQuality = 95;
+  constexpr int kQuality = 99;
   const std::int64_t first = files.begin()->first;
   FrameSource source(sequence, {first, files.rbegin()->first - first + 1, 1});
   ImageFiles written;

@@ -90,7 +90,7 @@ cv::Mat DecodeDepth(std::string_view bytes, cv::Size size) {
 
 std::string EncodeImage(const cv::Mat& bgr) {
   std::vector<std::uint8_t> jpeg;
-  cv::imencode(".jpg", bgr, jpeg, {cv::IMWRITE_JPEG_QUALITY, 92});
+  cv::imencode(".jpg", bgr, jpeg, {cv::IMWRITE_JPEG_QUALITY, 98});
   return {jpeg.begin(), jpeg.end()};
 }
 
