@@ -58,7 +58,7 @@ Argument& SequenceArguments::AddTo(Command& command, const std::string& input_he
     command.Option(
         "--camera NAME", camera,
         "Calibration, scaled to the images: FILE.yaml, also of Kalibr, ROS, OpenCV, ORB-SLAM, stella_vslam, "
-        "COLMAP (cameras.txt) or nerfstudio (transforms.json); a preset of configs/cameras (" +
+        "COLMAP (cameras.txt, .bin) or nerfstudio (transforms.json); a preset of configs/cameras (" +
             ConfigNameList("configs/cameras") +
             "); or auto: guess the focal length and refine it from the images. Default: "
             "camera.yaml in the sequence folder, else the dataset's preset");

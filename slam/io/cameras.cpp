@@ -31,9 +31,8 @@ constexpr double kMaxReadout = 100.0;  // ms
 class CameraReader {
  public:
   explicit CameraReader(const std::filesystem::path& path) : path_(path) {
-    const std::string text = ReadText(path, "a camera description with width, height, fx, fy, cx, cy");
     try {
-      root_ = CameraInOwnNames(text, path);
+      root_ = ReadCameraInOwnNames(path);
       ThrowIf<InputError>(!root_.IsMap(),
                           "{}:1: expected lines 'name: value' (width, height, fx, fy, cx, cy)",
                           path.string());
@@ -59,7 +58,7 @@ class CameraReader {
   double Checked(const YAML::Node& node, const std::string& key, double min, double max) const {
     double value = NAN;
     if (!node.IsScalar() || !YAML::convert<double>::decode(node, value) || !(value >= min && value <= max)) {
-      throw InputError("{}:{}: {} is {}, expected {}", path_.string(), node.Mark().line + 1, key,
+      throw InputError("{}: {} is {}, expected {}", Place(node), key,
                        node.IsScalar() ? node.Scalar() : "not a number", Range(min, max));
     }
     return value;
@@ -68,10 +67,15 @@ class CameraReader {
   YAML::Node Optional(const std::string& key) const { return root_[key]; }
 
   [[noreturn]] void Fail(const YAML::Node& node, const std::string& what) const {
-    throw InputError("{}:{}: {}", path_.string(), node.Mark().line + 1, what);
+    throw InputError("{}: {}", Place(node), what);
   }
 
  private:
+  // Values that were converted from another format have no line.
+  std::string Place(const YAML::Node& node) const {
+    const int line = node.Mark().line + 1;
+    return line > 0 ? fmt::format("{}:{}", path_.string(), line) : path_.string();
+  }
   static std::string Range(double min, double max) { return fmt::format("a number from {} to {}", min, max); }
 
   std::filesystem::path path_;

@@ -12,11 +12,11 @@
 namespace sqslam {
 
 // Reads `width height fx fy cx cy distortion: [k1, k2, p1, p2, k3] fps readout_ms`; distortion, fps and
-// readout_ms are optional (none, 30, unknown). Also reads calibrations of other programs (CameraInOwnNames).
-// `images`: returns their size if the file has none, as those of ORB-SLAM2; empty: it must have one. Throws
-// InputError that names file and line for a missing entry, a focal length that is NaN, zero or negative, a
-// side that is not a whole number of pixels from kMinImageSide to kMaxImageSide, a principal point far
-// outside the image, or a readout time above 100 ms.
+// readout_ms are optional (none, 30, unknown). Also reads calibrations of other programs
+// (ReadCameraInOwnNames). `images`: returns their size if the file has none, as those of ORB-SLAM2; empty: it
+// must have one. Throws InputError that names file and line for a missing entry, a focal length that is NaN,
+// zero or negative, a side that is not a whole number of pixels from kMinImageSide to kMaxImageSide, a
+// principal point far outside the image, or a readout time above 100 ms.
 Camera ReadCamera(const std::filesystem::path& path, const std::function<cv::Size()>& images = {});
 
 // `comment`: lines written at the top, each behind a #.

@@ -7,9 +7,14 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <sstream>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -291,6 +296,45 @@ YAML::Node FromColmap(const std::vector<TextLine>& lines, const fs::path& path) 
                               fmt::format("{}:{}", path.string(), line.number));
 }
 
+// Names of COLMAP's models by their numbers.
+constexpr std::array<const char*, 10> kColmapNumbers = {
+    "SIMPLE_PINHOLE", "PINHOLE", "SIMPLE_RADIAL",         "RADIAL",        "OPENCV", "OPENCV_FISHEYE",
+    "FULL_OPENCV",    "FOV",     "SIMPLE_RADIAL_FISHEYE", "RADIAL_FISHEYE"};
+
+// Reads the cameras of cameras.bin as the lines of cameras.txt.
+std::vector<TextLine> LinesOfColmap(std::string_view bytes, const fs::path& path) {
+  std::vector<TextLine> lines;
+  const auto take = [&]<typename Number>(Number number) {
+    ThrowIf<InputError>(bytes.size() < sizeof(Number), "{}: ends in camera {}, expected COLMAP's cameras.bin",
+                        path.string(), lines.size());
+    std::memcpy(&number, bytes.data(), sizeof(Number));
+    bytes.remove_prefix(sizeof(Number));
+    return number;
+  };
+  const std::uint64_t count = take(std::uint64_t{});
+  while (lines.size() < count) {
+    const std::uint32_t id = take(std::uint32_t{});
+    const auto model = static_cast<std::size_t>(take(std::int32_t{}));
+    const auto known =
+        model < kColmapNumbers.size() ? kColmapModels.find(kColmapNumbers[model]) : kColmapModels.end();
+    ThrowIf<InputError>(known == kColmapModels.end(),
+                        "{}: camera {} has the model number {}, expected one that cameras.txt may name: 0 to "
+                        "6, 8 or 9",
+                        path.string(), id, static_cast<std::int32_t>(model));
+    std::vector<std::string> words = {fmt::format("{}", id), known->first};
+    for (int side = 0; side < 2; ++side) {
+      words.push_back(fmt::format("{}", take(std::uint64_t{})));
+    }
+    for (std::size_t i = 0; i < known->second.size(); ++i) {
+      words.push_back(fmt::format("{}", take(double{})));
+    }
+    std::string text = fmt::format("{}", fmt::join(words, " "));
+    lines.push_back({static_cast<int>(lines.size()) + 1, std::move(text), std::move(words)});
+  }
+  ThrowIf<InputError>(lines.empty(), "{}: holds no camera", path.string());
+  return lines;
+}
+
 // Reads the intrinsics of transforms.json at the top, or those that all of its frames share.
 YAML::Node FromTransforms(const nlohmann::ordered_json& root, const fs::path& path) {
   ThrowIf<InputError>(!root.is_object(), "{}: expected the transforms.json of nerfstudio, an object",
@@ -336,6 +380,34 @@ std::string WithoutDirective(const std::string& text) {
   return text.starts_with("%YAML") ? text.substr(std::min(text.find('\n'), text.size())) : text;
 }
 
+// Returns the entries of OpenCV's XML: numbers, words, and matrices as lists.
+YAML::Node EntriesOfXml(std::string_view text) {
+  YAML::Node entries;
+  const auto between = [](std::string_view all, std::string_view start, std::string_view end) {
+    const std::size_t first = std::min(all.find(start), all.size());
+    const std::string_view rest = all.substr(std::min(first + start.size(), all.size()));
+    return rest.substr(0, rest.find(end));
+  };
+  text = between(text, "<opencv_storage>", "</opencv_storage>");
+  for (std::size_t at = text.find('<'); at != text.npos; at = text.find('<')) {
+    text.remove_prefix(at + 1);
+    const std::string name(text.substr(0, text.find_first_of("> \t\n")));
+    const std::string end = text.starts_with("!--") ? "-->" : "</" + name + ">";
+    const std::string_view body = text.substr(0, text.find(end));
+    text.remove_prefix(std::min(body.size() + end.size(), text.size()));
+    const bool matrix = body.find("<data>") != body.npos;
+    std::istringstream content(
+        std::string(matrix ? between(body, "<data>", "</data>") : between(body, ">", "<")));
+    const std::vector<std::string> words{std::istream_iterator<std::string>(content), {}};
+    if (matrix) {
+      entries[name] = words;
+    } else if (words.size() == 1) {
+      entries[name] = words.front();
+    }
+  }
+  return entries;
+}
+
 YAML::Node FromYaml(const YAML::Node& root, const fs::path& path) {
   if (!root.IsMap()) {
     return root;
@@ -362,7 +434,15 @@ YAML::Node FromYaml(const YAML::Node& root, const fs::path& path) {
 
 }  // namespace
 
-YAML::Node CameraInOwnNames(const std::string& text, const fs::path& path) {
+YAML::Node ReadCameraInOwnNames(const fs::path& path) {
+  constexpr const char* kExpected = "a camera description with width, height, fx, fy, cx, cy";
+  if (path.extension() == ".bin") {
+    return FromColmap(LinesOfColmap(ReadFile(path, kExpected), path), path);
+  }
+  const std::string text = ReadText(path, kExpected);
+  if (text.find("<opencv_storage>") != text.npos) {
+    return Convert(kMatrix, InLowerCase(EntriesOfXml(text)), path);
+  }
   if (const std::vector<TextLine> lines = TextLinesIn(text); IsColmap(lines)) {
     return FromColmap(lines, path);
   }

@@ -208,6 +208,25 @@ constexpr std::array kTargets{
                [] { return FileOfProject("configs/cameras/tum-freiburg1.yaml"); }},
     FuzzTarget{"camera_colmap", "cameras.txt", [](const fs::path& file) { ReadCamera(file); },
                [] { return std::string("# cameras\n1 OPENCV 640 480 500 500 320 240 0.1 0.2 0 0\n"); }},
+    FuzzTarget{"camera_colmap_binary", "cameras.bin", [](const fs::path& file) { ReadCamera(file); },
+               [] {  // one camera, PINHOLE, 640x640, with 512 for each of its four parameters
+                 std::string seed("\1\0\0\0\0\0\0\0\1\0\0\0\1\0\0\0", 16);
+                 for (int i = 0; i < 2; ++i) {
+                   seed += std::string("\x80\2\0\0\0\0\0\0", 8);
+                 }
+                 for (int i = 0; i < 4; ++i) {
+                   seed += std::string("\0\0\0\0\0\0\x80\x40", 8);
+                 }
+                 return seed;
+               }},
+    FuzzTarget{
+        "camera_opencv_xml", "camera.xml", [](const fs::path& file) { ReadCamera(file); },
+        [] {
+          return std::string(
+              "<?xml version=\"1.0\"?>\n<opencv_storage>\n<image_width>640</image_width>\n"
+              "<image_height>480</image_height>\n<!-- lens -->\n<camera_matrix type_id=\"opencv-matrix\">"
+              "<data>500 0 320 0 500 240 0 0 1</data></camera_matrix>\n</opencv_storage>\n");
+        }},
     FuzzTarget{
         "camera_orb_slam", "orb.yaml", [](const fs::path& file) { ReadCamera(file); },
         [] {

@@ -302,6 +302,19 @@ TEST(ForeignCameras, ReadsEquidistantAsFisheye) {
   EXPECT_EQ(ros.distortion[3], 0.007);
 }
 
+// COLMAP's cameras.bin with one camera of 640x480 pixels.
+std::string ColmapBinary(std::int32_t model, const std::vector<double>& parameters) {
+  std::string bytes;
+  const auto put = [&](auto value) { bytes.append(reinterpret_cast<const char*>(&value), sizeof(value)); };
+  put(std::uint64_t{1});
+  put(std::uint32_t{1});
+  put(model);
+  put(std::uint64_t{640});
+  put(std::uint64_t{480});
+  std::ranges::for_each(parameters, put);
+  return bytes;
+}
+
 // The same camera in the words of other programs.
 TEST(ForeignCameras, ReadsSlamAndReconstructionPrograms) {
   const TemporaryFolder folder;
@@ -335,6 +348,15 @@ TEST(ForeignCameras, ReadsSlamAndReconstructionPrograms) {
       {"camera_info.yaml",
        "header:\n  seq: 1\nheight: 480\nwidth: 640\ndistortion_model: \"plumb_bob\"\n"
        "D: [0.1, 0.2, 0.01, 0.02, 0.0]\nK: [500.0, 0.0, 319.5, 0.0, 510.0, 239.5, 0.0, 0.0, 1.0]\n---\n"},
+      {"opencv.xml",
+       "<?xml version=\"1.0\"?>\n<opencv_storage>\n<calibration_time>\"Mon Jan  5 2026\"</calibration_time>\n"
+       "<image_width>640</image_width>\n<image_height>480</image_height>\n<flags>0</flags>\n"
+       "<!-- pinhole -->\n<camera_matrix type_id=\"opencv-matrix\">\n  <rows>3</rows>\n  <cols>3</cols>\n"
+       "  <dt>d</dt>\n  <data>\n    5.0e+02 0. 319.5 0. 510.\n    239.5 0. 0. 1.</data></camera_matrix>\n"
+       "<distortion_coefficients type_id=\"opencv-matrix\">\n  <rows>5</rows>\n  <cols>1</cols>\n"
+       "  <dt>d</dt>\n  <data>\n    0.1 0.2 0.01 0.02 0.</data></distortion_coefficients>\n"
+       "</opencv_storage>\n"},
+      {"cameras.bin", ColmapBinary(4, {500.0, 510.0, 320.0, 240.0, 0.1, 0.2, 0.01, 0.02})},
       {"script.json",
        R"({"image_width": 640, "image_height": 480, "dist_coeff": [[0.1, 0.2, 0.01, 0.02, 0.0]],
                           "camera_matrix": [[500, 0, 319.5], [0, 510, 239.5], [0, 0, 1]]})"},
@@ -388,6 +410,14 @@ TEST(ForeignCameras, RefusesOtherModelsOfReconstructionPrograms) {
   EXPECT_THAT(error_of("cameras.txt", "1 PINHOLE 64 48 50 50 32 24\n2 PINHOLE 64 48 51 50 32 24\n"),
               HasSubstr("cameras.txt:2: a camera that differs"));
   EXPECT_THAT(error_of("cameras.txt", "1 PINHOLE 64 48 50 50 32\n"), HasSubstr("cameras.txt:1: "));
+  EXPECT_THAT(error_of("cameras.bin", ColmapBinary(1, {50.0, 50.0})),
+              HasSubstr("cameras.bin: ends in camera 0"));
+  EXPECT_THAT(error_of("cameras.bin", ColmapBinary(7, {50.0, 50.0, 32.0, 24.0, 0.9})),
+              HasSubstr("cameras.bin: camera 1 has the model number 7"));
+  EXPECT_THAT(error_of("cameras.bin", ColmapBinary(1, {-1.0, 50.0, 32.0, 24.0})),
+              HasSubstr("cameras.bin: fx is -1, expected"));
+  EXPECT_THAT(error_of("opencv.xml", "<opencv_storage><image_width>640"),
+              HasSubstr("opencv.xml: height is missing"));
   EXPECT_THAT(error_of("stella.yaml", "Camera:\n  model: equirectangular\n  fx: 1\n"),
               HasSubstr("stella.yaml:2: model is equirectangular, expected perspective or fisheye"));
   EXPECT_THAT(error_of("transforms.json", R"({"fl_x": 50, "camera_model": "EQUIRECTANGULAR"})"),
