@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <boost/algorithm/string/case_conv.hpp>
@@ -200,6 +201,62 @@ bool HasTrackIds(const std::vector<TextLine>& lines) {
   return !lines.empty() && std::ranges::all_of(lines, is_id);
 }
 
+constexpr std::size_t kKeypointWords = 3;  // x y, and whether or how surely it is seen
+
+// Returns true if the words after the box can be keypoints: those seen lie in the box. Labels mark them by
+// whole numbers (0, 1, 2). Others are only believed if they span a part of the box, as the numbers of a
+// polygon hardly do, and if there are several boxes.
+bool CanBeKeypoints(const TextLine& line, bool single) {
+  constexpr double kMargin = 0.1;    // of the box
+  constexpr double kMinSpan = 0.25;  // of the box
+  const auto point_at = [&](std::size_t i) {
+    return Eigen::Vector2d(NumberIn(line, i).value_or(NAN), NumberIn(line, i + 1).value_or(NAN));
+  };
+  const Eigen::Vector2d center = point_at(1), size = point_at(3);
+  const Eigen::AlignedBox2d box(center - (0.5 + kMargin) * size, center + (0.5 + kMargin) * size);
+  Eigen::AlignedBox2d seen;
+  bool whole = true;
+  for (std::size_t i = kBoxWords; i + kKeypointWords <= line.words.size(); i += kKeypointWords) {
+    const double mark = NumberIn(line, i + 2).value_or(NAN);
+    if (!(mark >= 0.0 && mark <= 1.0) && mark != 2.0) {
+      return false;
+    }
+    whole = whole && mark == std::floor(mark);
+    if (const Eigen::Vector2d point = point_at(i); mark > 0.0 && !point.isZero()) {
+      if (!box.contains(point)) {
+        return false;
+      }
+      seen.extend(point);
+    }
+  }
+  return whole || (!single && !seen.isEmpty() && (seen.sizes().array() >= kMinSpan * size.array()).all());
+}
+
+// Removes the keypoints of poses, `class cx cy w h x y v x y v ... [score] [track]`. All lines of a folder
+// have the same number of them.
+void RemoveKeypoints(std::vector<std::vector<TextLine>>& files) {
+  constexpr std::size_t kMinKeypoints = 3;
+  std::size_t words = 0, lines = 0;
+  for (const std::vector<TextLine>& file : files) {
+    for (const TextLine& line : file) {
+      words = lines++ == 0 ? line.words.size() : line.words.size() == words ? words : 0;
+    }
+  }
+  const auto are_poses = [&](const std::vector<TextLine>& file) {
+    return std::ranges::all_of(file, [&](const TextLine& line) { return CanBeKeypoints(line, lines == 1); });
+  };
+  if (words < kBoxWords + kMinKeypoints * kKeypointWords || !std::ranges::all_of(files, are_poses)) {
+    return;
+  }
+  const auto removed = static_cast<std::ptrdiff_t>((words - kBoxWords) / kKeypointWords * kKeypointWords);
+  for (std::vector<TextLine>& file : files) {
+    for (TextLine& line : file) {
+      const auto first = line.words.begin() + kBoxWords;
+      line.words.erase(first, first + removed);
+    }
+  }
+}
+
 // Replaces the polygon in `class x y x y x y ... [score]` by its bounds, `class cx cy w h [score]`.
 void UseBounds(const BoxTable& table, TextLine& line) {
   const std::size_t numbers = line.words.size() - 1;
@@ -259,13 +316,18 @@ std::vector<FileBox> ReadBoxFolder(const fs::path& folder) {
       "'class x y w h score' in pixels, or 'class cx cy w h [score] [track]' or 'class x y x y x y ... "
       "[score] "
       "[track]' in parts of the image";
+  std::vector<std::vector<TextLine>> lines_of;
+  for (const fs::path& file : files) {
+    lines_of.push_back(ReadTextLines(file, "a file with the boxes of one frame"));
+  }
+  RemoveKeypoints(lines_of);
   std::vector<FileBox> boxes;
   std::optional<std::string> without_score;
   bool tracks = false;
-  for (const fs::path& file : files) {
-    const BoxTable table{file, kFolderColumns, kExpected, names};
-    const FrameKey frame = file.lexically_relative(folder).replace_extension().generic_string();
-    std::vector<TextLine> lines = ReadTextLines(file, "a file with the boxes of one frame");
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const BoxTable table{files[i], kFolderColumns, kExpected, names};
+    const FrameKey frame = files[i].lexically_relative(folder).replace_extension().generic_string();
+    std::vector<TextLine>& lines = lines_of[i];
     const bool has_ids = HasTrackIds(lines);
     tracks = tracks || has_ids;
     for (TextLine& line : lines) {

@@ -227,6 +227,13 @@ constexpr std::array kTargets{
               "<image_height>480</image_height>\n<!-- lens -->\n<camera_matrix type_id=\"opencv-matrix\">"
               "<data>500 0 320 0 500 240 0 0 1</data></camera_matrix>\n</opencv_storage>\n");
         }},
+    FuzzTarget{"boxes_poses", "labels/film_1.txt",
+               [](const fs::path& file) { ReadBoxes(file.parent_path()); },
+               [] {
+                 return std::string(
+                     "0 0.5 0.5 0.4 0.6 0.4 0.3 2 0.6 0.3 1 0.5 0.7 2 0.9\n0 0.5 0.5 0.4 0.6 0.4 0.3 2 0 0 0 "
+                     "0.5 0.7 1 0.8\n");
+               }},
     FuzzTarget{
         "camera_orb_slam", "orb.yaml", [](const fs::path& file) { ReadCamera(file); },
         [] {

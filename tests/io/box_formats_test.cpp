@@ -84,6 +84,37 @@ TEST_F(BoxFormats, ReadsTrackIdsAndPolygonsOfUltralytics) {
               HasSubstr("001.txt:1: "));
 }
 
+// Labels mark keypoints by 0, 1 and 2, results by a probability. The keypoints here span less than the box.
+TEST_F(BoxFormats, ReadsBoxesOfPoses) {
+  const auto read = [&](const std::string& end, const std::string& mark) {
+    fs::remove_all(folder_.Path() / "labels");
+    const std::string line =
+        "0 0.5 0.5 0.1 0.2 0.47 0.45 " + mark + " 0.53 0.45 " + mark + " 0.5 0.55 " + mark;
+    folder_.Write("labels/000.txt", line + " 0 0 0" + end + "\n");
+    folder_.Write("labels/001.txt",
+                  line + " 0.5 0.5 " + mark + end + "\n" + line + " 0.5 0.5 0" + end + "\n");
+    const auto frames = Read(folder_.Path() / "labels", images_);
+    EXPECT_EQ(frames[1].size(), 2U);
+    return std::vector(frames[1].begin(), frames[1].begin() + 1);
+  };
+  const Box2d box{90, 40, 20, 20};
+  for (const char* mark : {"2", "1", "0.93"}) {
+    SCOPED_TRACE(mark);
+    ExpectBox(read("", mark), "person", 1.0, box);
+    ExpectBox(read(" 0.75", mark), "person", 0.75, box);
+    ExpectBox(read(" 7", mark), "person", 1.0, box);
+    ExpectBox(read(" 0.75 7", mark), "person", 0.75, box);
+  }
+  // Polygons of one length stay polygons, also those on the diagonal of the image.
+  fs::remove_all(folder_.Path() / "labels");
+  const std::string octagon = "0 0.48 0.4 0.52 0.4 0.55 0.45 0.55 0.55 0.52 0.6 0.48 0.6 0.45 0.55 0.45 0.45";
+  for (const char* name : {"labels/000.txt", "labels/001.txt"}) {
+    folder_.Write(name, octagon + "\n" + octagon + "\n");
+  }
+  const auto frames = Read(folder_.Path() / "labels", images_);
+  ExpectBox(std::vector(frames[1].begin(), frames[1].begin() + 1), "person", 1.0, box);
+}
+
 TEST_F(BoxFormats, IgnoresHiddenFiles) {
   folder_.Write("labels/._001.txt", std::string("\0\5\26\7\0\2\0\0Mac OS X", 16));
   folder_.Write("labels/001.txt", "41 0.5 0.5 0.1 0.2 0.75\n");
