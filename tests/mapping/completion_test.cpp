@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <ranges>
+
 #include "slam/estimation/reprojection_error.h"
 #include "tests/support/synthetic_map.h"
 
@@ -157,6 +160,40 @@ TEST_F(CompletionTest, LocatesFrameOnlyWithinAllowedDeviation) {
   const double deviation = CornerDeviation(camera_, located->T_camera_map, p_map);
   EXPECT_FALSE(completion_.Locate(view, shared, frame, 0.9 * deviation));
   EXPECT_TRUE(completion_.Locate(view, shared, frame, 1.1 * deviation));
+}
+
+// The four keyframes that share most with a frame have points of their own, three times as far away. A step
+// from any of them agrees with its own points, but not with those of the other keyframes.
+TEST_F(CompletionTest, PlacesNoFrameByTwoViewsThatOtherKeyframesContradict) {
+  SyntheticMap world = MakeSyntheticMap({.keyframes = 10});
+  const LeftoverFrame frame{40, 4.0, world.See(PoseOnArc(4.5), {.pixel_noise = 0.2}).features};
+  AddViews(world.map, 0);
+  views_.Add(frame.index, frame.features);
+  views_.Match();
+  const std::optional<TrackedFrame> placed = completion_.LocateByTwoViews(world.map, frame);
+  ASSERT_TRUE(placed);
+  EXPECT_LT(CenterDistance(placed->T_camera_map, PoseOnArc(4.5)), 50.0 * kThousandth);
+  std::vector<std::pair<std::size_t, std::int64_t>> ranked;
+  for (const auto& [other, matches] : views_.MatchesOf(frame.index)) {
+    ranked.emplace_back(matches.size(), other);
+  }
+  std::ranges::sort(ranked, std::greater<>());
+  ASSERT_GE(ranked.size(), 9U);
+  for (const auto& [count, other] : ranked | std::views::take(4)) {
+    const auto keyframe = std::ranges::find_if(
+        world.map.Keyframes(), [&](const auto& entry) { return entry.second.frame_index == other; });
+    const KeyframeId id = keyframe->first;
+    const Eigen::Vector3d center = keyframe->second.Center();
+    const std::vector<PointId> points = keyframe->second.points;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (points[i] != kNoPoint) {
+        const Eigen::Vector3d farther = center + 3.0 * (world.map.Point(points[i]).p_map - center);
+        world.map.RemoveObservation(points[i], id);
+        world.map.AddObservation(world.map.AddPoint(farther, id), id, static_cast<int>(i));
+      }
+    }
+  }
+  EXPECT_FALSE(completion_.LocateByTwoViews(world.map, frame));
 }
 
 // Six photographs of a cloud, four of another one.
