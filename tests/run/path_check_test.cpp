@@ -96,6 +96,9 @@ TEST_F(JudgeStepTest, DoesNotConfirmWrongRotation) {
   const std::vector<TwoViewMatch> matches = MatchesAcross(camera_, aside, 0.15);
   EXPECT_EQ(Judge(matches, aside), StepEvidence::kConfirmed);
   EXPECT_EQ(Judge(matches, turned), StepEvidence::kNone);
+  // The matches of a step too short for a map determine the rotation all the same.
+  const Rigid3d slightly_aside{{1, 0, 0, 0}, {0.045, 0.0, 0.0}};
+  EXPECT_EQ(Judge(MatchesAcross(camera_, slightly_aside, 0.15), turned), StepEvidence::kNone);
 }
 
 TEST_F(JudgeStepTest, ContradictsJumpBetweenImagesThatAreAlike) {
