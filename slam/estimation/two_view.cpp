@@ -238,8 +238,12 @@ cv::Mat FindEssentialFast(const std::vector<cv::Point2d>& points1, const std::ve
   return cv::findEssentialMat(points1, points2, K, K, cv::noArray(), cv::noArray(), inliers, params);
 }
 
-// Returns the distance of each match from the best-fitting rotation, px.
-std::vector<double> ResidualsOfRotation(const Camera& camera, const std::vector<TwoViewMatch>& matches) {
+struct RotationFit {
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();  // R_camera2_camera1
+  std::vector<double> residuals;                    // px, distance of each match from it
+};
+
+RotationFit FitRotation(const Camera& camera, const std::vector<TwoViewMatch>& matches) {
   constexpr int kRounds = 5;  // of iterative reweighting: matches far from the rotation are downweighted
   std::vector<Eigen::Vector3d> rays1;
   std::vector<Eigen::Vector3d> rays2;
@@ -247,21 +251,22 @@ std::vector<double> ResidualsOfRotation(const Camera& camera, const std::vector<
     rays1.push_back(camera.Unproject(match.pixel1).normalized());
     rays2.push_back(camera.Unproject(match.pixel2).normalized());
   }
-  std::vector<double> residuals(matches.size(), 1.0);
+  RotationFit fit;
+  fit.residuals.assign(matches.size(), 1.0);
   for (int round = 0; round < kRounds; ++round) {
     Eigen::Matrix3d correlation = Eigen::Matrix3d::Zero();
     for (std::size_t i = 0; i < matches.size(); ++i) {
-      correlation += rays2[i] * rays1[i].transpose() / std::max(1.0, residuals[i]);
+      correlation += rays2[i] * rays1[i].transpose() / std::max(1.0, fit.residuals[i]);
     }
     const Eigen::JacobiSVD<Eigen::Matrix3d> svd(correlation, Eigen::ComputeFullU | Eigen::ComputeFullV);
     Eigen::Vector3d signs = Eigen::Vector3d::Ones();
     signs.z() = (svd.matrixU() * svd.matrixV().transpose()).determinant();
-    const Eigen::Matrix3d R = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+    fit.R = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
     for (std::size_t i = 0; i < matches.size(); ++i) {
-      residuals[i] = (camera.Project(R * rays1[i]) - matches[i].pixel2).norm();
+      fit.residuals[i] = (camera.Project(fit.R * rays1[i]) - matches[i].pixel2).norm();
     }
   }
-  return residuals;
+  return fit;
 }
 
 }  // namespace
@@ -275,10 +280,12 @@ EpipolarSupport FindEpipolarSupport(const Camera& camera, const std::vector<TwoV
     return support;
   }
   // Images of a camera that turns determine no essential matrix, and the search for one is long.
-  const std::vector<double> residuals = ResidualsOfRotation(camera, matches);
-  support.inliers = IndicesWhere(matches.size(), [&](std::size_t i) { return residuals[i] <= kMaxResidual; });
+  const RotationFit turn = FitRotation(camera, matches);
+  support.inliers =
+      IndicesWhere(matches.size(), [&](std::size_t i) { return turn.residuals[i] <= kMaxResidual; });
   if (static_cast<double>(support.inliers.size()) >= kMinExplained * static_cast<double>(matches.size())) {
     support.only_turns = true;
+    support.rotations.emplace_back(turn.R);
     return support;
   }
   support.inliers.clear();
@@ -298,20 +305,21 @@ EpipolarSupport FindEpipolarSupport(const Camera& camera, const std::vector<TwoV
   Eigen::Matrix3d E;
   cv::cv2eigen(E_cv.rowRange(0, 3), E);
   support.F21 = camera.K().inverse().transpose() * E * camera.K().inverse();
+  const std::vector<Rigid3d> motions = MotionsFromEssential(E_cv.rowRange(0, 3));
+  support.rotations = ToVector(motions, &Rigid3d::rotation);
   if (count == matches.size()) {
     support.inliers = IndicesWhere(count, [&](std::size_t i) { return mask[i] != 0; });
     return support;
   }
-  const Rigid3d motion = MotionsFromEssential(E_cv.rowRange(0, 3)).front();
   support.inliers = IndicesWhere(matches.size(), [&](std::size_t i) {
-    const double error = SampsonError(camera, matches[i], motion);
+    const double error = SampsonError(camera, matches[i], motions.front());
     return error * error <= kChi2OneDof * kVariance;
   });
   return support;
 }
 
 double FlowWithoutRotation(const Camera& camera, const std::vector<TwoViewMatch>& matches) {
-  return UpperMedian(ResidualsOfRotation(camera, matches));
+  return UpperMedian(FitRotation(camera, matches).residuals);
 }
 
 TwoViewReport EstimateTwoView(const Camera& camera, const std::vector<TwoViewMatch>& matches,

@@ -44,6 +44,9 @@ struct EpipolarSupport {
   std::vector<int> inliers;                       // indices of the matches
   bool only_turns = false;                        // a rotation explains nearly all of them
   Eigen::Matrix3d F21 = Eigen::Matrix3d::Zero();  // p2^T F21 p1 = 0 for pixels; zero if it is not determined
+  // R_camera2_camera1: the rotation if the camera only turns, else those of the essential matrix, one of
+  // which is right (Hartley and Zisserman, 9.6.2); none if neither is determined.
+  std::vector<Eigen::Quaterniond> rotations;
 };
 
 // Returns the matches that the best essential matrix explains, or a rotation; none if there are too few.

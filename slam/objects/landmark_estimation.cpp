@@ -125,12 +125,12 @@ double LogSizeSigma(const Superquadric& shape, const Eigen::Matrix<double, 9, 9>
 
 // Returns as many evenly spaced views that are not among `used`; `used` itself if there are hardly any.
 std::vector<BoxView> HeldOutViews(const std::vector<BoxView>& all, const std::vector<BoxView>& used) {
-  constexpr std::size_t kFewest = 5;
+  constexpr std::size_t kMinOthers = 5;
   std::vector<BoxView> others;
   std::ranges::copy_if(all, std::back_inserter(others), [&](const BoxView& view) {
     return std::ranges::find(used, view.frame_index, &BoxView::frame_index) == used.end();
   });
-  return others.size() < kFewest ? used : Thinned(others, used.size());
+  return others.size() < kMinOthers ? used : Thinned(others, used.size());
 }
 
 // Updates the landmark's reliability; `used`: the views of its estimate.

@@ -24,9 +24,9 @@ std::optional<MetricScale> ScaleFrom(const Landmark& landmark, const ClassTable&
 }
 
 std::optional<MetricScale> CombinedScale(std::vector<MetricScale> estimates) {
-  constexpr std::size_t kLeast = 3;
+  constexpr std::size_t kMinEstimates = 3;
   constexpr int kRounds = 10;
-  if (estimates.size() < kLeast) {
+  if (estimates.size() < kMinEstimates) {
     return std::nullopt;
   }
   const auto middle = estimates.begin() + static_cast<std::ptrdiff_t>(estimates.size() / 2);

@@ -43,7 +43,7 @@ struct ClassEntry {
 };
 
 ObjectClass ClassOf(const ClassEntry& entry) {
-  constexpr double kLeastShare = 0.02;  // no shape is impossible
+  constexpr double kMinShare = 0.02;  // no shape is impossible
   ObjectClass known = entry.known;
   const auto& [width, depth, height] = entry.size;
   const double log_area = std::log(width) + std::log(depth);
@@ -57,7 +57,7 @@ ObjectClass ClassOf(const ClassEntry& entry) {
   known.shapes = {entry.box, entry.cylinder, entry.ellipsoid};
   double sum = 0.0;
   for (double& share : known.shapes) {
-    share = std::max(share, kLeastShare);
+    share = std::max(share, kMinShare);
     sum += share;
   }
   for (double& share : known.shapes) {

@@ -6,8 +6,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <opencv2/calib3d.hpp>
-#include <opencv2/core/eigen.hpp>
 #include <optional>
 #include <set>
 
@@ -56,24 +54,13 @@ double DistanceFromPoses(const Camera& camera, const TwoViewMatch& match, const 
 }
 
 // Returns true if the matches alone determine another rotation. With a baseline as long as the scene is deep,
-// most matches agree with some depth whatever the rotation. Of the two rotations of an essential matrix
-// (Hartley and Zisserman, 9.6.2), the one that is nearer to the poses counts: the other turns by 180 degrees.
+// most matches agree with some depth whatever the rotation.
 bool RotatesOtherwise(const Camera& camera, const std::vector<TwoViewMatch>& matches,
                       const Rigid3d& T_after_before) {
   constexpr double kMaxDifference = 0.17;  // rad, 10 degrees
-  const EpipolarSupport support = FindEpipolarSupport(camera, matches);
-  if (support.F21.isZero()) {
-    return false;
-  }
-  cv::Mat E;
-  cv::eigen2cv(Eigen::Matrix3d(camera.K().transpose() * support.F21 * camera.K()), E);
-  cv::Mat rotations[2];
-  cv::Mat direction;
-  cv::decomposeEssentialMat(E, rotations[0], rotations[1], direction);
-  return std::ranges::all_of(rotations, [&](const cv::Mat& rotation) {
-    Eigen::Matrix3d R;
-    cv::cv2eigen(rotation, R);
-    return Eigen::Quaterniond(R).angularDistance(T_after_before.rotation) > kMaxDifference;
+  const std::vector<Eigen::Quaterniond> rotations = FindEpipolarSupport(camera, matches).rotations;
+  return !rotations.empty() && std::ranges::all_of(rotations, [&](const Eigen::Quaterniond& rotation) {
+    return rotation.angularDistance(T_after_before.rotation) > kMaxDifference;
   });
 }
 

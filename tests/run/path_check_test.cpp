@@ -99,6 +99,8 @@ TEST_F(JudgeStepTest, DoesNotConfirmWrongRotation) {
   // The matches of a step too short for a map determine the rotation all the same.
   const Rigid3d slightly_aside{{1, 0, 0, 0}, {0.045, 0.0, 0.0}};
   EXPECT_EQ(Judge(MatchesAcross(camera_, slightly_aside, 0.15), turned), StepEvidence::kNone);
+  EXPECT_EQ(Judge(MatchesAcross(camera_, none_, 0.15), turned), StepEvidence::kNone)
+      << "nor does the camera move";
 }
 
 TEST_F(JudgeStepTest, ContradictsJumpBetweenImagesThatAreAlike) {
