@@ -34,9 +34,8 @@ std::size_t Mapper::FramesInMain() const {
 
 // Returns true if the main map holds nearly all images, or if there were too many to map them in another way.
 bool Mapper::HasMappedImages() const {
-  constexpr double kMinMapped = 0.95;
-  return !keeps_images_ ||
-         static_cast<double>(FramesInMain()) >= kMinMapped * static_cast<double>(images_.size());
+  return !keeps_images_ || static_cast<double>(FramesInMain()) >=
+                               options_.mapping.completion.min_mapped * static_cast<double>(images_.size());
 }
 
 // Returns the images that can be read again, with features for views that are far apart.

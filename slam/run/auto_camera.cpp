@@ -25,30 +25,34 @@ std::string IntervalText(double focal, double deviation) {
 }
 
 // Leaves objects out: they don't constrain the camera, and boxes cost time. So does the search for places of
-// many frames that were lost: a set of photographs needs it, a film has others.
+// many frames that were lost: a set of photographs needs it, a film has others. Half of the images are
+// enough.
 SystemOptions LearningOptions(SystemOptions options, const Sequence& sequence) {
   constexpr int kMaxCompleted = 60;
+  constexpr double kMinMapped = 0.5;
   options.in_step = true;
   options.mapping.camera.what = LearntPart::kFocalAndRadial;
   options.mapping.camera.prior = {sequence.camera.fx, sequence.guess_deviation};
   options.mapping.joint_objects.mode = JointMode::kNone;
   options.mapping.completion.max_frames = std::min(options.mapping.completion.max_frames, kMaxCompleted);
+  options.mapping.completion.min_mapped = kMinMapped;
   return options;
 }
 
 // Maps frames with the best camera so far.
 class LearningRun {
  public:
-  LearningRun(const Sequence& sequence, const SystemOptions& options, std::int64_t total, RunHost& host)
-      : sequence_(sequence), options_(LearningOptions(options, sequence)), total_(total), host_(host) {}
+  LearningRun(const Sequence& sequence, const SystemOptions& options, RunHost& host)
+      : sequence_(sequence), options_(LearningOptions(options, sequence)), host_(host) {}
 
-  void Map(const FrameRange& frames, AutoCamera& camera) {
+  // `planned`: frames that are certain to be played in all.
+  void Map(const FrameRange& frames, std::int64_t planned, AutoCamera& camera) {
     System system(camera.camera, options_, [](const MapSnapshotPtr&) {});
     FrameSource source(sequence_, frames);
     FramesAhead ahead(source, system, false);
     while (const std::optional<Frame> frame = host_.Stopped() ? std::nullopt : ahead.Next()) {
       system.Process(*frame);
-      host_.ShowProgress(++played_, total_,
+      host_.ShowProgress(++played_, planned,
                          fmt::format("estimating the focal length, now {:.1f} px",
                                      InFilePixels(camera.camera, sequence_).fx));
     }
@@ -64,7 +68,6 @@ class LearningRun {
  private:
   const Sequence& sequence_;
   SystemOptions options_;
-  std::int64_t total_;
   RunHost& host_;
   std::int64_t played_ = 0;
 };
@@ -113,6 +116,8 @@ LearningFrames ChooseLearningFrames(const FrameRange& range, std::int64_t availa
   constexpr std::int64_t kMinFrames = 50;   // of the second part, if there are as many
   constexpr std::int64_t kMaxFrames = 600;  // of the second part: the first minute
   constexpr std::int64_t kMinFirst = 50;    // of the first part
+  constexpr std::int64_t kMaxPasses = 5;
+  constexpr std::int64_t kShortSet = 200;  // frames that may be played in all, even of fewer images
   LearningFrames frames;
   frames.second = ThinnedRange(range, available, fps, kFps, kMinFrames);
   frames.second.count = std::min(frames.second.count, kMaxFrames);
@@ -121,7 +126,14 @@ LearningFrames ChooseLearningFrames(const FrameRange& range, std::int64_t availa
   if (frames.first.count + frames.second.count > available) {
     frames.first.count = 0;
   }
+  frames.most =
+      std::min(std::max(available, kShortSet), kMaxPasses * frames.second.count + frames.first.count);
   return frames;
+}
+
+bool IsSettled(const AutoCamera& before, const AutoCamera& after) {
+  constexpr double kMaxChange = 0.5;  // deviations; as much again may still be missing
+  return std::abs(std::log(after.camera.fx / before.camera.fx)) <= kMaxChange * after.deviation;
 }
 
 AutoCamera LearnCamera(const Sequence& sequence, const FrameRange& range, const SystemOptions& options,
@@ -137,11 +149,14 @@ AutoCamera LearnCamera(const Sequence& sequence, const FrameRange& range, const 
                        InWords(InFilePixels(sequence.camera, sequence)), sequence.guessed_by));
   const Stopwatch stopwatch;
   const LearningFrames frames = ChooseLearningFrames(range, available, sequence.camera.fps);
-  LearningRun run(sequence, options, frames.first.count + frames.second.count, host);
-  for (const FrameRange& part : {frames.first, frames.second}) {
-    if (part.count > 0 && !host.Stopped()) {
-      run.Map(part, result);
-    }
+  LearningRun run(sequence, options, host);
+  if (frames.first.count > 0) {
+    run.Map(frames.first, frames.first.count + frames.second.count, result);
+  }
+  for (bool settled = false; !settled && !host.Stopped() && frames.Allow(run.Played());) {
+    const AutoCamera before = result;
+    run.Map(frames.second, run.Played() + frames.second.count, result);
+    settled = IsSettled(before, result);
   }
   host.EndProgress();
   if (!host.Stopped()) {

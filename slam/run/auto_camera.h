@@ -32,19 +32,27 @@ struct AutoCamera {
 };
 
 // The frames that LearnCamera() maps: those of `first`, then those of `second`, which begin at the same
-// frame.
+// frame, again and again.
 struct LearningFrames {
   FrameRange first;  // count 0: none
   FrameRange second;
+  std::int64_t most = 0;  // in all
+
+  // Returns true if those of `second` can be mapped once more.
+  bool Allow(std::int64_t played) const { return played + second.count <= most; }
 };
 
 // Returns ten frames a second of the first minute of a film, and before them half as many: together at most
 // as many as the film has. Of short sequences and of photographs more. `available`: frames in `range`.
 LearningFrames ChooseLearningFrames(const FrameRange& range, std::int64_t available, double fps);
 
+// Returns true if the focal length changed so little that another map would change it by less than its
+// deviation. A map that was made with a wrong focal length holds back the estimate.
+bool IsSettled(const AutoCamera& before, const AutoCamera& after);
+
 // Returns the sequence's camera or, if it is a guess, an estimate from the images: maps some frames without
-// objects, then the frames again with the focal length and radial coefficient that this map made most likely.
-// Plays at most as many frames as the film has. Deterministic.
+// objects, then frames again with the focal length and radial coefficient that this map made most likely,
+// until the focal length settles or as many frames have been played as the film has. Deterministic.
 AutoCamera LearnCamera(const Sequence& sequence, const FrameRange& range, const SystemOptions& options,
                        RunHost& host);
 

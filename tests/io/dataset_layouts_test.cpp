@@ -416,7 +416,9 @@ TEST(ForeignCameras, RefusesOtherModelsOfReconstructionPrograms) {
               HasSubstr("cameras.bin: camera 1 has the model number 7"));
   EXPECT_THAT(error_of("cameras.bin", ColmapBinary(1, {-1.0, 50.0, 32.0, 24.0})),
               HasSubstr("cameras.bin: fx is -1, expected"));
-  EXPECT_THAT(error_of("opencv.xml", "<opencv_storage><image_width>640"),
+  EXPECT_THAT(error_of("opencv.xml", "<opencv_storage>\n<image_width>640"),
+              HasSubstr("opencv.xml:2: unexpected end of data, expected OpenCV's XML"));
+  EXPECT_THAT(error_of("opencv.xml", "<opencv_storage><image_width>640</image_width></opencv_storage>"),
               HasSubstr("opencv.xml: height is missing"));
   EXPECT_THAT(error_of("stella.yaml", "Camera:\n  model: equirectangular\n  fx: 1\n"),
               HasSubstr("stella.yaml:2: model is equirectangular, expected perspective or fisheye"));

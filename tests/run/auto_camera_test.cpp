@@ -73,11 +73,29 @@ TEST(ChooseLearningFrames, TakesTenFramesOfEachSecondOfFilm) {
   EXPECT_EQ(frames.second.stride, 3);
 }
 
-TEST(ChooseLearningFrames, TakesAllPhotographsOnce) {
+TEST(ChooseLearningFrames, TakesAllPhotographsAgain) {
   const LearningFrames frames = ChooseLearningFrames({}, 40, 30.0);
   EXPECT_EQ(frames.first.count, 0);
   EXPECT_EQ(frames.second.count, 40);
   EXPECT_EQ(frames.second.stride, 1);
+  EXPECT_TRUE(frames.Allow(160));
+  EXPECT_FALSE(frames.Allow(161));
+}
+
+TEST(ChooseLearningFrames, AllowsFivePassesOfFewPhotographs) {
+  const LearningFrames frames = ChooseLearningFrames({}, 11, 30.0);
+  EXPECT_TRUE(frames.Allow(44));
+  EXPECT_FALSE(frames.Allow(45));
+}
+
+TEST(IsSettled, AsksForChangeBelowHalfDeviation) {
+  AutoCamera before = Guess();
+  AutoCamera after = Guess();
+  after.Adopt(Learnt(554.3 * 1.009, 0.02));
+  EXPECT_TRUE(IsSettled(before, after));
+  after.Adopt(Learnt(554.3 * 1.011, 0.02));
+  EXPECT_FALSE(IsSettled(before, after));
+  EXPECT_TRUE(IsSettled(after, after));
 }
 
 TEST(ChooseLearningFrames, EndsAfterFirstMinuteOfLongFilm) {
