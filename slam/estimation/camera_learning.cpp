@@ -4,6 +4,8 @@
 #include <ceres/normal_prior.h>
 
 #include <algorithm>
+#include <boost/math/distributions/normal.hpp>
+#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -30,8 +32,12 @@ constexpr int kUnknowns = std::tuple_size_v<CameraBlock>;
 // length gets its prior later (CombineEstimates); here it only stays finite without evidence.
 struct CameraPrior {
   explicit CameraPrior(const Camera& camera)
-      : deviations{1.0, 0.15, 0.01 * camera.width, 0.01 * camera.width, 0.01},
-        mean{0.0, camera.lens == LensModel::kRadialTangential ? -camera.distortion[0] : 0.0, 0.0, 0.0, 0.0} {}
+      : deviations{1.0, 0.15, 0.05, 0.01 * camera.width, 0.01 * camera.width, 0.01}, mean{} {
+    if (camera.lens == LensModel::kRadialTangential) {
+      mean[1] = -camera.distortion[0];
+      mean[2] = -camera.distortion[1];
+    }
+  }
 
   CameraBlock deviations;
   CameraBlock mean;
@@ -108,11 +114,26 @@ class ErrorSlopes {
     const double free = 2.0 * count_ - 3.0 * static_cast<double>(by_point_.size());
     const double independent = free > 0.0 ? squared_slopes_ * squared_errors_ / free : 0.0;
     const double points = SumOfSquares(by_point_ | std::views::values);
-    const double times = SumOfSquares(by_time_) * kTimes / (kTimes - 1.0);
+    const double times = SumOfSquares(by_time_) * FewSpansFactor();
     return std::sqrt(std::max({independent, points, times}) + prior_) / (squared_slopes_ + prior_);
   }
 
  private:
+  // Returns by how much few spans of time underestimate a variance: a 95 % interval takes Student's t, with
+  // one degree of freedom less than there are spans (A. C. Cameron and D. L. Miller, "A Practitioner's Guide
+  // to Cluster-Robust Inference", 2015, section VI).
+  double FewSpansFactor() const {
+    const auto spans =
+        static_cast<double>(std::ranges::count_if(by_time_, [](double d) { return d != 0.0; }));
+    if (spans < 2.0) {
+      return 1.0;
+    }
+    constexpr double kTail = 0.025;
+    const double wider = quantile(complement(boost::math::students_t(spans - 1.0), kTail)) /
+                         quantile(complement(boost::math::normal(), kTail));
+    return wider * wider * spans / (spans - 1.0);
+  }
+
   static double SumOfSquares(auto&& values) {
     double sum = 0.0;
     for (const double value : values) {
@@ -154,7 +175,8 @@ class LearningProblem {
   // Returns the estimate of a solved problem for the focal length over the assumed one.
   FocalEstimate Focal() const;
 
-  double RadialChange() const { return camera_[1]; }  // of the first coefficient
+  // Returns the change of the i-th radial coefficient, from 1.
+  double RadialChange(std::size_t i) const { return camera_[i]; }
 
  private:
   // The solution of a problem whose focal length is held.
@@ -364,7 +386,12 @@ LearntCamera LearnCamera(Map& map, const Camera& camera, const CameraLearningOpt
     learnt.camera.fx *= scale;
     learnt.camera.fy *= scale;
     if (options.what == LearntPart::kFocalAndRadial && camera.lens == LensModel::kRadialTangential) {
-      learnt.camera.distortion[0] = scale * scale * camera.distortion[0] + problem.RadialChange();
+      // The learnt distortion comes first, then that of the assumed camera: to the fourth power of the
+      // radius.
+      auto& [k1, k2, p1, p2, k3] = learnt.camera.distortion;
+      k1 *= std::pow(scale, 2);
+      k2 = std::pow(scale, 4) * k2 + problem.RadialChange(2) + 3.0 * k1 * problem.RadialChange(1);
+      k1 += problem.RadialChange(1);
     }
     GlobalBundleAdjustment(map, learnt.camera, kSolverSteps);
   }

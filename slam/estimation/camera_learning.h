@@ -7,7 +7,7 @@
 
 namespace sqslam {
 
-// Camera parameters that are refined from a map: the focal length, and the first radial coefficient.
+// Camera parameters that are refined from a map: the focal length, and the first two radial coefficients.
 enum class LearntPart { kNone, kFocal, kFocalAndRadial };
 constexpr auto EnumNames(LearntPart) { return std::array{"none", "focal", "focal+radial"}; }
 
@@ -54,7 +54,7 @@ struct LearntCamera {
   bool trusted = false;
 };
 
-// Estimates focal length and first radial coefficient from a map, with the principal point and the readout
+// Estimates focal length and two radial coefficients from a map, with the principal point and the readout
 // time of the rows unknown too. If the result is trusted, the map is adjusted to the camera with the learnt
 // part; its keypoints stay undistorted as they were: maps that will be saved should learn the focal length
 // alone.

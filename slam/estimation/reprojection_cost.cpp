@@ -116,27 +116,30 @@ bool CameraReprojectionCost::Evaluate(double const* const* parameters, double* r
   const double inverse_z = 1.0 / p.z();
   const Eigen::Vector2d n = p.head<2>() * inverse_z;
   const Eigen::Vector2d focal = weight * std::exp(parameters[2][0]) * known_focal;
-  const double radial = parameters[2][1];
+  const double k1 = parameters[2][1];
+  const double k2 = parameters[2][2];
   const double r2 = n.squaredNorm();
-  const Eigen::Vector2d from_center = focal.cwiseProduct((1.0 + radial * r2) * n);
+  const double radial = 1.0 + (k1 + k2 * r2) * r2;
+  const Eigen::Vector2d from_center = focal.cwiseProduct(radial * n);
   Eigen::Map<Eigen::Vector2d> error(residuals);
-  const Eigen::Vector2d shift(parameters[2][2], parameters[2][3]);
-  error = from_center + weight * (center + shift + parameters[2][4] * drift_ - pixel);
+  const Eigen::Vector2d shift(parameters[2][3], parameters[2][4]);
+  error = from_center + weight * (center + shift + parameters[2][5] * drift_ - pixel);
   if (jacobians == nullptr) {
     return true;
   }
   Eigen::Matrix<double, 2, 3> d_n;
   d_n << inverse_z, 0.0, -n.x() * inverse_z, 0.0, inverse_z, -n.y() * inverse_z;
   const Eigen::Matrix2d d_lens =
-      (1.0 + radial * r2) * Eigen::Matrix2d::Identity() + 2.0 * radial * n * n.transpose();
+      radial * Eigen::Matrix2d::Identity() + 2.0 * (k1 + 2.0 * k2 * r2) * n * n.transpose();
   const Eigen::Matrix<double, 2, 3> d_pixel = focal.asDiagonal() * d_lens * d_n;
   point.WriteJacobians(d_pixel, jacobians);
   if (jacobians[2] != nullptr) {
-    Eigen::Map<Eigen::Matrix<double, 2, 5, Eigen::RowMajor>> J(jacobians[2]);
+    Eigen::Map<Eigen::Matrix<double, 2, 6, Eigen::RowMajor>> J(jacobians[2]);
     J.col(0) = from_center;
     J.col(1) = focal.cwiseProduct(r2 * n);
-    J.middleCols<2>(2) = weight * Eigen::Matrix2d::Identity();
-    J.col(4) = weight * drift_;
+    J.col(2) = r2 * J.col(1);
+    J.middleCols<2>(3) = weight * Eigen::Matrix2d::Identity();
+    J.col(5) = weight * drift_;
   }
   return true;
 }

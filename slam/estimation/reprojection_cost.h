@@ -64,12 +64,12 @@ class ReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3> {
   PixelMeasurement measured_;
 };
 
-// Unknowns of a camera, as a parameter block: change of the log focal length, of the first radial
-// coefficient, of the principal point (x, y; px), and of the time between the first and the last row (s).
-using CameraBlock = std::array<double, 5>;
+// Unknowns of a camera, as a parameter block: change of the log focal length, of the first two radial
+// coefficients, of the principal point (x, y; px), and of the time between the first and the last row (s).
+using CameraBlock = std::array<double, 6>;
 
 // The same error with the camera as a further parameter; the pixel is undistorted by the assumed camera.
-class CameraReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3, 5> {
+class CameraReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3, 6> {
  public:
   // `drift`: px by which the point has moved when its row is read, for each second of readout.
   CameraReprojectionCost(const PixelMeasurement& measured, const Eigen::Vector2d& drift)

@@ -106,7 +106,9 @@ std::string AutoCamera::Text() const {
                        guessed_by, remedy);
   }
   const std::string radial =
-      camera.distortion[0] != 0.0 ? fmt::format(", radial distortion k1 {:.3f}", camera.distortion[0]) : "";
+      camera.distortion[0] != 0.0
+          ? fmt::format(", radial distortion k1 {:.3f} k2 {:.3f}", camera.distortion[0], camera.distortion[1])
+          : "";
   return fmt::format("{}{}; the guess from {} was {:.1f} px{}", focal, radial, guessed_by, guess.fx,
                      IsVague() ? "; the images determine it poorly: " + remedy : "");
 }

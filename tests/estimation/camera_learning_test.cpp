@@ -19,7 +19,7 @@ TEST(CameraReprojectionCost, JacobiansAgreeWithNumericOnes) {
   for (const Eigen::Vector3d& p : world.points) {
     const CameraReprojectionCost cost({world.camera, {300.0, 200.0}, 1.44}, {30.0, -20.0});
     const PoseBlock pose = ToBlock(world.T_camera_map[2]);
-    const CameraBlock camera{0.1, -0.2, 3.0, -4.0, 0.01};
+    const CameraBlock camera{0.1, -0.2, 0.05, 3.0, -4.0, 0.01};
     const auto evaluate = [&](const Eigen::Vector3d& point, const CameraBlock& block) {
       const double* parameters[] = {pose.data(), point.data(), block.data()};
       Eigen::Vector2d residual;
@@ -28,7 +28,7 @@ TEST(CameraReprojectionCost, JacobiansAgreeWithNumericOnes) {
     };
     Eigen::Matrix<double, 2, 7, Eigen::RowMajor> J_pose;
     Eigen::Matrix<double, 2, 3, Eigen::RowMajor> J_point;
-    Eigen::Matrix<double, 2, 5, Eigen::RowMajor> J_camera;
+    Eigen::Matrix<double, 2, 6, Eigen::RowMajor> J_camera;
     double* jacobians[] = {J_pose.data(), J_point.data(), J_camera.data()};
     const double* parameters[] = {pose.data(), p.data(), camera.data()};
     Eigen::Vector2d residual;
