@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nanoflann.hpp>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "slam/io/point_cloud.h"
 #include "slam/util/json_file.h"
@@ -29,11 +30,11 @@ struct CloudView {
   }
 };
 
-std::vector<Eigen::Vector3d> ReadDensePoints(const fs::path& path, const char* expected) {
+PointCloud ReadDensePoints(const fs::path& path, const char* expected) {
   ThrowIf<InputError>(!fs::exists(path), "{}: no such file; expected {}", path.string(), expected);
-  std::vector<Eigen::Vector3d> points = ReadPointCloud(path).points;
-  ThrowIf<InputError>(points.empty(), "{}: holds no points, expected {}", path.string(), expected);
-  return points;
+  PointCloud cloud = ReadPointCloud(path);
+  ThrowIf<InputError>(cloud.points.empty(), "{}: holds no points, expected {}", path.string(), expected);
+  return cloud;
 }
 
 std::string DistancesText(const CloudDistances& d) {
@@ -54,9 +55,8 @@ nlohmann::ordered_json DistancesJson(const CloudDistances& d) {
 
 }  // namespace
 
-CloudDistances DistancesBetween(const std::vector<Eigen::Vector3d>& points,
-                                const std::vector<Eigen::Vector3d>& others) {
-  const CloudView view{others};
+CloudDistances DistancesTo(const SurfacePoints& surface, const std::vector<Eigen::Vector3d>& points) {
+  const CloudView view{surface.points};
   using Metric = nanoflann::L2_Simple_Adaptor<double, CloudView>;
   const nanoflann::KDTreeSingleIndexAdaptor<Metric, CloudView, 3, std::size_t> tree(
       3, view, nanoflann::KDTreeSingleIndexAdaptorParams(10));
@@ -64,7 +64,8 @@ CloudDistances DistancesBetween(const std::vector<Eigen::Vector3d>& points,
     std::size_t index = 0;
     double squared = 0.0;
     tree.knnSearch(p.data(), 1, &index, &squared);
-    return std::sqrt(squared);
+    return surface.normals.empty() ? std::sqrt(squared)
+                                   : std::abs(surface.normals[index].dot(p - surface.points[index]));
   });
   CloudDistances summary{static_cast<int>(points.size()), LinearQuantile(distances, 0.5),
                          LinearQuantile(distances, 0.9)};
@@ -77,18 +78,19 @@ CloudDistances DistancesBetween(const std::vector<Eigen::Vector3d>& points,
 
 DenseEvaluation EvaluateDense(const fs::path& result, const fs::path& sequence,
                               const EvaluationOptions& options) {
-  const std::vector<Eigen::Vector3d> truth =
+  PointCloud truth =
       ReadDensePoints(sequence / "dense.ply", "true surface points, in the frame of objects_gt.json");
-  std::vector<Eigen::Vector3d> estimate =
-      ReadDensePoints(result / "dense.ply", "the cloud that sqslam densify writes");
+  SurfacePoints estimate{
+      ReadDensePoints(result / "dense.ply", "the cloud that sqslam densify writes").points};
   const fs::path trajectory = result / "trajectory.txt";
   const Sim3d S_world_map =
       AlignWithTruth(ReadTrajectory(trajectory), ReadGroundTruth(sequence), options, trajectory.string())
           .S_world_map;
-  for (Eigen::Vector3d& p : estimate) {
+  for (Eigen::Vector3d& p : estimate.points) {
     p = S_world_map * p;
   }
-  return {DistancesBetween(estimate, truth), DistancesBetween(truth, estimate)};
+  const SurfacePoints surface{std::move(truth.points), std::move(truth.normals)};
+  return {DistancesTo(surface, estimate.points), DistancesTo(estimate, surface.points)};
 }
 
 std::string FormatDense(const DenseEvaluation& evaluation) {

@@ -12,7 +12,14 @@ namespace sqslam {
 // Distances that count as close, in the unit of the ground truth (metres).
 inline constexpr std::array kCloseDistances = {0.01, 0.02};
 
-// Distances of the points of one cloud to the nearest points of another.
+// Points of a surface. With `normals`, one per point or none, distances to it are those to the plane of its
+// nearest point, which do not depend on the spacing of its points.
+struct SurfacePoints {
+  std::vector<Eigen::Vector3d> points;
+  std::vector<Eigen::Vector3d> normals = {};
+};
+
+// Distances of the points of one cloud to the surface of another.
 struct CloudDistances {
   int points = 0;
   double median = 0.0;
@@ -20,14 +27,13 @@ struct CloudDistances {
   std::array<double, kCloseDistances.size()> within{};  // shares of points within these distances
 };
 
-// Returns the distances of `points` to the nearest of `others`; neither may be empty.
-CloudDistances DistancesBetween(const std::vector<Eigen::Vector3d>& points,
-                                const std::vector<Eigen::Vector3d>& others);
+// Returns the distances of `points` to `surface`; neither may be empty.
+CloudDistances DistancesTo(const SurfacePoints& surface, const std::vector<Eigen::Vector3d>& points);
 
 // Evaluation of a dense cloud against the true one.
 struct DenseEvaluation {
-  CloudDistances accuracy;      // of the estimated points to the true ones
-  CloudDistances completeness;  // of the true points to the estimated ones
+  CloudDistances accuracy;      // of all estimated points, filled ones too, to the true surface
+  CloudDistances completeness;  // of the true points to the nearest estimated ones
 };
 
 // Compares the result's dense.ply, aligned like the trajectory, with the sequence's (frame of

@@ -210,14 +210,18 @@ bool AddPoint(const Eigen::Vector3d& point, PointCloud& cloud) {
   return true;
 }
 
-// Names of a vertex's properties by role: coordinates, then colour channels.
+// Names of a vertex's properties by role: coordinates, colour channels, then the normal.
 constexpr std::size_t kRed = 3;
-constexpr std::array<std::array<std::string_view, 3>, 6> kRoles = {{{"x"},
+constexpr std::size_t kNormal = 6;
+constexpr std::array<std::array<std::string_view, 3>, 9> kRoles = {{{"x"},
                                                                     {"y"},
                                                                     {"z"},
                                                                     {"red", "r", "diffuse_red"},
                                                                     {"green", "g", "diffuse_green"},
-                                                                    {"blue", "b", "diffuse_blue"}}};
+                                                                    {"blue", "b", "diffuse_blue"},
+                                                                    {"nx"},
+                                                                    {"ny"},
+                                                                    {"nz"}}};
 
 // Returns the role of each property, or the number of roles if it has none.
 std::vector<std::size_t> RolesOf(const Element& element) {
@@ -290,11 +294,18 @@ PointCloud ReadPly(const fs::path& path, const std::string& bytes) {
     }
     const std::vector<std::size_t> roles = RolesOf(*element);
     const bool colored = HasRoles(roles, kRed);
+    const bool oriented = HasRoles(roles, kNormal);
     for (std::uint64_t i = 0; i < element->count; ++i) {
       body.StartItem(*element, i);
       const auto v = ReadItem(body, *element, roles);
-      if (element == vertices && AddPoint({v[0], v[1], v[2]}, cloud) && colored) {
+      if (element != vertices || !AddPoint({v[0], v[1], v[2]}, cloud)) {
+        continue;
+      }
+      if (colored) {
         colors.push_back({static_cast<float>(v[3]), static_cast<float>(v[4]), static_cast<float>(v[5])});
+      }
+      if (oriented) {
+        cloud.normals.push_back(Eigen::Vector3d(v[6], v[7], v[8]).normalized());
       }
     }
     if (element == vertices && colored) {

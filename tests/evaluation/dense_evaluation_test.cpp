@@ -1,8 +1,10 @@
 #include "slam/evaluation/dense_evaluation.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
 #include <string>
 
@@ -81,6 +83,19 @@ TEST_F(DenseEvaluationTest, MeasuresShiftInMetres) {
   }
   EXPECT_THAT(FormatDense(e),
               HasSubstr("median 15.0 mm, p90 15.0 mm, 0.0 % within 10 mm, 100.0 % within 20 mm"));
+}
+
+TEST_F(DenseEvaluationTest, MeasuresToPlaneOfNearestPointWithNormals) {
+  std::string text =
+      "ply\nformat ascii 1.0\nelement vertex 800\nproperty float x\nproperty float y\n"
+      "property float z\nproperty float nx\nproperty float ny\nproperty float nz\nend_header\n";
+  for (const Vector3d& p : Plane()) {
+    text += fmt::format("{} {} {} 0 0 2\n", p.x(), p.y(), p.z());
+  }
+  sequence_.Write("dense.ply", text);
+  const DenseEvaluation e = Evaluate(Shifted(Plane(), {0.02, 0.02, 0.015}));
+  EXPECT_NEAR(e.accuracy.median, 0.015, 1e-4);
+  EXPECT_NEAR(e.completeness.median, std::hypot(0.02, 0.02, 0.015), 1e-4);  // counts true points
 }
 
 TEST_F(DenseEvaluationTest, HalfCloudIsHalfComplete) {

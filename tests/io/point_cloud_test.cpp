@@ -83,6 +83,17 @@ TEST_F(PointCloudFile, ReadsColoursOfAnyType) {
   EXPECT_THAT(read(start + "property uchar red\nend_header\n1 2 3 7\n1 2 3 7\n"), ::testing::IsEmpty());
 }
 
+TEST_F(PointCloudFile, ReadsNormalsAsUnitVectors) {
+  const PointCloud cloud = ReadPointCloud(folder_.Write(
+      "cloud.ply",
+      "ply\nformat ascii 1.0\nelement vertex 2\nproperty float nx\nproperty float x\nproperty float y\n"
+      "property float z\nproperty float ny\nproperty float nz\nend_header\n0 1 2 3 0 5\n-1 4 5 6 0 0\n"));
+  EXPECT_EQ(cloud.points[1], Vector3d(4.0, 5.0, 6.0));
+  ASSERT_EQ(cloud.normals.size(), 2U);
+  EXPECT_EQ(cloud.normals[0], Vector3d(0.0, 0.0, 1.0));
+  EXPECT_EQ(cloud.normals[1], Vector3d(-1.0, 0.0, 0.0));
+}
+
 TEST_F(PointCloudFile, ReadsTextWithCommentsNamesAndCommas) {
   EXPECT_THAT(Read("x,y,z,intensity\n1,2,3,0.5\n# the rest\n 4\t5 6\n7;8;9\n"),
               ElementsAre(Vector3d(1, 2, 3), Vector3d(4, 5, 6), Vector3d(7, 8, 9)));
