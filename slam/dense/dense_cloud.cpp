@@ -51,7 +51,8 @@ std::string HeaderOf(std::size_t points, double metres_per_unit) {
       "ply\nformat binary_little_endian 1.0\ncomment map frame, z up; views {}: filled by a plane\n{}"
       "element vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
       "property float nx\nproperty float ny\nproperty float nz\n"
-      "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty uchar views\nend_header\n",
+      "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty uchar views\nproperty float "
+      "sigma\nend_header\n",
       kFilledByPlane, unit.empty() ? "" : fmt::format("comment metres, {}\n", unit), points);
 }
 
@@ -161,6 +162,7 @@ void CloudFusion::Cell::Add(const Cell& other) {
     normal += other.normal;
     rgb += other.rgb;
     weight += other.weight;
+    points += other.points;
     views = std::max(views, other.views);
   }
 }
@@ -178,11 +180,12 @@ void CloudFusion::Add(const DepthMap& map) {
         }
         const Eigen::Vector3d p_map = map.PointAt(x, y);
         const std::uint8_t views = map.views.at<std::uint8_t>(y, x);
-        const double weight = 1.0 / (z * z);
+        const double sigma = z * map.SigmaAt(x, y);
+        const double weight = 1.0 / (sigma * sigma);
         const cv::Vec3b& bgr = map.bgr.at<cv::Vec3b>(y, x);
         put(CubeAt(p_map.array() / spacing_),
             {weight * p_map, weight * NormalAt(map, x, y), weight * Eigen::Vector3d(bgr[2], bgr[1], bgr[0]),
-             weight, views, views == kFilledByPlane});
+             weight, 1, views, views == kFilledByPlane});
       }
     }
   });
@@ -194,9 +197,8 @@ CloudFusion::Grid CloudFusion::Flattened() const {
   sheets.Add(Grid::kShards, threads_, [&](std::size_t shard, const auto& put) {
     for (const Cell& cell : grid_.Values(shard)) {
       if (const double length = cell.normal.norm(); length > 0.0) {
-        const double weight = cell.weight * (cell.filled ? 1 : cell.views);
         put(SheetKey(cell.Mean().array() / edge, SideOf(cell.normal)),
-            {weight * cell.Mean(), weight / length * cell.normal, weight});
+            {cell.position, cell.weight / length * cell.normal, cell.weight});
       }
     }
   });
@@ -236,6 +238,7 @@ DenseCloud CloudFusion::Cloud() const {
         point.rgb[static_cast<std::size_t>(i)] = Rounded(cell.rgb[i] / cell.weight);
       }
       point.views = static_cast<std::uint8_t>(cell.views);
+      point.sigma = static_cast<float>(cell.Sigma());
       cloud.push_back(point);
     }
   }
@@ -245,13 +248,13 @@ DenseCloud CloudFusion::Cloud() const {
 void WriteDenseCloud(const std::filesystem::path& path, const DenseCloud& cloud, double metres_per_unit) {
   ByteWriter body;
   for (const DensePoint& point : cloud) {
-    body(point.p_map, point.normal, point.rgb, point.views);
+    body(point.p_map, point.normal, point.rgb, point.views, point.sigma);
   }
   WriteFileAtomically(path, HeaderOf(cloud.size(), metres_per_unit) + body.Take());
 }
 
 DenseCloud ReadDensePoints(const std::filesystem::path& path) {
-  constexpr std::size_t kPointBytes = 28;
+  constexpr std::size_t kPointBytes = 32;
   std::ifstream file(path, std::ios::binary);
   const std::string bytes{std::istreambuf_iterator<char>(file), {}};
   const std::size_t count_at = bytes.find("element vertex ");
@@ -268,7 +271,7 @@ DenseCloud ReadDensePoints(const std::filesystem::path& path) {
   DenseCloud cloud(points);
   ByteReader body(std::string_view(bytes).substr(header.size()), path.string(), ByteReader::Numbers::kAny);
   for (DensePoint& point : cloud) {
-    body(point.p_map, point.normal, point.rgb, point.views);
+    body(point.p_map, point.normal, point.rgb, point.views, point.sigma);
   }
   return cloud;
 }

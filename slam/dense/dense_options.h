@@ -29,8 +29,12 @@ struct StereoOptions {
 struct DepthFusionOptions {
   // Neighbours that must confirm a pixel; it is dropped if more of them see through it.
   int min_views = 2;
+  double max_sigma = 0.03;  // predicted standard deviation of a kept depth, share of the depth
 
-  void VisitFields(auto&& visit) { visit("min_views", min_views, 1, 100); }
+  void VisitFields(auto&& visit) {
+    visit("min_views", min_views, 1, 100);
+    visit("max_sigma", max_sigma, 1e-4, 1.0);
+  }
 };
 
 // Planes that fill regions of one colour, which have no texture to match.

@@ -206,9 +206,12 @@ std::optional<DepthMap> EstimateKeyframe(const DenseInput& input, std::size_t k,
   if (own == images.end() || views.size() < 2) {
     return std::nullopt;
   }
-  DepthMap map{input.ids[k], keyframe.index, input.camera, keyframe.T_map_camera, {}, {}, own->second.bgr};
-  map.depth = EstimateDepth({own->second.gray, keyframe.T_map_camera}, views, stereo_views(plan.fine),
-                            input.camera, *plan.range, options);
+  DepthMap map{input.ids[k], keyframe.index, input.camera, keyframe.T_map_camera, {}, {},
+               {},           own->second.bgr};
+  auto [depth, sigma] = EstimateDepth({own->second.gray, keyframe.T_map_camera}, views,
+                                      stereo_views(plan.fine), input.camera, *plan.range, options);
+  map.depth = depth;
+  map.sigma = sigma;
   input.moving.Apply(map);
   return map;
 }

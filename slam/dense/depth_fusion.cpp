@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <set>
 #include <utility>
 
@@ -15,24 +16,58 @@
 namespace sqslam {
 namespace {
 
-// Interpolates the depth between pixels, from those of the four neighbours that are near `expected`; 0 if
-// there is none.
-double DepthNear(const cv::Mat& depth, double u, double v, double expected, double tolerance) {
+struct UncertainDepth {
+  double depth = 0.0;  // 0: unknown
+  double sigma = 0.0;  // share of the depth
+};
+
+// Interpolates the depth between pixels, from those of the four neighbours that are near `expected`.
+UncertainDepth DepthNear(const DepthMap& map, double u, double v, double expected, double tolerance) {
   const int x = static_cast<int>(u);
   const int y = static_cast<int>(v);
-  double sum = 0.0, weights = 0.0;
+  double depth = 0.0, sigma = 0.0, weights = 0.0;
   for (int dy = 0; dy < 2; ++dy) {
     for (int dx = 0; dx < 2; ++dx) {
-      const double z = depth.at<float>(y + dy, x + dx);
+      const double z = map.depth.at<float>(y + dy, x + dx);
       if (std::abs(z - expected) <= tolerance) {
         const double weight = (1.0 - std::abs(u - x - dx)) * (1.0 - std::abs(v - y - dy)) + 1e-6;
-        sum += weight * z;
+        depth += weight * z;
+        sigma += weight * map.SigmaAt(x + dx, y + dy);
         weights += weight;
       }
     }
   }
-  return weights > 0.0 ? sum / weights : 0.0;
+  return weights > 0.0 ? UncertainDepth{depth / weights, sigma / weights} : UncertainDepth{};
 }
+
+// Mean of depths of one surface, as ratios to the first.
+class DepthMean {
+ public:
+  explicit DepthMean(double sigma) { Add(1.0, sigma); }
+
+  // `sigma`: share of the depth.
+  void Add(double ratio, double sigma) {
+    const double weight = 1.0 / (sigma * sigma);
+    sum_ += weight * ratio;
+    squares_ += weight * ratio * ratio;
+    weights_ += weight;
+    ++count_;
+  }
+
+  double Ratio() const { return sum_ / weights_; }
+
+  // Returns the standard deviation of the mean, larger if the depths differ by more than theirs predict.
+  double Sigma() const {
+    constexpr double kSharedErrors =
+        5.0;  // times the variance: of poses, texture and light, which neighbours share
+    const double excess = count_ > 1 ? (squares_ - sum_ * sum_ / weights_) / (count_ - 1) : 1.0;
+    return std::sqrt(kSharedErrors * std::max(excess, 1.0) / weights_);
+  }
+
+ private:
+  double sum_ = 0.0, squares_ = 0.0, weights_ = 0.0;
+  int count_ = 0;
+};
 
 // Returns true if the map's surface at the pixel lies clearly behind `expected`.
 bool SeesThrough(const cv::Mat& depth, const Eigen::Vector2d& pixel, double expected) {
@@ -41,14 +76,65 @@ bool SeesThrough(const cv::Mat& depth, const Eigen::Vector2d& pixel, double expe
          (1.0 + kMinGap) * expected;
 }
 
+// A depth map that another one is compared with.
+struct Neighbour {
+  const DepthMap* map;
+  Rigid3d T_camera_map;
+
+  // Returns pixel and depth at which it would see a point, or nothing if that is outside.
+  std::optional<Eigen::Vector3d> Place(const Eigen::Vector3d& p_map) const {
+    const Eigen::Vector3d p = T_camera_map * p_map;
+    if (!(p.z() > 0.0)) {
+      return std::nullopt;
+    }
+    const Eigen::Vector2d pixel = map->camera.Project(p);
+    const bool inside = pixel.x() >= 0.0 && pixel.y() >= 0.0 && pixel.x() < map->depth.cols - 1 &&
+                        pixel.y() < map->depth.rows - 1;
+    return inside ? std::optional(Eigen::Vector3d(pixel.x(), pixel.y(), p.z())) : std::nullopt;
+  }
+};
+
+// Returns by how much the depths of one surface differ more than their standard deviations predict, at least
+// 1: where poses are worse than assumed, by a rolling shutter for example, all depths of a map suffer.
+double Disagreement(const DepthMap& map, const std::vector<Neighbour>& neighbours) {
+  constexpr int kStride = 5;                // pixels
+  constexpr double kMaxGap = 0.05;          // between depths of one surface, share of the depth
+  constexpr double kNormalMedian = 0.6745;  // of the absolute values of a standard normal variable
+  std::vector<double> differences;
+  for (int y = 0; y < map.depth.rows; y += kStride) {
+    for (int x = 0; x < map.depth.cols; x += kStride) {
+      if (!(map.depth.at<float>(y, x) > 0.0F)) {
+        continue;
+      }
+      const Eigen::Vector3d p_map = map.PointAt(x, y);
+      for (const Neighbour& other : neighbours) {
+        const auto place = other.Place(p_map);
+        if (!place) {
+          continue;
+        }
+        const double z = place->z();
+        const UncertainDepth seen = DepthNear(*other.map, place->x(), place->y(), z, kMaxGap * z);
+        if (seen.depth > 0.0) {
+          differences.push_back(std::abs(seen.depth / z - 1.0) / std::hypot(seen.sigma, map.SigmaAt(x, y)));
+        }
+      }
+    }
+  }
+  return differences.empty() ? 1.0 : std::max(1.0, UpperMedian(std::move(differences)) / kNormalMedian);
+}
+
 }  // namespace
 
-DepthMap KeepConsistent(const DepthMap& map, const std::vector<DepthMap>& neighbours, int min_views) {
+DepthMap KeepConsistent(const DepthMap& map, const std::vector<DepthMap>& neighbours,
+                        const DepthFusionOptions& options) {
   DepthMap kept = map;
   kept.depth = cv::Mat(map.depth.size(), CV_32F, cv::Scalar(0));
+  kept.sigma = cv::Mat(map.depth.size(), CV_32F, cv::Scalar(0));
   kept.views = cv::Mat(map.depth.size(), CV_8U, cv::Scalar(0));
-  const std::vector<Rigid3d> T_neighbour_map =
-      ToVector(neighbours, [](const DepthMap& neighbour) { return neighbour.T_map_camera.Inverse(); });
+  const std::vector<Neighbour> others = ToVector(neighbours, [](const DepthMap& neighbour) {
+    return Neighbour{&neighbour, neighbour.T_map_camera.Inverse()};
+  });
+  const double disagreement = Disagreement(map, others);
   for (int y = 0; y < map.depth.rows; ++y) {
     for (int x = 0; x < map.depth.cols; ++x) {
       const double z = map.depth.at<float>(y, x);
@@ -56,29 +142,27 @@ DepthMap KeepConsistent(const DepthMap& map, const std::vector<DepthMap>& neighb
         continue;
       }
       const Eigen::Vector3d p_map = map.PointAt(x, y);
-      double ratios = 1.0;
+      DepthMean mean(map.SigmaAt(x, y));
       int views = 0, against = 0;
-      for (std::size_t i = 0; i < neighbours.size(); ++i) {
-        const DepthMap& other = neighbours[i];
-        const Eigen::Vector3d p = T_neighbour_map[i] * p_map;
-        if (!(p.z() > 0.0)) {
+      for (const Neighbour& other : others) {
+        const auto place = other.Place(p_map);
+        if (!place) {
           continue;
         }
-        const Eigen::Vector2d pixel = other.camera.Project(p);
-        if (!(pixel.x() >= 0.0 && pixel.y() >= 0.0 && pixel.x() < other.depth.cols - 1 &&
-              pixel.y() < other.depth.rows - 1)) {
-          continue;
-        }
-        const double seen = DepthNear(other.depth, pixel.x(), pixel.y(), p.z(), kMaxDepthDifference * p.z());
-        if (seen > 0.0) {
-          ratios += seen / p.z();
+        const double expected = place->z();
+        const UncertainDepth seen =
+            DepthNear(*other.map, place->x(), place->y(), expected, kMaxDepthDifference * expected);
+        if (seen.depth > 0.0) {
+          mean.Add(seen.depth / expected, seen.sigma);
           ++views;
-        } else if (SeesThrough(other.depth, pixel, p.z())) {
+        } else if (SeesThrough(other.map->depth, place->head<2>(), expected)) {
           ++against;
         }
       }
-      if (views >= std::max(min_views, against)) {
-        kept.depth.at<float>(y, x) = static_cast<float>(z * ratios / (1 + views));
+      const double sigma = disagreement * mean.Sigma();
+      if (views >= std::max(options.min_views, against) && sigma <= options.max_sigma) {
+        kept.depth.at<float>(y, x) = static_cast<float>(z * mean.Ratio());
+        kept.sigma.at<float>(y, x) = static_cast<float>(sigma);
         kept.views.at<std::uint8_t>(y, x) = static_cast<std::uint8_t>(views);
       }
     }
@@ -210,7 +294,7 @@ std::optional<FusedDepth> FuseDepthMaps(const DenseInput& input, const std::vect
   {
     DepthCache estimates(threads, [&](std::int64_t keyframe) { return recording.Estimate(keyframe); });
     const auto keep = [&](const DepthMap& map, const std::vector<DepthMap>& neighbours) {
-      const DepthMap kept = KeepConsistent(map, neighbours, options.fusion.min_views);
+      const DepthMap kept = KeepConsistent(map, neighbours, options.fusion);
       pieces.Add(kept);
       return kept;
     };
@@ -227,7 +311,7 @@ std::optional<FusedDepth> FuseDepthMaps(const DenseInput& input, const std::vect
     return options.fill.enabled ? FillPlanes(map) : map;
   });
   const auto confirm = [&](const DepthMap& map, const std::vector<DepthMap>& neighbours) {
-    return KeepConfirmedFills(map, neighbours, options.fusion.min_views);
+    return KeepConfirmedFills(map, neighbours, options.fusion);
   };
   if (!ProcessAll(all, sifted, threads, "filled", confirm, recording, progress)) {
     return std::nullopt;

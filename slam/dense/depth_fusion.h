@@ -17,9 +17,11 @@ inline constexpr int kNeighbours = 8;                  // depth maps that each o
 inline constexpr double kMaxDepthDifference = 0.0125;  // between agreeing depths, share of the depth
 
 // Filters a depth map by its neighbours, as they were estimated. `views` counts those that see the pixel's
-// point at the same depth up to kMaxDepthDifference; the depth becomes the mean of its own and theirs. Pixels
-// with fewer than min_views, or more neighbours that see through them, lose their depth.
-DepthMap KeepConsistent(const DepthMap& map, const std::vector<DepthMap>& neighbours, int min_views);
+// point at the same depth up to kMaxDepthDifference; the depth becomes the mean of its own and theirs,
+// weighted by their inverse variances. Pixels with fewer than min_views, more neighbours that see through
+// them, or a standard deviation above max_sigma lose their depth.
+DepthMap KeepConsistent(const DepthMap& map, const std::vector<DepthMap>& neighbours,
+                        const DepthFusionOptions& options);
 
 // Reports the progress of a step. Returns false to end it; finished depth maps stay.
 using DensifyProgress = std::function<bool(int done, int total, const std::string& state)>;

@@ -222,7 +222,7 @@ struct LiveDepth::Impl {
       recording.emplace(path, DepthRecording::Access::kBeside);
     }
     recording->PutEstimate(map, estimate.Text());
-    recording->PutKept(KeepConsistent(map, last, options.fusion.min_views));
+    recording->PutKept(KeepConsistent(map, last, options.fusion));
     last.push_back(map);
     if (last.size() > std::size_t{kNeighbours}) {
       last.erase(last.begin());

@@ -73,10 +73,24 @@ bool LiesOn(const Eigen::Vector3d& plane, const Support& s) {
   return std::abs(plane.dot(s.pixel) - s.inverse) <= kMaxDifference * s.inverse;
 }
 
+struct FittedPlane {
+  Eigen::Vector3d inverse_depth;
+  double sigma = 0.0;  // of its depths, share of them: as its supports show
+};
+
+// Returns the plane with the RMS of its residuals, which curved surfaces increase.
+FittedPlane WithSigma(const Eigen::Vector3d& plane, const std::vector<Support>& inliers) {
+  double squares = 0.0;
+  for (const Support& s : inliers) {
+    const double residual = plane.dot(s.pixel) / s.inverse - 1.0;
+    squares += residual * residual;
+  }
+  return {plane, std::sqrt(squares / static_cast<double>(inliers.size()))};
+}
+
 // Returns the plane with the most inliers (RANSAC), or nothing if there are fewer than `min_inliers`.
-std::optional<Eigen::Vector3d> CommonPlane(const std::vector<Support>& support, int trials,
-                                           double min_inliers, cv::RNG& random,
-                                           std::vector<Support>& inliers) {
+std::optional<FittedPlane> CommonPlane(const std::vector<Support>& support, int trials, double min_inliers,
+                                       cv::RNG& random, std::vector<Support>& inliers) {
   constexpr std::size_t kMaxTested = 200;  // supports tested per trial
   const std::size_t stride = std::max<std::size_t>(1, support.size() / kMaxTested);
   std::size_t most = 0;
@@ -114,17 +128,17 @@ std::optional<Eigen::Vector3d> CommonPlane(const std::vector<Support>& support, 
     }
     best = *fitted;
   }
-  return most > 0 ? std::optional(best) : std::nullopt;
+  return most > 0 ? std::optional(WithSigma(best, inliers)) : std::nullopt;
 }
 
 // Returns the planes of a region of one colour that extends around corners, such as doors of a kitchen: each
 // holds a share of the supports, the largest first.
-std::vector<Eigen::Vector3d> SeveralPlanes(std::vector<Support> support, cv::RNG& random) {
+std::vector<FittedPlane> SeveralPlanes(std::vector<Support> support, cv::RNG& random) {
   constexpr std::size_t kMaxPlanes = 4;
   constexpr double kMinShare = 0.15;  // of the supports that must lie on each plane
   constexpr int kTrials = 400;        // finds a plane of a fifth of the supports in 19 of 20 cases
   const double min_inliers = std::max(kMinShare * static_cast<double>(support.size()), double{kMinPixels});
-  std::vector<Eigen::Vector3d> planes;
+  std::vector<FittedPlane> planes;
   std::vector<Support> inliers;
   while (planes.size() < kMaxPlanes && static_cast<double>(support.size()) >= min_inliers) {
     const auto plane = CommonPlane(support, kTrials, min_inliers, random, inliers);
@@ -132,7 +146,7 @@ std::vector<Eigen::Vector3d> SeveralPlanes(std::vector<Support> support, cv::RNG
       break;
     }
     planes.push_back(*plane);
-    std::erase_if(support, [&](const Support& s) { return LiesOn(*plane, s); });
+    std::erase_if(support, [&](const Support& s) { return LiesOn(plane->inverse_depth, s); });
   }
   return planes;
 }
@@ -187,8 +201,7 @@ class RayHits {
 
   // Returns the index of the plane that most lines meet: at least three lines, and most of those that meet
   // anything. -1 if there is none.
-  int PlaneAt(const cv::Point& pixel, const std::vector<Eigen::Vector3d>& planes,
-              const cv::Mat& depth) const {
+  int PlaneAt(const cv::Point& pixel, const std::vector<FittedPlane>& planes, const cv::Mat& depth) const {
     constexpr int kMinVotes = 3;
     std::vector<int> votes(planes.size());
     int met = 0;
@@ -201,7 +214,7 @@ class RayHits {
       const cv::Point there(at % depth.cols, at / depth.cols);
       const Support support{{double(there.x), double(there.y), 1.0}, 1.0 / depth.at<float>(there)};
       for (std::size_t i = 0; i < planes.size(); ++i) {
-        votes[i] += LiesOn(planes[i], support) ? 1 : 0;
+        votes[i] += LiesOn(planes[i].inverse_depth, support) ? 1 : 0;
       }
     }
     const auto most = std::ranges::max_element(votes);
@@ -242,19 +255,20 @@ class RayHits {
 };
 
 // Gives a pixel the depth of a plane, unless the plane is seen at a grazing angle.
-void Fill(const cv::Point& pixel, const Eigen::Vector3d& plane, DepthMap& map) {
+void Fill(const cv::Point& pixel, const FittedPlane& plane, DepthMap& map) {
   constexpr double kMaxSlope = 10.0;  // of a trusted plane (tangent)
-  const double inverse = plane.dot(Eigen::Vector3d(pixel.x, pixel.y, 1.0));
-  const double slope = plane.head<2>().norm() * map.camera.fx / std::max(inverse, 1e-12);
+  const double inverse = plane.inverse_depth.dot(Eigen::Vector3d(pixel.x, pixel.y, 1.0));
+  const double slope = plane.inverse_depth.head<2>().norm() * map.camera.fx / std::max(inverse, 1e-12);
   if (inverse > 0.0 && slope < kMaxSlope) {
     map.depth.at<float>(pixel) = static_cast<float>(1.0 / inverse);
+    map.sigma.at<float>(pixel) = static_cast<float>(plane.sigma);
     map.views.at<std::uint8_t>(pixel) = kFilledByPlane;
   }
 }
 
 // Fills a region with the plane that each pixel sees around it. Pixels follow the majority of their
 // neighbourhood: single lines of hits end at clutter.
-void FillByRays(const Region& region, const std::vector<Eigen::Vector3d>& planes, const RayHits& hits,
+void FillByRays(const Region& region, const std::vector<FittedPlane>& planes, const RayHits& hits,
                 const cv::Mat& known, DepthMap& map) {
   constexpr int kRadius = 6;         // pixels, of a neighbourhood
   constexpr double kMinShare = 0.4;  // share of its empty pixels that must see the same plane
@@ -298,6 +312,8 @@ DepthMap FillPlanes(const DepthMap& map) {
   constexpr int kTrials = 40;
   DepthMap filled = map;
   filled.depth = map.depth.clone();
+  filled.sigma =
+      map.sigma.empty() ? cv::Mat(map.depth.size(), CV_32F, cv::Scalar(kUnknownSigma)) : map.sigma.clone();
   filled.views = map.views.clone();
   const cv::Mat earlier = map.views == kFilledByPlane;
   filled.depth.setTo(0.0F, earlier);
@@ -333,7 +349,8 @@ DepthMap FillPlanes(const DepthMap& map) {
   return filled;
 }
 
-DepthMap KeepConfirmedFills(const DepthMap& map, const std::vector<DepthMap>& neighbours, int min_views) {
+DepthMap KeepConfirmedFills(const DepthMap& map, const std::vector<DepthMap>& neighbours,
+                            const DepthFusionOptions& options) {
   DepthMap kept = map;
   kept.depth = map.depth.clone();
   kept.views = map.views.clone();
@@ -361,7 +378,7 @@ DepthMap KeepConfirmedFills(const DepthMap& map, const std::vector<DepthMap>& ne
         seen_through = other.views.at<std::uint8_t>(v, u) != kFilledByPlane &&
                        z > (1.0 + 3.0 * kMaxDepthDifference) * p.z();
       }
-      if (seen_through || agree < min_views) {
+      if (seen_through || agree < options.min_views || map.SigmaAt(x, y) > options.max_sigma) {
         kept.depth.at<float>(y, x) = 0.0F;
         kept.views.at<std::uint8_t>(y, x) = 0;
       }

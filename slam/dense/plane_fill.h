@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "slam/dense/dense_options.h"
 #include "slam/snapshot/depth_map.h"
 
 namespace sqslam {
@@ -11,8 +12,10 @@ namespace sqslam {
 // set of connected pixels with small colour steps. Earlier fills are dropped.
 DepthMap FillPlanes(const DepthMap& map);
 
-// Drops fills that fewer than `min_views` neighbours (filled likewise) confirm up to kMaxDepthDifference, or
-// behind which a neighbour measured a surface: its ray would have passed through.
-DepthMap KeepConfirmedFills(const DepthMap& map, const std::vector<DepthMap>& neighbours, int min_views);
+// Drops fills that fewer than `min_views` neighbours (filled likewise) confirm up to kMaxDepthDifference,
+// behind which a neighbour measured a surface, since its ray would have passed through, or whose standard
+// deviation is above `max_sigma`.
+DepthMap KeepConfirmedFills(const DepthMap& map, const std::vector<DepthMap>& neighbours,
+                            const DepthFusionOptions& options);
 
 }  // namespace sqslam

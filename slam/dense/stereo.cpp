@@ -125,10 +125,25 @@ float LeastPlane(const std::int16_t* sums, int planes) {
          (curvature > 0.0F ? 0.5F * static_cast<float>(sums[d - 1] - sums[d + 1]) / curvature : 0.0F);
 }
 
+// Inverse depths under refinement, each 32FC1.
+struct Refined {
+  cv::Mat inverse_depth;
+  cv::Mat score;
+  cv::Mat variance;  // of the inverse depth, by the scores around it
+};
+
+// Returns the variance of the position of a top of the score, by its curvature (second derivative): patches
+// that differ by noise alone have residuals of 2 (1 - score) of their own variance.
+float VarianceAtTop(float score, float curvature) {
+  constexpr float kPatchPixels = 25.0F;  // pixels
+  return 2.0F * std::max(1.0F - score, 0.0F) / (kPatchPixels * curvature);
+}
+
 // Scores the inverse depths and a step to either side, then moves to the top of the parabola through them, or
 // to the better side if there is no top. If no score reaches `min_score`, for example if these views don't
 // see the surface, the inverse depth stays.
-void RefineOnce(PatchScores& scores, float step, float min_score, cv::Mat& inverse_depth, cv::Mat& score) {
+void RefineOnce(PatchScores& scores, float step, float min_score, Refined& refined) {
+  auto& [inverse_depth, score, variance] = refined;
   const cv::Mat1f farther = scores.At(inverse_depth - step);
   const cv::Mat1f middle = scores.At(inverse_depth);
   const cv::Mat1f nearer = scores.At(inverse_depth + step);
@@ -139,7 +154,11 @@ void RefineOnce(PatchScores& scores, float step, float min_score, cv::Mat& inver
       const bool top = center >= left && center >= right && curvature < 0.0F;
       const float shift = top ? 0.5F * (left - right) / curvature : (right > left ? 1.0F : -1.0F);
       const float best = std::max({left, center, right});
-      inverse_depth.at<float>(y, x) += best >= min_score ? step * shift : 0.0F;
+      if (best >= min_score) {
+        inverse_depth.at<float>(y, x) += step * shift;
+        variance.at<float>(y, x) =
+            std::min(top ? VarianceAtTop(center, -curvature / (step * step)) : 1e9F, step * step);
+      }
       score.at<float>(y, x) = std::max(score.at<float>(y, x), best);
     }
   }
@@ -209,10 +228,22 @@ PlaneMap AggregateSemiGlobally(const cv::Mat& costs, const cv::Mat& gray, const 
   return map;
 }
 
-cv::Mat EstimateDepth(const StereoView& keyframe, const std::vector<StereoView>& views,
-                      const std::vector<StereoView>& fine_views, const Camera& camera,
-                      const DepthRange& range, const StereoOptions& options) {
-  constexpr double kNoise = 2.0;  // grey levels, standard deviation of image noise
+// Returns how far a point moves in the views per unit of inverse depth, pixels: the mean over the views.
+double ParallaxPerInverseDepth(const StereoView& keyframe, const std::vector<StereoView>& views,
+                               const Camera& camera) {
+  double sum = 0.0;
+  for (const StereoView& view : views) {
+    const Rigid3d T_view_keyframe = view.T_map_camera.Inverse() * keyframe.T_map_camera;
+    sum += camera.fx * T_view_keyframe.translation.head<2>().norm();
+  }
+  return sum / static_cast<double>(views.size());
+}
+
+StereoDepth EstimateDepth(const StereoView& keyframe, const std::vector<StereoView>& views,
+                          const std::vector<StereoView>& fine_views, const Camera& camera,
+                          const DepthRange& range, const StereoOptions& options) {
+  constexpr double kNoise = 2.0;      // grey levels, standard deviation of image noise
+  constexpr double kPoseError = 0.1;  // pixels, of the views' poses
   constexpr double kMaxCost =
       150.0;  // of the plane found, above which a pixel has no depth; 254: no agreement
   PatchScores coarse(keyframe, views, camera, kNoise);
@@ -220,20 +251,25 @@ cv::Mat EstimateDepth(const StereoView& keyframe, const std::vector<StereoView>&
       AggregateSemiGlobally(SweepPlanes(coarse, range, options.planes), keyframe.gray, options);
   const double farthest = 1.0 / range.farthest;
   const double step = (1.0 / range.nearest - farthest) / (options.planes - 1);
-  cv::Mat inverse_depth = planes.plane * step + farthest;
-  cv::Mat score;
+  Refined refined{planes.plane * step + farthest, {}, cv::Mat(keyframe.gray.size(), CV_32F, step * step)};
+  auto& [inverse_depth, score, variance] = refined;
   planes.cost.convertTo(score, CV_32F, -1.0 / 254.0, 1.0);
-  PatchScores scores(keyframe, fine_views.size() < 2 ? views : fine_views, camera, kNoise);
+  const std::vector<StereoView>& finest = fine_views.size() < 2 ? views : fine_views;
+  PatchScores scores(keyframe, finest, camera, kNoise);
   const auto min_score = static_cast<float>(1.0 - kMaxCost / 254.0);
   double finer = 0.5 * step;
   for (int round = 0; round < options.refinements; ++round, finer *= 0.5) {
     cv::medianBlur(inverse_depth, inverse_depth, 3);
-    RefineOnce(scores, static_cast<float>(finer), min_score, inverse_depth, score);
+    RefineOnce(scores, static_cast<float>(finer), min_score, refined);
   }
   inverse_depth = Smoothed(inverse_depth, score, min_score);
-  cv::Mat depth = 1.0 / cv::max(inverse_depth, 0.5 * farthest);
-  depth.setTo(0.0F, score < min_score);
-  return depth;
+  StereoDepth result;
+  result.depth = 1.0 / cv::max(inverse_depth, 0.5 * farthest);
+  result.depth.setTo(0.0F, score < min_score);
+  const double pose = kPoseError / ParallaxPerInverseDepth(keyframe, finest, camera);
+  cv::sqrt(variance + pose * pose, result.sigma);
+  result.sigma = result.sigma.mul(result.depth);
+  return result;
 }
 
 }  // namespace sqslam

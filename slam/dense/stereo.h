@@ -9,12 +9,18 @@
 
 namespace sqslam {
 
-// Returns the depth of a keyframe's pixels (32FC1, map units, 0 if unknown) from two or more views: plane
-// sweep, semi-global aggregation, then refinement with the wider `fine_views`, in which patches follow the
-// slope of the surface. Takes about 400 bytes per pixel.
-cv::Mat EstimateDepth(const StereoView& keyframe, const std::vector<StereoView>& views,
-                      const std::vector<StereoView>& fine_views, const Camera& camera,
-                      const DepthRange& range, const StereoOptions& options);
+struct StereoDepth {
+  cv::Mat depth;  // 32FC1, map units, 0 if unknown
+  cv::Mat sigma;  // 32FC1, predicted standard deviation of the depth, share of it
+};
+
+// Estimates the depth of a keyframe's pixels from two or more views: plane sweep, semi-global aggregation,
+// then refinement with the wider `fine_views`, in which patches follow the slope of the surface. The standard
+// deviation follows from the curvature of the scores about their top, and from the error of the poses in
+// pixels. Takes about 400 bytes per pixel.
+StereoDepth EstimateDepth(const StereoView& keyframe, const std::vector<StereoView>& views,
+                          const std::vector<StereoView>& fine_views, const Camera& camera,
+                          const DepthRange& range, const StereoOptions& options);
 
 // The plane found for each pixel.
 struct PlaneMap {

@@ -144,10 +144,8 @@ void IntegrateInto(const DepthMap& map, const BlockInView& view, double truncati
         if (!(depth > 0.0) || distance < -1.0) {
           continue;
         }
-        const std::uint8_t views = map.views.at<std::uint8_t>(v, u);
-        const double agreement = views == kFilledByPlane ? 1.0 : std::max<double>(views, 1.0);
-        AddSample(std::min(distance, 1.0), agreement / (depth * depth), map.bgr.at<cv::Vec3b>(v, u),
-                  block[i]);
+        const double sigma = depth * map.SigmaAt(u, v);
+        AddSample(std::min(distance, 1.0), 1.0 / (sigma * sigma), map.bgr.at<cv::Vec3b>(v, u), block[i]);
       }
     }
   }

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,13 +28,18 @@ struct CloudDistances {
   std::array<double, kCloseDistances.size()> within{};  // shares of points within these distances
 };
 
-// Returns the distances of `points` to `surface`; neither may be empty.
-CloudDistances DistancesTo(const SurfacePoints& surface, const std::vector<Eigen::Vector3d>& points);
+// Returns the distance of each of `points` to `surface`; neither may be empty.
+std::vector<double> DistancesTo(const SurfacePoints& surface, const std::vector<Eigen::Vector3d>& points);
+
+CloudDistances SummaryOf(const std::vector<double>& distances);
 
 // Evaluation of a dense cloud against the true one.
 struct DenseEvaluation {
   CloudDistances accuracy;      // of all estimated points, filled ones too, to the true surface
   CloudDistances completeness;  // of the true points to the nearest estimated ones
+  // RMS of the accuracy's distances over the standard deviations that the cloud predicts: 1 if these hold.
+  // Nothing if the cloud predicts none.
+  std::optional<double> normalised_rms;
 };
 
 // Compares the result's dense.ply, aligned like the trajectory, with the sequence's (frame of

@@ -210,18 +210,20 @@ bool AddPoint(const Eigen::Vector3d& point, PointCloud& cloud) {
   return true;
 }
 
-// Names of a vertex's properties by role: coordinates, colour channels, then the normal.
+// Names of a vertex's properties by role: coordinates, colour channels, normal, standard deviation.
 constexpr std::size_t kRed = 3;
 constexpr std::size_t kNormal = 6;
-constexpr std::array<std::array<std::string_view, 3>, 9> kRoles = {{{"x"},
-                                                                    {"y"},
-                                                                    {"z"},
-                                                                    {"red", "r", "diffuse_red"},
-                                                                    {"green", "g", "diffuse_green"},
-                                                                    {"blue", "b", "diffuse_blue"},
-                                                                    {"nx"},
-                                                                    {"ny"},
-                                                                    {"nz"}}};
+constexpr std::size_t kSigma = 9;
+constexpr std::array<std::array<std::string_view, 3>, 10> kRoles = {{{"x"},
+                                                                     {"y"},
+                                                                     {"z"},
+                                                                     {"red", "r", "diffuse_red"},
+                                                                     {"green", "g", "diffuse_green"},
+                                                                     {"blue", "b", "diffuse_blue"},
+                                                                     {"nx"},
+                                                                     {"ny"},
+                                                                     {"nz"},
+                                                                     {"sigma"}}};
 
 // Returns the role of each property, or the number of roles if it has none.
 std::vector<std::size_t> RolesOf(const Element& element) {
@@ -295,6 +297,7 @@ PointCloud ReadPly(const fs::path& path, const std::string& bytes) {
     const std::vector<std::size_t> roles = RolesOf(*element);
     const bool colored = HasRoles(roles, kRed);
     const bool oriented = HasRoles(roles, kNormal);
+    const bool uncertain = std::ranges::count(roles, kSigma) > 0;
     for (std::uint64_t i = 0; i < element->count; ++i) {
       body.StartItem(*element, i);
       const auto v = ReadItem(body, *element, roles);
@@ -306,6 +309,9 @@ PointCloud ReadPly(const fs::path& path, const std::string& bytes) {
       }
       if (oriented) {
         cloud.normals.push_back(Eigen::Vector3d(v[6], v[7], v[8]).normalized());
+      }
+      if (uncertain) {
+        cloud.sigmas.push_back(v[kSigma]);
       }
     }
     if (element == vertices && colored) {

@@ -128,6 +128,7 @@ void RescaleCloud(const fs::path& file, double metres) {
   const double factor = metres / MetresPerUnitIn(ReadFile(file, "a dense.ply"));
   for (DensePoint& point : cloud) {
     point.p_map *= static_cast<float>(factor);
+    point.sigma *= static_cast<float>(factor);
   }
   WriteDenseCloud(file, cloud, metres);
 }

@@ -15,6 +15,8 @@ namespace sqslam {
 // surroundings support.
 inline constexpr std::uint8_t kFilledByPlane = 255;
 
+inline constexpr double kUnknownSigma = 0.01;  // of the depths of a map that predicts none, share of them
+
 // Depth of a keyframe's pixels. A value: its images never change once made (copies share them).
 struct DepthMap {
   std::int64_t keyframe = 0;  // id
@@ -22,8 +24,12 @@ struct DepthMap {
   Camera camera;  // without distortion, of the images below
   Rigid3d T_map_camera;
   cv::Mat depth;  // 32FC1, along the camera's z axis, map units; 0: unknown
+  cv::Mat sigma;  // 32FC1, predicted standard deviation of the depth, share of it; empty: unknown
   cv::Mat views;  // 8UC1, neighbouring depth maps that agree with the pixel, or kFilledByPlane
   cv::Mat bgr;    // 8UC3
+
+  // Returns the predicted standard deviation of a pixel's depth as a share of it.
+  double SigmaAt(int x, int y) const { return sigma.empty() ? kUnknownSigma : sigma.at<float>(y, x); }
 
   // Returns the point that a pixel with depth shows, map frame.
   Eigen::Vector3d PointAt(int x, int y) const {

@@ -1,6 +1,7 @@
 #include "slam/snapshot/depth_recording.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <opencv2/imgcodecs.hpp>
 #include <utility>
@@ -36,10 +37,29 @@ void ReadHeader(const std::string& header, DepthMap& map) {
   }
 }
 
+// Standard deviations are stored as steps of their logarithm: 19 % apart are finer than any prediction.
+constexpr double kLeastSigma = 1e-5;  // share of the depth
+constexpr double kSigmaSteps = 4.0;   // per factor of two
+
+std::uint8_t SigmaStep(double sigma) {
+  return static_cast<std::uint8_t>(std::clamp(
+      std::round(kSigmaSteps * std::log2(std::max(sigma, kLeastSigma) / kLeastSigma)), 0.0, 255.0));
+}
+
+// Returns the standard deviation of each step.
+std::array<float, 256> SigmasOfSteps() {
+  std::array<float, 256> sigmas{};
+  for (std::size_t step = 0; step < sigmas.size(); ++step) {
+    sigmas[step] = static_cast<float>(kLeastSigma * std::exp2(static_cast<double>(step) / kSigmaSteps));
+  }
+  return sigmas;
+}
+
 // Smallest and largest inverse depth in the map's units, then for each pixel 0 for no depth or 1 to 65535
 // between these, as difference to the pixel on its left: low bytes first, then high bytes (compresses best).
-std::string EncodeDepth(const cv::Mat& metric_depth, double metres) {
-  const cv::Mat depth = metres == 1.0 ? metric_depth : cv::Mat(metric_depth / metres);
+// At last the steps of the standard deviations, 0 where there is no depth.
+std::string EncodeDepth(const DepthMap& map, double metres) {
+  const cv::Mat depth = metres == 1.0 ? map.depth : cv::Mat(map.depth / metres);
   double smallest = 0.0, largest = 0.0;
   for (auto z = depth.begin<float>(); z != depth.end<float>(); ++z) {
     if (*z > 0.0F) {
@@ -49,7 +69,7 @@ std::string EncodeDepth(const cv::Mat& metric_depth, double metres) {
     }
   }
   const double scale = largest > smallest ? kDepthSteps / (largest - smallest) : 0.0;
-  std::string raw(2 * depth.total(), '\0');
+  std::string raw(3 * depth.total(), '\0');
   std::uint16_t left = 0;
   std::size_t i = 0;
   for (auto z = depth.begin<float>(); z != depth.end<float>(); ++z, ++i) {
@@ -59,21 +79,29 @@ std::string EncodeDepth(const cv::Mat& metric_depth, double metres) {
     left = value;
     raw[i] = static_cast<char>(difference & 255U);
     raw[i + depth.total()] = static_cast<char>(difference >> 8U);
+    if (value > 0) {
+      const auto at = static_cast<int>(i);
+      raw[i + 2 * depth.total()] =
+          static_cast<char>(SigmaStep(map.SigmaAt(at % depth.cols, at / depth.cols)));
+    }
   }
   ByteWriter range;
   range(smallest, largest);
   return range.Take() + Deflate(raw);
 }
 
-cv::Mat DecodeDepth(std::string_view bytes, cv::Size size) {
+void DecodeDepth(std::string_view bytes, cv::Size size, DepthMap& map) {
+  static const std::array<float, 256> sigmas = SigmasOfSteps();
   double smallest = 0.0, largest = 0.0;
   ByteReader(bytes, kDepthMapName)(smallest, largest);
   if (!(smallest >= 0.0 && largest >= smallest)) {
     ThrowOutOfRange();
   }
   bytes.remove_prefix(sizeof(smallest) + sizeof(largest));
-  cv::Mat depth(size, CV_32F);
-  const std::string raw = Inflate(bytes, 2 * depth.total(), kDepthMapName);
+  cv::Mat& depth = map.depth;
+  depth.create(size, CV_32F);
+  map.sigma.create(size, CV_32F);
+  const std::string raw = Inflate(bytes, 3 * depth.total(), kDepthMapName);
   std::uint16_t value = 0;
   for (std::size_t i = 0; i < depth.total(); ++i) {
     const auto low = static_cast<std::uint8_t>(raw[i]);
@@ -84,8 +112,8 @@ cv::Mat DecodeDepth(std::string_view bytes, cv::Size size) {
       ThrowOutOfRange();
     }
     depth.at<float>(static_cast<int>(i)) = static_cast<float>(z);
+    map.sigma.at<float>(static_cast<int>(i)) = sigmas[static_cast<std::uint8_t>(raw[i + 2 * depth.total()])];
   }
-  return depth;
 }
 
 std::string EncodeImage(const cv::Mat& bgr) {
@@ -106,7 +134,7 @@ DepthMap DecodeRow(sqlite::Statement& select) {
   if (map.bgr.empty() || map.bgr.size() != cv::Size(map.camera.width, map.camera.height)) {
     ThrowOutOfRange();
   }
-  map.depth = DecodeDepth(select.Bytes(3), map.bgr.size());
+  DecodeDepth(select.Bytes(3), map.bgr.size(), map);
   if (const std::string views = select.Bytes(4); !views.empty()) {
     const std::string raw = Inflate(views, map.depth.total(), kDepthMapName);
     map.views.create(map.depth.size(), CV_8U);
@@ -224,7 +252,7 @@ void DepthRecording::PutEstimate(const DepthMap& map, const std::string& setting
   ByteWriter header;
   VisitHeader(header, map.camera, T_map_camera);
   const std::string image = EncodeImage(map.bgr);
-  const std::string estimate = EncodeDepth(map.depth, metres_);
+  const std::string estimate = EncodeDepth(map, metres_);
   Prepare(
       "INSERT OR REPLACE INTO depth_maps (keyframe, frame_index, settings, camera, image, estimate)"
       " VALUES (?, ?, ?, ?, ?, ?)",
@@ -234,7 +262,7 @@ void DepthRecording::PutEstimate(const DepthMap& map, const std::string& setting
 }
 
 void DepthRecording::PutKept(const DepthMap& map) {
-  const std::string kept = EncodeDepth(map.depth, metres_);
+  const std::string kept = EncodeDepth(map, metres_);
   const std::string views =
       Deflate(std::string(map.views.begin<std::uint8_t>(), map.views.end<std::uint8_t>()));
   Prepare("UPDATE depth_maps SET kept = ?, views = ? WHERE keyframe = ?", sqlite::Blob{kept},

@@ -111,6 +111,25 @@ TEST(DenseCloud, DropsPointsBesideBetterSeenSurface) {
   EXPECT_LT(highest(SeenAbove(40)), 0.001F);
 }
 
+TEST(DenseCloud, WeightsPointsByInverseVariance) {
+  DepthMap sure = TableFromAbove();
+  sure.sigma = cv::Mat(60, 80, CV_32F, cv::Scalar(0.002));
+  DepthMap unsure = TableFromAbove();
+  unsure.sigma = cv::Mat(60, 80, CV_32F, cv::Scalar(0.006));
+  unsure.T_map_camera.translation.z() += 0.005;
+  CloudFusion fusion(0.02);
+  fusion.Add(sure);
+  fusion.Add(unsure);
+  double sum = 0.0;
+  const DenseCloud cloud = fusion.Cloud();
+  for (const DensePoint& point : cloud) {
+    sum += point.p_map.z();
+    EXPECT_GT(point.sigma, 0.002F * 0.4F);
+    EXPECT_LT(point.sigma, 0.006F * 2.0F);
+  }
+  EXPECT_NEAR(sum / static_cast<double>(cloud.size()), 0.0005, 2e-4);
+}
+
 TEST(DenseCloud, PrefersMeasuredOverFilledPoints) {
   const DepthMap measured = TableFromAbove();
   DepthMap filled = TableFromAbove();

@@ -108,13 +108,13 @@ TEST(PlaneFill, KeepsFillsThatNeighboursConfirm) {
   constexpr int kMinViews = 2;
   const DepthMap own = FillPlanes(WallWithDoor());
   const std::vector<DepthMap> same = {FillPlanes(WallWithDoor(0.1)), FillPlanes(WallWithDoor(-0.1))};
-  EXPECT_EQ(KeepConfirmedFills(own, same, kMinViews).views.at<std::uint8_t>(60, 80), kFilledByPlane);
-  EXPECT_EQ(KeepConfirmedFills(own, {same[0]}, kMinViews).views.at<std::uint8_t>(60, 80), 0);
+  EXPECT_EQ(KeepConfirmedFills(own, same, {kMinViews}).views.at<std::uint8_t>(60, 80), kFilledByPlane);
+  EXPECT_EQ(KeepConfirmedFills(own, {same[0]}, {kMinViews}).views.at<std::uint8_t>(60, 80), 0);
 
   std::vector<DepthMap> behind = same;
   behind.push_back(WallWithDoor(0.05));
   behind.back().depth.setTo(3.0F);  // a room seen through the door
-  const DepthMap open = KeepConfirmedFills(own, behind, kMinViews);
+  const DepthMap open = KeepConfirmedFills(own, behind, {kMinViews});
   EXPECT_EQ(open.views.at<std::uint8_t>(60, 80), 0);
   EXPECT_EQ(open.depth.at<float>(60, 80), 0.0F);
   EXPECT_EQ(open.views.at<std::uint8_t>(10, 10), 4);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "slam/util/statistics.h"
+#include "slam/util/to_vector.h"
 #include "tests/dense/panel_world.h"
 
 namespace sqslam::testing {
@@ -18,7 +19,7 @@ class Stereo : public ::testing::Test {
   }
   // Relative errors of the pixels that have a depth.
   std::vector<double> Errors(const StereoOptions& options) const {
-    const cv::Mat depth = EstimateDepth(keyframe_, views_, views_, camera_, range_, options);
+    const cv::Mat depth = EstimateDepth(keyframe_, views_, views_, camera_, range_, options).depth;
     std::vector<double> errors;
     for (int y = 0; y < depth.rows; ++y) {
       for (int x = 0; x < depth.cols; ++x) {
@@ -28,6 +29,18 @@ class Stereo : public ::testing::Test {
       }
     }
     return errors;
+  }
+
+  // Of the pixels that have a depth.
+  double MedianSigma(const StereoView& keyframe, const std::vector<StereoView>& views) const {
+    const StereoDepth found = EstimateDepth(keyframe, views, views, camera_, range_, {});
+    std::vector<double> sigmas;
+    for (int i = 0; i < static_cast<int>(found.depth.total()); ++i) {
+      if (found.depth.at<float>(i) > 0.0F) {
+        sigmas.push_back(found.sigma.at<float>(i));
+      }
+    }
+    return UpperMedian(std::move(sigmas));
   }
 
   const PaintedScene scene_;
@@ -60,6 +73,23 @@ TEST_F(Stereo, EstimatesDepthOfSlantedWallAndBox) {
   EXPECT_GT(static_cast<double>(errors.size()), 0.9 * camera_.width * camera_.height);
   EXPECT_LT(LinearQuantile(errors, 0.5), 0.002);
   EXPECT_LT(LinearQuantile(errors, 0.9), 0.02);
+}
+
+TEST_F(Stereo, PredictsLargerErrorsOfNoisyImages) {
+  cv::RNG random(1);
+  const auto noisy = [&](StereoView view) {
+    cv::Mat noise(view.gray.size(), CV_16S), sum;
+    random.fill(noise, cv::RNG::NORMAL, 0.0, 12.0);
+    cv::add(view.gray, noise, sum, cv::noArray(), CV_8U);
+    view.gray = sum;
+    return view;
+  };
+  EXPECT_GT(MedianSigma(noisy(keyframe_), ToVector(views_, noisy)), 1.05 * MedianSigma(keyframe_, views_));
+}
+
+TEST_F(Stereo, PredictsLargerErrorsOfSmallParallax) {
+  const std::vector<StereoView> near = {scene_.View({0.06, 0.0, 0.0}), scene_.View({-0.06, 0.0, 0.0})};
+  EXPECT_GT(MedianSigma(keyframe_, near), 1.5 * MedianSigma(keyframe_, views_));
 }
 
 TEST_F(Stereo, ReducesErrorByFinerSteps) {

@@ -13,13 +13,14 @@ namespace {
 
 constexpr double kWall = 2.0;  // depth of a wall that fills the images
 
-DepthMap WallMap(std::int64_t keyframe, double aside, double depth, std::uint8_t views = 3) {
+DepthMap WallMap(std::int64_t keyframe, double aside, double depth, double sigma = 0.01) {
   DepthMap map;
   map.keyframe = map.frame_index = keyframe;
   map.camera = {80, 60, 80.0, 80.0, 40.0, 30.0, {}, 30.0};
   map.T_map_camera.translation.x() = aside;
   map.depth = cv::Mat(60, 80, CV_32F, cv::Scalar(depth));
-  map.views = cv::Mat(60, 80, CV_8U, cv::Scalar(views));
+  map.sigma = cv::Mat(60, 80, CV_32F, cv::Scalar(sigma));
+  map.views = cv::Mat(60, 80, CV_8U, cv::Scalar(3));
   map.bgr = cv::Mat(60, 80, CV_8UC3, cv::Scalar(10, 20, 200));
   return map;
 }
@@ -72,8 +73,8 @@ TEST_F(SurfaceFusion, MeasuresDistancesFromWallAndEndsBehindIt) {
   EXPECT_EQ(volume->blocks.front()[0].rgb.size(), 3U);
 }
 
-TEST_F(SurfaceFusion, WeighsPixelsByAgreement) {
-  Put({WallMap(1, 0.0, kWall, 6), WallMap(2, 0.0, kWall + 0.06, 2)});
+TEST_F(SurfaceFusion, WeighsPixelsByInverseVariance) {
+  Put({WallMap(1, 0.0, kWall, 0.01), WallMap(2, 0.0, kWall + 0.06, 0.02)});
   const auto volume = Fuse();
   ASSERT_TRUE(volume);
   double at_wall = 1.0;
@@ -82,11 +83,11 @@ TEST_F(SurfaceFusion, WeighsPixelsByAgreement) {
       at_wall = distance - (kWall - depth);
     }
   }
-  EXPECT_NEAR(at_wall, 0.25 * 0.06, 0.003);
+  EXPECT_NEAR(at_wall, 0.2 * 0.06, 0.003);
 }
 
 TEST_F(SurfaceFusion, MarksSpaceBeforeSurfaceAsFree) {
-  std::vector<DepthMap> maps = {WallMap(1, 0.0, 1.0, 1)};  // a ghost before the wall
+  std::vector<DepthMap> maps = {WallMap(1, 0.0, 1.0, 0.02)};  // a ghost before the wall
   for (int i = 2; i < 8; ++i) {
     maps.push_back(WallMap(i, 0.01 * i, kWall));
   }

@@ -98,6 +98,22 @@ TEST_F(DenseEvaluationTest, MeasuresToPlaneOfNearestPointWithNormals) {
   EXPECT_NEAR(e.completeness.median, std::hypot(0.02, 0.02, 0.015), 1e-4);  // counts true points
 }
 
+TEST_F(DenseEvaluationTest, ComparesErrorsWithPredictedSigmas) {
+  EXPECT_FALSE(Evaluate(Plane()).normalised_rms);
+  std::string text =
+      "ply\nformat ascii 1.0\nelement vertex 800\nproperty float x\nproperty float y\n"
+      "property float z\nproperty float sigma\nend_header\n";
+  for (const Vector3d& p : Plane()) {  // 15 mm off, predicted as 10 mm
+    text += fmt::format("{} {} {} {}\n", kMapScale * p.x(), kMapScale * p.y(), kMapScale * (p.z() + 0.015),
+                        kMapScale * 0.01);
+  }
+  result_.Write("dense.ply", text);
+  const DenseEvaluation e = EvaluateDense(result_.Path(), sequence_.Path());
+  ASSERT_TRUE(e.normalised_rms);
+  EXPECT_NEAR(*e.normalised_rms, 1.5, 0.01);
+  EXPECT_THAT(FormatDense(e), HasSubstr("predicted standard deviations: 1.50"));
+}
+
 TEST_F(DenseEvaluationTest, HalfCloudIsHalfComplete) {
   std::vector<Vector3d> half = Plane();
   half.resize(half.size() / 2);

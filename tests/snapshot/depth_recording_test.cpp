@@ -24,10 +24,12 @@ DepthMap MakeMap(std::int64_t keyframe, double nearest) {
   map.camera = {40, 30, 33.5, 34.5, 20.25, 15.75, {}, 30.0};
   map.T_map_camera = {Eigen::Quaterniond(0.5, 0.5, -0.5, 0.5), {1.0, 2.0, 3.0}};
   map.depth = cv::Mat(30, 40, CV_32F);
+  map.sigma = cv::Mat(30, 40, CV_32F);
   map.views = cv::Mat(30, 40, CV_8U);
   map.bgr = cv::Mat(30, 40, CV_8UC3, cv::Scalar(200, 100, 50));
   for (int i = 0; i < 1200; ++i) {
     map.depth.at<float>(i) = i % 7 == 0 ? 0.0F : static_cast<float>(nearest + 0.01 * i);
+    map.sigma.at<float>(i) = 1e-4F * static_cast<float>(1 + i);
     map.views.at<std::uint8_t>(i) = static_cast<std::uint8_t>(i % 7 == 0 ? 0 : i % 9);
   }
   return map;
@@ -43,6 +45,9 @@ void ExpectNear(const DepthMap& read, const DepthMap& map) {
     const float truth = map.depth.at<float>(i);
     ASSERT_NEAR(read.depth.at<float>(i), truth, 2e-4 * truth);
     ASSERT_EQ(read.depth.at<float>(i) == 0.0F, truth == 0.0F);
+    if (truth > 0.0F) {
+      ASSERT_NEAR(read.sigma.at<float>(i) / map.sigma.at<float>(i), 1.0, 0.1);
+    }
   }
   EXPECT_LT(cv::norm(read.bgr, map.bgr, cv::NORM_INF), 4.0);
 }
