@@ -92,15 +92,6 @@ bool AreMostlySeenTogether(const Landmark& a, const Landmark& b) {
   return CountFrames(a, b, enough, [](auto&&...) { return true; }) >= enough;
 }
 
-// Two thin crossing superquadrics hardly overlap, but two objects of one label do not stand like that.
-bool AreConcentric(const Landmark& a, const Landmark& b, const MergingOptions& options) {
-  const double distance =
-      (a.superquadric.T_map_object.translation - b.superquadric.T_map_object.translation).norm();
-  return distance < options.concentric * std::min(a.superquadric.shape.half_size.maxCoeff(),
-                                                  b.superquadric.shape.half_size.maxCoeff()) &&
-         AreRarelySeenTogether(a, b, options);
-}
-
 // True if nearly all boxes of `part` lie within the projection of `whole`, and neither is behind the other. A
 // detector often boxes the picture on a screen instead of the screen; seen from one side, the superquadric of
 // such boxes hardly overlaps the screen's.
@@ -234,7 +225,7 @@ bool AreDuplicates(const Landmark& a, const Landmark& b, const ObjectOptions& al
     same = shared > OverlapOfOne(a, b, same_label, options) && (same_label || IsOneOfTwoLabels(a, b, camera));
     is_part = same_label && (shared > kPart || ShowsPartOf(a, b, shared, options, camera) ||
                              ShowsPartOf(b, a, shared, options, camera) || IsBoxedTwice(a, b));
-    same = same || is_part || (same_label && AreConcentric(a, b, options));
+    same = same || is_part;
   }
   return same && FramesSeenApart(a, b, is_part, limit + 1) <= limit;
 }

@@ -184,7 +184,6 @@ struct MergingOptions {
   int min_samples = 4;               // centroids that both need for the test
   double overlap = 0.4;              // shared volume over the smaller volume: same label
   double overlap_other_label = 0.6;  // the same for different labels
-  double concentric = 0.15;          // centre distance over the smaller one's largest half size: same label
   // Frames with a box for each of them above which the two stay apart: this share of the views of the rarer
   // one, or the number if that is more and the labels are the same.
   double max_seen_together_share = 0.05;

@@ -103,26 +103,6 @@ TEST(Merging, MergesObjectBoxedTwiceForAWhile) {
   }
 }
 
-TEST(Merging, MergesCrossingDuplicates) {
-  Landmark a = SeenAt(100.0, 10);
-  Landmark b;
-  for (int frame = 50; frame < 60; ++frame) {
-    b.Add(ObservationOf("cup", {100, 100, 40, 50}, frame));
-  }
-  a.superquadric.shape = b.superquadric.shape = {{0.3, 0.02, 0.2}, 0.1, 0.1};
-  b.superquadric.T_map_object = {Eigen::Quaterniond(Eigen::AngleAxisd(1.3, Eigen::Vector3d::UnitZ())),
-                                 {0.03, 0.0, 0.0}};
-  a.estimated = b.estimated = true;
-  const auto same = [&] { return AreDuplicates(a, b, ObjectOptions(), Camera()); };
-  EXPECT_TRUE(same());
-  b.superquadric.T_map_object.translation.x() = 0.06;
-  EXPECT_FALSE(same());
-  b.superquadric.T_map_object.translation.x() = 0.03;
-  b.labels = LabelVotes();
-  b.labels.Add("bowl", 0.9);
-  EXPECT_FALSE(same());
-}
-
 TEST(Merging, MergesOverlappingDuplicatesUnlessSeenTogether) {
   const Landmark a = [] {
     Landmark seen = SeenAt(100.0, 20);
