@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <ranges>
-#include <string>
 #include <utility>
 
 #include "slam/objects/association.h"
@@ -114,33 +113,6 @@ bool ShowsPartOf(const Landmark& part, const Landmark& whole, double shared, con
   return static_cast<double>(inside) >= kViews * static_cast<double>(views.size());
 }
 
-// True if the detector boxes an object and its part at once: in the frames that show both, the boxes are
-// nearly always nested and hold the same map points. If one object is behind the other the points differ,
-// because each box keeps those of one depth.
-bool IsBoxedTwice(const Landmark& a, const Landmark& b) {
-  constexpr int kFewest = 5;          // frames
-  constexpr double kNested = 0.9;     // of the smaller box, and of the frames
-  constexpr double kOwnPoints = 0.5;  // of the points of the one with fewer
-  const int all = static_cast<int>(std::min(a.views.size(), b.views.size())) + 1;
-  const int together = CountFrames(a, b, all, [](auto&&...) { return true; });
-  if (together < kFewest) {
-    return false;
-  }
-  const int nested = CountFrames(a, b, all, [](const Box2d& one, const Box2d& other) {
-    return IntersectionOverSmaller(one, other) >= kNested;
-  });
-  if (nested < kNested * together) {
-    return false;
-  }
-  const auto is_own = [](const auto& vote) { return vote.second.inside >= 2; };
-  const auto shared = std::ranges::count_if(a.votes, [&](const auto& vote) {
-    const auto other = b.votes.find(vote.first);
-    return is_own(vote) && other != b.votes.end() && is_own(*other);
-  });
-  const auto fewer = std::min(std::ranges::count_if(a.votes, is_own), std::ranges::count_if(b.votes, is_own));
-  return fewer >= kFewest && static_cast<double>(shared) >= kOwnPoints * static_cast<double>(fewer);
-}
-
 }  // namespace
 
 bool AreSeenTogether(const Landmark& a, const Landmark& b, int more_than) {
@@ -193,7 +165,6 @@ bool IsBetterExplainedByAnother(const Landmark& a, const Landmark& b,
 }
 
 bool AreDuplicates(const Landmark& a, const Landmark& b, const ObjectOptions& all, const Camera& camera) {
-  constexpr double kPart = 0.75;  // of the smaller volume
   const AssociationRules rules = RulesOf(all.association);
   const AssociationParts& parts = rules.parts;
   const MergingOptions& options = all.merging;
@@ -223,8 +194,8 @@ bool AreDuplicates(const Landmark& a, const Landmark& b, const ObjectOptions& al
   if (!same && parts.merge_by_volume && a.estimated && b.estimated) {
     const double shared = OverlapOfSmaller(a.superquadric, b.superquadric);
     same = shared > OverlapOfOne(a, b, same_label, options) && (same_label || IsOneOfTwoLabels(a, b, camera));
-    is_part = same_label && (shared > kPart || ShowsPartOf(a, b, shared, options, camera) ||
-                             ShowsPartOf(b, a, shared, options, camera) || IsBoxedTwice(a, b));
+    is_part = same_label &&
+              (ShowsPartOf(a, b, shared, options, camera) || ShowsPartOf(b, a, shared, options, camera));
     same = same || is_part;
   }
   return same && FramesSeenApart(a, b, is_part, limit + 1) <= limit;
