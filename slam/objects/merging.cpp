@@ -1,7 +1,6 @@
 #include "slam/objects/merging.h"
 
 #include <algorithm>
-#include <ranges>
 #include <utility>
 
 #include "slam/objects/association.h"
@@ -68,17 +67,11 @@ bool ExplainEachOther(const Landmark& a, const Landmark& b, const Camera& camera
   return explains(a, b) && explains(b, a);
 }
 
-// Returns the two with the one of fewer boxes first.
-std::pair<const Landmark&, const Landmark&> RarerFirst(const Landmark& a, const Landmark& b) {
-  return a.observations < b.observations ? std::pair<const Landmark&, const Landmark&>(a, b)
-                                         : std::pair<const Landmark&, const Landmark&>(b, a);
-}
-
 // True if the boxes of the rarer one, which has another label, are those of the other. Overlap alone says
 // little: a chair pushed under a table lies within the table's superquadric.
 bool IsOneOfTwoLabels(const Landmark& a, const Landmark& b, const Camera& camera) {
-  const auto& [rarer, other] = RarerFirst(a, b);
-  return AgreementWith(other, rarer, camera) >= kAgrees;
+  const bool a_is_rarer = a.observations < b.observations;
+  return (a_is_rarer ? AgreementWith(b, a, camera) : AgreementWith(a, b, camera)) >= kAgrees;
 }
 
 // A detector boxes many objects twice for a while, such as a chair and its back; but what it boxes twice in
@@ -148,20 +141,6 @@ bool OccupySamePlace(const Landmark& a, const Landmark& b, const Camera& camera)
   }
   return shared > (AreSeenTogether(a, b, limit) ? kLeastShared : kFlatShared) &&
          AgreementWith(a, b, camera) >= kAgrees && AgreementWith(b, a, camera) >= kAgrees;
-}
-
-bool IsBetterExplainedByAnother(const Landmark& a, const Landmark& b,
-                                const std::map<int, Landmark>& landmarks, const Camera& camera) {
-  const auto& [rarer, other] = RarerFirst(a, b);
-  const std::string label = rarer.labels.Best();
-  if (label == other.labels.Best()) {
-    return false;
-  }
-  const double agreement = AgreementWith(other, rarer, camera);
-  return std::ranges::any_of(landmarks | std::views::values, [&](const Landmark& third) {
-    return third.estimated && third.observations > rarer.observations && third.labels.Best() == label &&
-           AgreementWith(third, rarer, camera) > agreement;
-  });
 }
 
 bool AreDuplicates(const Landmark& a, const Landmark& b, const ObjectOptions& all, const Camera& camera) {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <limits>
-#include <map>
 
 #include "slam/geometry/camera.h"
 #include "slam/objects/landmark.h"
@@ -21,11 +20,6 @@ bool AreDuplicates(const Landmark& a, const Landmark& b, const ObjectOptions& al
 // that most frames show are two: stacked books. Of two labels, each must also explain the other's
 // boxes: a detector calls a chair a bench from one side.
 bool OccupySamePlace(const Landmark& a, const Landmark& b, const Camera& camera);
-
-// True if of two labels the rarer landmark is rather one with a third of its own label: the boxes of a part
-// of a table agree with the chair before it, but better with the table.
-bool IsBetterExplainedByAnother(const Landmark& a, const Landmark& b,
-                                const std::map<int, Landmark>& landmarks, const Camera& camera);
 
 // Counts frames, up to `enough`, in which both have a box and the boxes clearly differ: IoU below 0.4 and,
 // with `parts_are_one`, neither within the other, as the back of a chair in the chair.

@@ -197,10 +197,9 @@ struct ObjectMapper::Impl {
   std::optional<std::pair<int, int>> MergeOnePair(bool all_refined) {
     for (auto a = landmarks.begin(); a != landmarks.end(); ++a) {
       for (auto b = std::next(a); b != landmarks.end(); ++b) {
-        const bool refined = options.refinement.enabled;
-        if ((AreDuplicates(a->second, b->second, options, *last_camera) &&
-             !(refined && IsBetterExplainedByAnother(a->second, b->second, landmarks, *last_camera))) ||
-            (all_refined && refined && OccupySamePlace(a->second, b->second, *last_camera))) {
+        if (AreDuplicates(a->second, b->second, options, *last_camera) ||
+            (all_refined && options.refinement.enabled &&
+             OccupySamePlace(a->second, b->second, *last_camera))) {
           Merge(a->first, b->first);
           return merges.back();
         }

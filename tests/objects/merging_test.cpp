@@ -124,22 +124,6 @@ TEST(Merging, NeedsAgreeingBoxesForTwoLabels) {
   EXPECT_FALSE(same(bench)) << "one frame shows them apart";
 }
 
-TEST(Merging, MergesPartOfATableIntoTheTableNotTheChairInFront) {
-  const Camera camera = testing::TestCamera();
-  const Landmark chair = SeenOnFloor("chair", {0.25, 0.25, 0.4}, 0, 40, -0.1);
-  const Landmark part = SeenOnFloor("dining_table", {0.3, 0.3, 0.36}, 60, 20);
-  ASSERT_TRUE(AreDuplicates(chair, part, ObjectOptions(), camera));
-  std::map<int, Landmark> landmarks = {{1, chair}, {2, part}};
-  EXPECT_FALSE(IsBetterExplainedByAnother(chair, part, landmarks, camera)) << "there is no other table";
-  landmarks.emplace(3, SeenOnFloor("dining_table", {0.32, 0.3, 0.36}, 0, 60, 0.02));
-  EXPECT_TRUE(IsBetterExplainedByAnother(chair, part, landmarks, camera));
-  landmarks.at(3) = SeenOnFloor("dining_table", {0.6, 0.5, 0.36}, 0, 60, 1.0);
-  EXPECT_FALSE(IsBetterExplainedByAnother(chair, part, landmarks, camera)) << "another table";
-  EXPECT_FALSE(
-      IsBetterExplainedByAnother(chair, SeenOnFloor("chair", {0.2, 0.2, 0.4}, 60, 20), landmarks, camera))
-      << "one label";
-}
-
 TEST(Merging, MergesChairCalledBenchFromOneSide) {
   const Camera camera = testing::TestCamera();
   const Landmark chair = SeenOnFloor("chair", {0.25, 0.25, 0.4}, 0, 60);
