@@ -196,23 +196,6 @@ TEST(Merging, KeepsStackedBooksApartWhenEstimatesOverlap) {
   EXPECT_TRUE(OccupySamePlace(lower, upper(30), camera)) << "a quarter of the frames shows both";
 }
 
-// A chair seen from two sides, one estimate half its depth behind the other: their boxes agree.
-TEST(Merging, MergesDuplicatesThatExplainEachOthersBoxes) {
-  const Camera camera = testing::TestCamera();
-  const Eigen::Vector3d half_size(0.25, 0.15, 0.4);
-  const Landmark near = SeenOnFloor("chair", half_size, 0, 60);
-  const auto behind = [&](double x) {
-    Landmark far = SeenOnFloor("chair", half_size, 54, 40);
-    far.superquadric.T_map_object.translation += Eigen::Vector3d(x, 0.15, 0.0);
-    for (std::size_t i = 0; i < 6; ++i) {
-      far.views[i].box.x += 150.0;  // of a chair beside it
-    }
-    return far;
-  };
-  EXPECT_TRUE(OccupySamePlace(near, behind(0.0), camera));
-  EXPECT_FALSE(OccupySamePlace(near, behind(0.15), camera)) << "a third is shared, but the boxes differ";
-}
-
 // A screen and what boxes of the picture on it gave: thin, and mostly behind the screen's surface.
 TEST(Merging, MergesPictureOnAScreenIntoTheScreen) {
   const Camera camera = testing::TestCamera();
