@@ -114,7 +114,6 @@ int FramesSeenApart(const Landmark& a, const Landmark& b, bool parts_are_one, in
 bool OccupySamePlace(const Landmark& a, const Landmark& b, const Camera& camera) {
   constexpr double kShared = 0.6;       // of the smaller volume
   constexpr double kLeastShared = 0.3;  // the same, if no frame shows them apart or of two labels
-  constexpr double kFlatShared = 0.1;   // the same, of two labels that are rarely boxed in one frame
   constexpr double kApart = 0.25;       // of the views of the rarer one, in which they may seem apart
   if (!a.refined || !b.refined || AreMostlySeenTogether(a, b)) {
     return false;
@@ -128,8 +127,8 @@ bool OccupySamePlace(const Landmark& a, const Landmark& b, const Camera& camera)
   if (a.labels.Best() == b.labels.Best()) {
     return shared > (apart == 0 ? kLeastShared : kShared);
   }
-  return shared > (AreSeenTogether(a, b, limit) ? kLeastShared : kFlatShared) &&
-         AgreementWith(a, b, camera) >= kAgrees && AgreementWith(b, a, camera) >= kAgrees;
+  return shared > kLeastShared && AgreementWith(a, b, camera) >= kAgrees &&
+         AgreementWith(b, a, camera) >= kAgrees;
 }
 
 bool AreDuplicates(const Landmark& a, const Landmark& b, const ObjectOptions& all, const Camera& camera) {

@@ -137,21 +137,6 @@ TEST(Merging, MergesChairCalledBenchFromOneSide) {
       << "the chair is pushed under it";
 }
 
-TEST(Merging, MergesFlatDuplicatesOfTwoLabelsAtSmallOverlap) {
-  const Camera camera = testing::TestCamera();
-  constexpr double kHalfDepth = 0.02;
-  const Landmark book = SeenOnFloor("book", {0.3, kHalfDepth, 0.25}, 0, 40);
-  Landmark phone = SeenOnFloor("cell_phone", {0.28, kHalfDepth, 0.26}, 60, 40);
-  phone.superquadric.T_map_object.translation.y() += 1.7 * kHalfDepth;  // 15 % are shared
-  EXPECT_TRUE(OccupySamePlace(book, phone, camera));
-  Landmark behind = phone;
-  behind.superquadric.T_map_object.translation.y() += 0.5 * kHalfDepth;
-  EXPECT_FALSE(OccupySamePlace(book, behind, camera));
-  Landmark before = SeenOnFloor("cell_phone", {0.28, kHalfDepth, 0.26}, 20, 40);
-  before.superquadric = phone.superquadric;
-  EXPECT_FALSE(OccupySamePlace(book, before, camera)) << "half of the frames show both";
-}
-
 // Two tables in one place, one of which was given boxes of a chair beside it.
 TEST(Merging, MergesDuplicatesAtTheSamePlace) {
   Landmark a = SeenAt(100.0, 40);
