@@ -105,10 +105,7 @@ std::optional<double> LowestOf(const SupportHeights& supports, const ObjectClass
 
 std::vector<Assumption> Assumptions(const SupportHeights& supports, const RefinementInput& input,
                                     const RefinementOptions& options, bool all_far) {
-  // An object on a lower surface reaches through those above it. If no box shows its lower end and its class
-  // has no metric size, this cost is the only evidence against that.
-  const bool size_is_known = input.scale && input.prior.log_metres;
-  const double past = input.ShowsBottom() || size_is_known ? 0.5 : 2.0;  // of the floating cost
+  constexpr double kPast = 0.5;  // of the floating cost: an object on a lower surface reaches through others
   const auto is_floor = [&](double height) { return supports.floor && height <= *supports.floor; };
   const double misplaced = 2.0 * options.floating_cost;  // elsewhere than on the floor, against the class
   const auto cost_of = [&](double height, double least) {
@@ -118,7 +115,7 @@ std::vector<Assumption> Assumptions(const SupportHeights& supports, const Refine
     const auto is_above = [&](double other) { return other > height; };
     const auto above = std::ranges::count_if(supports.near, is_above) +
                        std::ranges::count_if(supports.tops, is_above, &SupportHeights::Top::height);
-    return past * options.floating_cost * std::max(least, static_cast<double>(above));
+    return kPast * options.floating_cost * std::max(least, static_cast<double>(above));
   };
   std::vector<Assumption> assumptions = ToVector(supports.near, [&](const double height) {
     return Assumption{height, {}, cost_of(height, 0.0), supports.sigma};

@@ -195,20 +195,5 @@ TEST(RefineStanding, DoesNotTakeTableForFloor) {
   EXPECT_GT(SolidIoU(free.superquadric, object.truth), 0.7);
 }
 
-TEST(RefineStanding, ExtendsObjectOfKnownSizePastASurface) {
-  BehindTable object{SyntheticDesk(1)};
-  const SupportHeights supports{{object.table, 0.0}, {}};
-  EXPECT_EQ(object.SupportAmong(supports), object.table);
-  const Superquadric& shape = object.truth.shape;
-  object.input.prior.log_metres = LogSize(shape);
-  object.input.prior.size_sigma = 0.1;
-  object.input.prior.log_height_ratio =
-      std::log(shape.half_size.z() / std::sqrt(shape.half_size.x() * shape.half_size.y()));
-  object.input.prior.height_sigma = 0.2;
-  EXPECT_EQ(object.SupportAmong(supports), object.table) << "the map has no scale";
-  object.input.scale = MetricScale{0.0, 0.05};
-  EXPECT_EQ(object.SupportAmong(supports), 0.0);
-}
-
 }  // namespace
 }  // namespace sqslam
