@@ -177,7 +177,7 @@ struct ObjectTracker::Impl {
       const ObjectLandmarkView& seen = *own->second.view;
       for (const auto& [id, track] : tracks) {
         if (id != ids[i] && track.view && track.view->shown &&
-            MayOcclude(track.view->superquadric, seen.visible, seen.points, seen.on_floor)) {
+            MayOcclude(track.view->superquadric, seen.visible, seen.on_floor)) {
           boxes[i].edges.Hide(EdgesHiddenBy(track.view->superquadric, seen.visible, boxes[i].detection.box,
                                             frame.T_map_camera, frame.camera));
         }

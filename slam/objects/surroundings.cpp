@@ -66,7 +66,7 @@ Surroundings SurroundingsOf(const Landmark& landmark, std::span<const Landmark* 
         tops.push_back(*other->support);
       }
     }
-    if (MayOcclude(other->superquadric, landmark.visible, landmark.points, on_floor)) {
+    if (MayOcclude(other->superquadric, landmark.visible, on_floor)) {
       result.occluders.push_back(other->superquadric);
       const double gap = Gap(other->superquadric, landmark.visible);
       if (other->support && gap < nearest) {

@@ -71,18 +71,6 @@ bool IsBlocked(const Eigen::Vector2d& pixel, double depth, const Rigid3d& T_othe
   return false;
 }
 
-// Height down to which an object was seen for certain; minus infinity with few points.
-double LowestSeen(const NamedPoints& points) {
-  constexpr std::size_t kMinPoints = 10;
-  constexpr std::size_t kStray = 10;  // every tenth point may lie too low
-  if (points.size() < kMinPoints) {
-    return -std::numeric_limits<double>::infinity();
-  }
-  std::vector<double> heights =
-      ToVector(points | std::views::values, [](const Eigen::Vector3d& p) { return p.z(); });
-  return NthSmallest(heights, heights.size() / kStray);
-}
-
 // True if the solid comes close enough to the line of sight through the centre of the box to matter at all.
 // `far_end`: the point at `depth` on this line, camera frame.
 bool IsNearSight(const Superquadric& other, const Rigid3d& T_other_camera, const Eigen::Vector3d& far_end,
@@ -184,16 +172,14 @@ bool IsMuchLarger(const Superquadric& other, const Superquadric& object) {
          other.Volume() >= kMuchLarger * object.Volume();
 }
 
-bool MayOcclude(const PosedSuperquadric& other, const PosedSuperquadric& object, const NamedPoints& points,
-                bool on_floor) {
+bool MayOcclude(const PosedSuperquadric& other, const PosedSuperquadric& object, bool on_floor) {
   if (!IsMuchLarger(other.shape, object.shape)) {
     return false;
   }
   if (on_floor) {
     return true;
   }
-  const double bottom =
-      std::max(object.T_map_object.translation.z() - object.shape.half_size.z(), LowestSeen(points));
+  const double bottom = object.T_map_object.translation.z() - object.shape.half_size.z();
   return !IsOver(object.T_map_object.translation.head<2>(), other) ||
          bottom < other.T_map_object.translation.z();
 }
@@ -239,7 +225,7 @@ const PosedSuperquadric* OccluderOfBottom(const Landmark& landmark, bool on_floo
   const PosedSuperquadric* occluder = nullptr;
   auto most = static_cast<std::ptrdiff_t>(views.size() / 2);
   for (const PosedSuperquadric& other : others) {
-    if (!MayOcclude(other, landmark.visible, landmark.points, on_floor)) {  // the visible part is new
+    if (!MayOcclude(other, landmark.visible, on_floor)) {  // the visible part is new
       continue;
     }
     const auto hidden = std::ranges::count_if(views, [&](const BoxView& view) {

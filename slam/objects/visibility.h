@@ -57,11 +57,8 @@ bool IsMuchLarger(const Superquadric& other, const Superquadric& object);
 
 // True if `other` may hide a part of `object`: it is much larger, so the error of its position matters less,
 // and the object does not stand on it: it stands on the floor by its class (`on_floor`), is beside it, or
-// reaches below its middle. `points`: the object's inliers. They tell how far down it was seen, which its own
-// estimate does not: a cushion on a couch that was once fitted down to the floor would seem hidden by the
-// couch and stay there.
-bool MayOcclude(const PosedSuperquadric& other, const PosedSuperquadric& object, const NamedPoints& points,
-                bool on_floor = false);
+// reaches below its middle.
+bool MayOcclude(const PosedSuperquadric& other, const PosedSuperquadric& object, bool on_floor = false);
 
 // Returns the edges of the object's box (distorted px) that arise because `other` hides the object: just
 // outside the edge the line of sight meets `other` first, but not outside the opposite edge. Only an object
