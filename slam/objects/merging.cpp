@@ -57,6 +57,16 @@ double AgreementWith(const Landmark& other, const Landmark& landmark, const Came
   return BoxAgreement(other.superquadric, SpreadViews(landmark.views, kMaxViews), camera);
 }
 
+// True if each explains the other's boxes about as well as its own.
+bool ExplainEachOther(const Landmark& a, const Landmark& b, const Camera& camera) {
+  constexpr double kShareOfOwn = 0.9;
+  const auto explains = [&](const Landmark& one, const Landmark& other) {
+    return AgreementWith(one, other, camera) >=
+           std::max(kAgrees, kShareOfOwn * AgreementWith(other, other, camera));
+  };
+  return explains(a, b) && explains(b, a);
+}
+
 // True if the boxes of the rarer one, which has another label, are those of the other. Overlap alone says
 // little: a chair pushed under a table lies within the table's superquadric.
 bool IsOneOfTwoLabels(const Landmark& a, const Landmark& b, const Camera& camera) {
@@ -113,7 +123,9 @@ int FramesSeenApart(const Landmark& a, const Landmark& b, bool parts_are_one, in
 
 bool OccupySamePlace(const Landmark& a, const Landmark& b, const Camera& camera) {
   constexpr double kShared = 0.6;       // of the smaller volume
-  constexpr double kLeastShared = 0.3;  // the same, if no frame shows them apart or of two labels
+  constexpr double kLeastShared = 0.3;  // the same, if no frame shows them apart, of two labels, or if each
+                                        // explains the other's boxes
+  constexpr double kFlatShared = 0.1;   // the same, of two labels that are rarely boxed in one frame
   constexpr double kApart = 0.25;       // of the views of the rarer one, in which they may seem apart
   if (!a.refined || !b.refined || AreMostlySeenTogether(a, b)) {
     return false;
@@ -125,10 +137,10 @@ bool OccupySamePlace(const Landmark& a, const Landmark& b, const Camera& camera)
   }
   const double shared = OverlapOfSmaller(a.superquadric, b.superquadric);
   if (a.labels.Best() == b.labels.Best()) {
-    return shared > (apart == 0 ? kLeastShared : kShared);
+    return shared > kShared || (shared > kLeastShared && (apart == 0 || ExplainEachOther(a, b, camera)));
   }
-  return shared > kLeastShared && AgreementWith(a, b, camera) >= kAgrees &&
-         AgreementWith(b, a, camera) >= kAgrees;
+  return shared > (AreSeenTogether(a, b, limit) ? kLeastShared : kFlatShared) &&
+         AgreementWith(a, b, camera) >= kAgrees && AgreementWith(b, a, camera) >= kAgrees;
 }
 
 bool AreDuplicates(const Landmark& a, const Landmark& b, const ObjectOptions& all, const Camera& camera) {

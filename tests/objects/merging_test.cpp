@@ -137,6 +137,21 @@ TEST(Merging, MergesChairCalledBenchFromOneSide) {
       << "the chair is pushed under it";
 }
 
+TEST(Merging, MergesFlatDuplicatesOfTwoLabelsAtSmallOverlap) {
+  const Camera camera = testing::TestCamera();
+  constexpr double kHalfDepth = 0.02;
+  const Landmark book = SeenOnFloor("book", {0.3, kHalfDepth, 0.25}, 0, 40);
+  Landmark phone = SeenOnFloor("cell_phone", {0.28, kHalfDepth, 0.26}, 60, 40);
+  phone.superquadric.T_map_object.translation.y() += 1.7 * kHalfDepth;  // 15 % are shared
+  EXPECT_TRUE(OccupySamePlace(book, phone, camera));
+  Landmark behind = phone;
+  behind.superquadric.T_map_object.translation.y() += 0.5 * kHalfDepth;
+  EXPECT_FALSE(OccupySamePlace(book, behind, camera));
+  Landmark before = SeenOnFloor("cell_phone", {0.28, kHalfDepth, 0.26}, 20, 40);
+  before.superquadric = phone.superquadric;
+  EXPECT_FALSE(OccupySamePlace(book, before, camera)) << "half of the frames show both";
+}
+
 // Two tables in one place, one of which was given boxes of a chair beside it.
 TEST(Merging, MergesDuplicatesAtTheSamePlace) {
   Landmark a = SeenAt(100.0, 40);
@@ -179,6 +194,23 @@ TEST(Merging, KeepsStackedBooksApartWhenEstimatesOverlap) {
   EXPECT_FALSE(OccupySamePlace(lower, upper(5), camera));
   EXPECT_FALSE(OccupySamePlace(lower, upper(18), camera)) << "the majority of the frames shows both";
   EXPECT_TRUE(OccupySamePlace(lower, upper(30), camera)) << "a quarter of the frames shows both";
+}
+
+// A chair seen from two sides, one estimate half its depth behind the other: their boxes agree.
+TEST(Merging, MergesDuplicatesThatExplainEachOthersBoxes) {
+  const Camera camera = testing::TestCamera();
+  const Eigen::Vector3d half_size(0.25, 0.15, 0.4);
+  const Landmark near = SeenOnFloor("chair", half_size, 0, 60);
+  const auto behind = [&](double x) {
+    Landmark far = SeenOnFloor("chair", half_size, 54, 40);
+    far.superquadric.T_map_object.translation += Eigen::Vector3d(x, 0.15, 0.0);
+    for (std::size_t i = 0; i < 6; ++i) {
+      far.views[i].box.x += 150.0;  // of a chair beside it
+    }
+    return far;
+  };
+  EXPECT_TRUE(OccupySamePlace(near, behind(0.0), camera));
+  EXPECT_FALSE(OccupySamePlace(near, behind(0.15), camera)) << "a third is shared, but the boxes differ";
 }
 
 // A screen and what boxes of the picture on it gave: thin, and mostly behind the screen's surface.
