@@ -5,8 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <boost/property_tree/ptree.hpp>
-#include <boost/property_tree/xml_parser.hpp>
 #include <cctype>
 #include <cmath>
 #include <cstdint>
@@ -382,26 +380,33 @@ std::string WithoutDirective(const std::string& text) {
   return text.starts_with("%YAML") ? text.substr(std::min(text.find('\n'), text.size())) : text;
 }
 
-// Returns the entries of OpenCV's XML: numbers, words, and matrices as lists.
-YAML::Node EntriesOfXml(const std::string& text, const fs::path& path) try {
-  boost::property_tree::ptree tree;
-  std::istringstream stream(text);
-  read_xml(stream, tree);
+// Returns the entries of OpenCV's XML: numbers, words, and matrices as lists. Boost's reader recurses, so
+// that deep nesting overflows the stack.
+YAML::Node EntriesOfXml(std::string_view text) {
   YAML::Node entries;
-  const auto storage = tree.get_child_optional("opencv_storage");
-  for (const auto& [name, node] : storage ? *storage : tree) {
-    const auto data = node.get_child_optional("data");  // of a matrix
-    std::istringstream content((data ? *data : node).data());
+  const auto between = [](std::string_view all, std::string_view start, std::string_view end) {
+    const std::size_t first = std::min(all.find(start), all.size());
+    const std::string_view rest = all.substr(std::min(first + start.size(), all.size()));
+    return rest.substr(0, rest.find(end));
+  };
+  text = between(text, "<opencv_storage>", "</opencv_storage>");
+  for (std::size_t at = text.find('<'); at != text.npos; at = text.find('<')) {
+    text.remove_prefix(at + 1);
+    const std::string name(text.substr(0, text.find_first_of("> \t\n")));
+    const std::string end = text.starts_with("!--") ? "-->" : "</" + name + ">";
+    const std::string_view body = text.substr(0, text.find(end));
+    text.remove_prefix(std::min(body.size() + end.size(), text.size()));
+    const bool matrix = body.find("<data>") != body.npos;
+    std::istringstream content(
+        std::string(matrix ? between(body, "<data>", "</data>") : between(body, ">", "<")));
     const std::vector<std::string> words{std::istream_iterator<std::string>(content), {}};
-    if (data) {
+    if (matrix) {
       entries[name] = words;
     } else if (words.size() == 1) {
       entries[name] = words.front();
     }
   }
   return entries;
-} catch (const boost::property_tree::xml_parser_error& error) {
-  throw InputError("{}:{}: {}, expected OpenCV's XML", path.string(), error.line(), error.message());
 }
 
 YAML::Node FromYaml(const YAML::Node& root, const fs::path& path) {
@@ -437,7 +442,7 @@ YAML::Node ReadCameraInOwnNames(const fs::path& path) {
   }
   const std::string text = ReadText(path, kExpected);
   if (text.find("<opencv_storage>") != text.npos) {
-    return Convert(kMatrix, InLowerCase(EntriesOfXml(text, path)), path);
+    return Convert(kMatrix, InLowerCase(EntriesOfXml(text)), path);
   }
   if (const std::vector<TextLine> lines = TextLinesIn(text); IsColmap(lines)) {
     return FromColmap(lines, path);
