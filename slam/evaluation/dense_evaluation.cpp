@@ -73,8 +73,8 @@ std::vector<double> DistancesTo(const SurfacePoints& surface, const std::vector<
     std::size_t index = 0;
     double squared = 0.0;
     tree.knnSearch(p.data(), 1, &index, &squared);
-    return surface.normals.empty() ? std::sqrt(squared)
-                                   : std::abs(surface.normals[index].dot(p - surface.points[index]));
+    const bool oriented = !surface.normals.empty() && surface.normals[index].squaredNorm() > 0.0;
+    return oriented ? std::abs(surface.normals[index].dot(p - surface.points[index])) : std::sqrt(squared);
   });
 }
 
@@ -104,7 +104,7 @@ DenseEvaluation EvaluateDense(const fs::path& result, const fs::path& sequence,
   const SurfacePoints surface{std::move(truth.points), std::move(truth.normals)};
   const std::vector<double> errors = DistancesTo(surface, estimate.points);
   DenseEvaluation evaluation{SummaryOf(errors), SummaryOf(DistancesTo(estimate, surface.points)), {}};
-  if (!cloud.sigmas.empty()) {
+  if (!cloud.sigmas.empty() && std::ranges::min(cloud.sigmas) > 0.0) {
     evaluation.normalised_rms = NormalisedRms(errors, cloud.sigmas, S_world_map.scale);
   }
   return evaluation;

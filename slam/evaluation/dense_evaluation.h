@@ -14,7 +14,7 @@ namespace sqslam {
 inline constexpr std::array kCloseDistances = {0.01, 0.02};
 
 // Points of a surface. With `normals`, one per point or none, distances to it are those to the plane of its
-// nearest point, which do not depend on the spacing of its points.
+// nearest point, which do not depend on the spacing of its points; a zero normal is unknown.
 struct SurfacePoints {
   std::vector<Eigen::Vector3d> points;
   std::vector<Eigen::Vector3d> normals = {};
@@ -31,6 +31,7 @@ struct CloudDistances {
 // Returns the distance of each of `points` to `surface`; neither may be empty.
 std::vector<double> DistancesTo(const SurfacePoints& surface, const std::vector<Eigen::Vector3d>& points);
 
+// Returns quantiles and shares of distances, of which there must be one.
 CloudDistances SummaryOf(const std::vector<double>& distances);
 
 // Evaluation of a dense cloud against the true one.

@@ -118,8 +118,8 @@ LearningFrames ChooseLearningFrames(const FrameRange& range, std::int64_t availa
   constexpr std::int64_t kMinFrames = 50;   // of the second part, if there are as many
   constexpr std::int64_t kMaxFrames = 600;  // of the second part: the first minute
   constexpr std::int64_t kMinFirst = 50;    // of the first part
-  constexpr std::int64_t kMaxPasses = 5;
-  constexpr std::int64_t kShortSet = 200;  // frames that may be played in all, even of fewer images
+  constexpr std::int64_t kMaxPasses = 5;    // of the second part
+  constexpr std::int64_t kShortSet = 200;   // frames that may be played in all, even of fewer images
   LearningFrames frames;
   frames.second = ThinnedRange(range, available, fps, kFps, kMinFrames);
   frames.second.count = std::min(frames.second.count, kMaxFrames);

@@ -31,7 +31,7 @@ class Stereo : public ::testing::Test {
     return errors;
   }
 
-  // Of the pixels that have a depth.
+  // Returns the median over the pixels that have a depth.
   double MedianSigma(const StereoView& keyframe, const std::vector<StereoView>& views) const {
     const StereoDepth found = EstimateDepth(keyframe, views, views, camera_, range_, {});
     std::vector<double> sigmas;

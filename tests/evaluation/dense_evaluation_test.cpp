@@ -98,6 +98,17 @@ TEST_F(DenseEvaluationTest, MeasuresToPlaneOfNearestPointWithNormals) {
   EXPECT_NEAR(e.completeness.median, std::hypot(0.02, 0.02, 0.015), 1e-4);  // counts true points
 }
 
+TEST_F(DenseEvaluationTest, MeasuresToPointsWithoutNormal) {
+  std::string text =
+      "ply\nformat ascii 1.0\nelement vertex 800\nproperty float x\nproperty float y\n"
+      "property float z\nproperty float nx\nproperty float ny\nproperty float nz\nend_header\n";
+  for (const Vector3d& p : Plane()) {
+    text += fmt::format("{} {} {} 0 0 0\n", p.x(), p.y(), p.z());
+  }
+  sequence_.Write("dense.ply", text);
+  EXPECT_NEAR(Evaluate(Shifted(Plane(), {0.0, 0.0, 0.015})).accuracy.median, 0.015, 1e-4);
+}
+
 TEST_F(DenseEvaluationTest, ComparesErrorsWithPredictedSigmas) {
   EXPECT_FALSE(Evaluate(Plane()).normalised_rms);
   std::string text =
