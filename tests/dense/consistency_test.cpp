@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <functional>
+
 #include "slam/dense/depth_fusion.h"
 #include "tests/dense/panel_world.h"
 
@@ -100,6 +102,22 @@ TEST_F(Consistency, PredictsLargerSigmaOfFewerAndDisagreeingDepths) {
   EXPECT_GT(sigma(KeepConsistent(disagreeing[0], {disagreeing[1]}, {1})), 1.15 * agree);
   disagreeing[1].depth = disagreeing[1].depth * 1.01;
   EXPECT_GT(sigma(KeepConsistent(disagreeing[0], {disagreeing[1], disagreeing[2]}, {1})), 2.0 * agree);
+}
+
+TEST_F(Consistency, PredictsLargerSigmaOfAllDepthsOfDisagreeingMap) {
+  std::vector<DepthMap> maps = neighbours_;
+  for (DepthMap& map : maps) {
+    map.sigma = cv::Mat(map.depth.size(), CV_32F, cv::Scalar(0.001));
+  }
+  const auto sigma = [&] { return KeepConsistent(maps[0], {maps[1], maps[2]}, {1, 1.0}).SigmaAt(160, 60); };
+  const double agree = sigma();
+  for (DepthMap& map : {std::ref(maps[1]), std::ref(maps[2])}) {
+    const cv::Mat truth = map.depth.clone();
+    map.depth = map.depth * 1.01;
+    const cv::Rect around(80, 30, 160, 60);  // the pixel, and where the others see its point
+    truth(around).copyTo(map.depth(around));
+  }
+  EXPECT_GT(sigma(), 2.0 * agree);
 }
 
 TEST_F(Consistency, RemovesPixelWithLargeSigma) {
