@@ -127,7 +127,7 @@ std::optional<PosedSuperquadric> RefineByBoxes(const PosedSuperquadric& start, d
   if (priors) {
     AddPriors(*priors, S_map_frame.translation.z(), size, energy);
   }
-  Eigen::Matrix<double, parameter::kMostCount, 1> x = decltype(x)::Zero();
+  AllParameters x = AllParameters::Zero();
   x.segment<3>(parameter::kLogHalf) =
       (start.shape.half_size / size).cwiseMax(2.0 * kThinnest).cwiseMin(kLargest).array().log();
   Minimise(energy, 3 * options.max_iterations, 1e-8, x);

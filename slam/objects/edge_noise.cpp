@@ -15,7 +15,7 @@ std::vector<double> ErrorsOnSide(const FittedViews& object, std::size_t edge, co
   std::vector<double> errors;
   const bool horizontal = edge % 2 == 0;
   for (const BoxView& view : object.views) {
-    const std::optional<Box2d> projected = ProjectToBox(object.superquadric, view.T_map_camera, camera);
+    const std::optional<Box2d> projected = ProjectToBox(object.hull, object.parts, view.T_map_camera, camera);
     if (!view.edge_free[edge] || !projected) {
       continue;
     }

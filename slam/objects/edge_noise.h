@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "slam/geometry/camera.h"
+#include "slam/geometry/solid_part.h"
 #include "slam/geometry/superquadric.h"
 #include "slam/objects/landmark.h"
 #include "slam/objects/object_options.h"
@@ -15,7 +16,8 @@ double EdgeSigma(double size, const RefinementOptions& options);
 
 // A fitted object with some of its views, in the order of their frames.
 struct FittedViews {
-  PosedSuperquadric superquadric;
+  PosedSuperquadric hull;
+  std::vector<SolidPart> parts;  // empty: the hull
   std::vector<BoxView> views;
 };
 

@@ -114,8 +114,8 @@ const YawMode* YawMeant(const PosedSuperquadric& start, const RefinementInput& i
   return nearest == input.yaws.end() ? nullptr : &*nearest;
 }
 
-void AddClass(const Superquadric& start, const RefinementInput& input, ObjectEnergy& energy) {
-  const ObjectClass known = input.assumption.shows_back ? BackOf(input.prior) : input.prior;
+void AddSize(const Superquadric& start, const SizePrior& known, const RefinementInput& input,
+             ObjectEnergy& energy) {
   energy.AddProportions(known, start.half_size.x() >= start.half_size.y() ? 0 : 1);
   if (input.scale && known.log_metres) {
     energy.classes.push_back({Eigen::Vector3d::Constant(1.0 / 3.0),
@@ -124,7 +124,7 @@ void AddClass(const Superquadric& start, const RefinementInput& input, ObjectEne
   }
 }
 
-void AddShape(const Superquadric& start, double handle, const RefinementOptions& options,
+void AddShape(const Superquadric& start, const ObjectClass& known, const RefinementOptions& options,
               ObjectEnergy& energy) {
   constexpr double kCupTaper = 0.3;
   constexpr double kProfile = 2.0;     // the tapers explain most of what e1 would
@@ -142,7 +142,7 @@ void AddShape(const Superquadric& start, double handle, const RefinementOptions&
     energy.normals.push_back({parameter::kBias + side, bias, bias});
   }
   // A handle, not a waist, is what makes the boxes of a cup wide.
-  const double taper_sigma = (handle > 0.0 ? kCupTaper : 1.0) * options.taper_sigma;
+  const double taper_sigma = (known.parts.empty() ? 1.0 : kCupTaper) * options.taper_sigma;
   for (int end = 0; end < 2; ++end) {
     energy.normals.push_back(
         {parameter::kTaper + end, energy.variant.tapered ? 1.0 / taper_sigma : kStraight, kStraight});
@@ -168,7 +168,9 @@ void AddBounds(const PosedSuperquadric& start, const RefinementInput& input, dou
   }
 }
 
-double Minimise(const ObjectEnergy& energy, const RefinementOptions& options, SolidParameters& x) {
+template <int kRows>
+double Minimise(const ObjectEnergy& energy, const RefinementOptions& options,
+                Eigen::Matrix<double, kRows, 1>& x) {
   return Minimise(energy, options.max_iterations, options.cost_tolerance, x);
 }
 
@@ -191,8 +193,8 @@ StartedRefinement Started(const PosedSuperquadric& start, const RefinementInput&
   const double shown = ShownSize(input, place);
   AddPoints(input, place, shown, options, energy);
   AddContact(input, shown, options, energy);
-  AddClass(start.shape, input, energy);
-  AddShape(start.shape, input.prior.handle, options, energy);
+  AddSize(start.shape, input.assumption.shows_back ? BackOf(input.prior) : input.prior, input, energy);
+  AddShape(start.shape, input.prior, options, energy);
   started.yaw = YawMeant(start, input);
   if (started.yaw != nullptr) {
     energy.yaws.push_back({started.yaw->yaw, 1.0 / started.yaw->sigma});
@@ -216,43 +218,104 @@ bool MakeSymmetric(ObjectEnergy& energy) {
 
 // Completes a full refinement from `x`, its first solution: with the symmetric loss only now, because local
 // minima are more frequent with it.
-RefinementResult Complete(ObjectEnergy energy, const RefinementOptions& options, SolidParameters x) {
+template <int kRows>
+RefinementResult Complete(ObjectEnergy energy, const RefinementOptions& options,
+                          Eigen::Matrix<double, kRows, 1> x) {
   if (MakeSymmetric(energy)) {
     Minimise(energy, options, x);
   }
   const ObjectEvidence evidence = EvidenceAt(x, energy);
-  return {UnpackSolid(x), evidence.cost, evidence.covariance};
+  RefinementResult result{UnpackSolid(x.template head<parameter::kCount>()), evidence.cost,
+                          evidence.covariance};
+  if constexpr (kRows == parameter::kMostCount) {
+    result.parts = UnpackParts(x, energy.variant);
+  }
+  return result;
 }
 
-// Refines the object as a round body with a handle, in the direction that `start` leaves likeliest.
-RefinementResult RefineHandled(const PosedSuperquadric& start, const RefinementOptions& options,
-                               ObjectEnergy energy) {
-  constexpr double kReach = 1.375;  // half size along the handle over that across: 80 mm and a handle of 30
-  constexpr double kReachSigma = 0.1;  // of its logarithm
-  constexpr int kDirections = 12;
-  energy.variant.handled = true;
-  energy.classes.front() = {kWidthRatio, std::log(kReach), 1.0 / kReachSigma};
-  energy.yaws.clear();
-  PosedSuperquadric hull = start;
-  const double width = std::sqrt(start.shape.half_size.head<2>().prod());
-  hull.shape.half_size.head<2>() = width * Eigen::Vector2d(std::sqrt(kReach), 1.0 / std::sqrt(kReach));
-  // The middle lies between those of the body, where the points are, and of the hull.
-  const double step = 0.5 * (hull.shape.half_size.x() - hull.shape.half_size.y());
-  SolidParameters best;
-  double least = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < kDirections; ++i) {
-    const double yaw = 2.0 * std::numbers::pi * i / kDirections;
-    SolidParameters x = PackSolid(hull);
-    x[parameter::kYaw] = yaw;
-    x.head<2>() += step * Eigen::Vector2d(std::cos(yaw), std::sin(yaw));
-    const double cost = energy.Cost(x);
-    if (cost < least) {
-      least = cost;
-      best = x;
+// Returns the templates of the class whose hull is of this kind.
+std::vector<const PartTemplate*> TemplatesOf(const RefinementInput& input, SolidKind kind) {
+  std::vector<const PartTemplate*> templates;
+  for (const PartTemplate& of : input.prior.parts) {
+    if (of.parts.front().shape == kind && !input.assumption.shows_back &&
+        !(of.hangs && input.assumption.support)) {
+      templates.push_back(&of);
     }
   }
-  Minimise(energy, options, best);
-  return Complete(std::move(energy), options, best);
+  return templates;
+}
+
+// Returns `start` turned to the direction number `turn` of a template. A round body gets the width ratio of
+// the template, and lies where the hull's middle moves away from it.
+PosedSuperquadric TurnedTo(const PosedSuperquadric& start, const PartTemplate& of, int turn) {
+  const double angle = turn * 2.0 * std::numbers::pi / std::max(of.turns, 4);
+  PosedSuperquadric turned = start;
+  turned.T_map_object.rotation =
+      start.T_map_object.rotation * Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ());
+  auto half = turned.shape.half_size.head<2>();
+  if (!of.IsRound()) {
+    half = turn % 2 == 0 ? half.eval() : half.reverse().eval();
+  } else if (of.size) {
+    const double ratio = std::exp(0.5 * of.size->log_width_ratio);
+    half = std::sqrt(half.prod()) * Eigen::Vector2d(ratio, 1.0 / ratio);
+    turned.T_map_object.translation +=
+        0.5 * (half.x() - half.y()) * (turned.T_map_object.rotation * Eigen::Vector3d::UnitX());
+  }
+  return turned;
+}
+
+// An object of parts, turned about the vertical, before its refinement.
+struct Direction {
+  ObjectEnergy energy;
+  AllParameters x = AllParameters::Zero();
+  double cost = 0.0;
+};
+
+std::vector<Direction> DirectionsOf(const PosedSuperquadric& start, const PartTemplate& of,
+                                    const RefinementInput& input, ObjectEnergy energy) {
+  energy.variant.parts = &of;
+  for (std::size_t k = 0; k < kMaxProportions; ++k) {
+    const double factor = k < of.free.size() ? 1.0 / of.free[k].sigma : 1.0;
+    energy.normals.push_back({parameter::kProportions + static_cast<int>(k), factor, factor});
+  }
+  if (of.IsRound()) {
+    energy.yaws.clear();
+  }
+  std::vector<Direction> directions;
+  for (int turn = 0; turn < of.turns; ++turn) {
+    const PosedSuperquadric turned = TurnedTo(start, of, turn);
+    Direction direction{.energy = energy};
+    direction.energy.classes.clear();
+    AddSize(turned.shape, of.size ? *of.size : input.prior, input, direction.energy);
+    direction.x.head<parameter::kCount>() = PackSolid(turned);
+    direction.cost = direction.energy.Cost(direction.x);
+    directions.push_back(std::move(direction));
+  }
+  std::ranges::stable_sort(directions, {}, &Direction::cost);
+  return directions;
+}
+
+// Refines the object as the parts of a template, from the directions that `start` leaves likeliest.
+RefinementResult RefineAs(const PartTemplate& of, const PosedSuperquadric& start,
+                          const RefinementInput& input, const RefinementOptions& options,
+                          const ObjectEnergy& energy) {
+  constexpr std::size_t kFollowed = 4;
+  std::vector<Direction> directions = DirectionsOf(start, of, input, energy);
+  RefinementResult best;
+  best.cost = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < std::min(kFollowed, directions.size()); ++i) {
+    Minimise(directions[i].energy, options, directions[i].x);
+    RefinementResult result = Complete(std::move(directions[i].energy), options, directions[i].x);
+    best = result.cost < best.cost ? std::move(result) : best;
+  }
+  best.cost += std::log(static_cast<double>(of.QuarterTurns())) - std::log(of.share);
+  return best;
+}
+
+// Negative logarithm of the probability of the kind of shape and of the yaw of the lines, null without lines.
+double ModeCost(SolidKind kind, const YawMode* yaw, const ObjectClass& prior) {
+  return -std::log(prior.shapes[static_cast<std::size_t>(kind)]) -
+         (yaw != nullptr ? std::log(yaw->share) : 0.0);
 }
 
 }  // namespace
@@ -263,24 +326,38 @@ bool RefinementInput::ShowsBottom() const {
 
 RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementInput& input,
                                const RefinementOptions& options, RefinementDepth depth) {
+  constexpr double kMinShare = 0.01;  // of those that are one solid
   auto [energy, x, yaw] = Started(start, input, options);
   const double cost = Minimise(energy, options, x);
   const SolidKind kind = NearestPrimitive(start.shape.e1, start.shape.e2);
-  const double kind_cost = -std::log(input.prior.shapes[static_cast<std::size_t>(kind)]);
-  const double yaw_cost = yaw != nullptr ? -std::log(yaw->share) : 0.0;
+  const double mode_cost = ModeCost(kind, yaw, input.prior);
   if (depth == RefinementDepth::kQuick) {
-    return {UnpackSolid(x), cost + kind_cost + yaw_cost, Eigen::Matrix<double, 9, 9>::Zero()};
+    return {UnpackSolid(x), cost + mode_cost, Eigen::Matrix<double, 9, 9>::Zero()};
   }
-  RefinementResult result = Complete(energy, options, x);
-  result.cost += kind_cost + yaw_cost;
-  const double handle = kind == SolidKind::kCylinder ? input.prior.handle : 0.0;
-  if (handle > 0.0) {
-    result.cost -= std::log(1.0 - handle);
-    RefinementResult handled = RefineHandled(result.superquadric, options, std::move(energy));
-    handled.cost += kind_cost - std::log(handle);
-    return handled.cost < result.cost ? handled : result;
+  double share = 1.0;
+  for (const PartTemplate* of : TemplatesOf(input, kind)) {
+    share -= of->share;
   }
+  RefinementResult result = Complete(std::move(energy), options, x);
+  result.cost += mode_cost - std::log(std::max(share, kMinShare));
   return result;
+}
+
+std::optional<RefinementResult> RefineParts(PosedSuperquadric start, SolidKind kind,
+                                            const RefinementInput& input, const RefinementOptions& options) {
+  start.shape.e1 = UsualExponents(kind)[0];
+  start.shape.e2 = UsualExponents(kind)[1];
+  std::optional<RefinementResult> best;
+  for (const PartTemplate* of : TemplatesOf(input, kind)) {
+    const auto [energy, x, yaw] = Started(start, input, options);
+    RefinementResult result = RefineAs(*of, start, input, options, energy);
+    result.cost += ModeCost(kind, of->IsRound() ? nullptr : yaw, input.prior);
+    result.cost -= of->hangs ? input.assumption.cost : 0.0;  // it needs no support
+    if (!best || result.cost < best->cost) {
+      best = std::move(result);
+    }
+  }
+  return best;
 }
 
 MotionFit FitMotion(const PosedSuperquadric& at_rest, const PosedSuperquadric& start,
@@ -300,13 +377,14 @@ MotionFit FitMotion(const PosedSuperquadric& at_rest, const PosedSuperquadric& s
     for (int axis = 0; axis < 3; ++axis) {
       energy.normals.push_back({parameter::kDisplacement + axis, factor, factor});
     }
-    Eigen::Matrix<double, parameter::kMostCount, 1> x;
-    x << at_start, Eigen::Vector3d::Zero();
+    AllParameters x = AllParameters::Zero();
+    x.head<parameter::kCount>() = at_start;
     // The boxes hardly determine the motion.
     const double cost = Minimise(energy, 2 * options.max_iterations, options.cost_tolerance, x);
     if (cost < least) {
       least = cost;
-      fit = {cost_at_rest - cost, x.tail<3>(), UnpackSolid(x.head<parameter::kCount>())};
+      fit = {cost_at_rest - cost, x.segment<3>(parameter::kDisplacement),
+             UnpackSolid(x.head<parameter::kCount>())};
     }
   }
   return fit;

@@ -7,6 +7,7 @@
 
 #include "slam/geometry/box2.h"
 #include "slam/geometry/camera.h"
+#include "slam/geometry/solid_part.h"
 #include "slam/geometry/superquadric.h"
 #include "slam/objects/metric_scale.h"
 #include "slam/objects/object_class.h"
@@ -54,6 +55,7 @@ struct RefinementResult {
   // half the sum of squares, less the log probability of the prior's modes.
   double cost = 0.0;
   Eigen::Matrix<double, 9, 9> covariance;  // of centre, half sizes, yaw, e1, e2; zero for kQuick
+  std::vector<SolidPart> parts = {};       // empty: one solid
 };
 
 enum class RefinementDepth {
@@ -66,13 +68,18 @@ enum class RefinementDepth {
 // Levenberg-Marquardt.
 //
 // The energy (object_energy.h) sums the terms of box edges, points, supports and the class. The ends of
-// cylinders may be narrower than their middle. A full refinement also tries a handle on one side if the class
-// may have one.
+// cylinders may be narrower than their middle.
 // The prior has modes (kind of shape, longer horizontal axis, yaw), of which the one nearest to the start is
 // used.
 RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementInput& input,
                                const RefinementOptions& options,
                                RefinementDepth depth = RefinementDepth::kFull);
+
+// Refines the object as the parts of the templates of its class whose hull is of this kind, and returns the
+// best fit; empty if there are none. Costs are comparable with those of RefineJointly() from a start of the
+// same kind.
+std::optional<RefinementResult> RefineParts(PosedSuperquadric start, SolidKind kind,
+                                            const RefinementInput& input, const RefinementOptions& options);
 
 // Evidence that an object moves.
 struct MotionFit {

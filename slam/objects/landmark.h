@@ -11,6 +11,7 @@
 
 #include "slam/geometry/box2.h"
 #include "slam/geometry/rigid3.h"
+#include "slam/geometry/solid_part.h"
 #include "slam/geometry/superquadric.h"
 #include "slam/objects/object_types.h"
 #include "slam/objects/statistical_tests.h"
@@ -115,6 +116,7 @@ struct Landmark {
   std::vector<PointVerdict> verdicts;  // of all points with a vote, by id
   PosedSuperquadric superquadric;
   PosedSuperquadric visible;                 // its visible part: differs if the lower part is hidden
+  std::vector<SolidPart> parts;              // of which `visible` consists; empty: one solid
   std::optional<double> support;             // height of the surface that it was found to stand on
   std::optional<PosedSuperquadric> quadric;  // from the boxes alone; only for representation "quadric"
   Eigen::Matrix<double, 9, 9> covariance = Eigen::Matrix<double, 9, 9>::Zero();  // see ObjectFit
@@ -149,7 +151,8 @@ struct Landmark {
   // Moves each view with its own frame, and sums over frames with the mean motion of the frames.
   void MoveWith(const MotionLookup& S_new_old);
 
-  // All but `clearest`, whose image is large and only for quadrics from a single view, and `known`.
+  // All but `clearest`, whose image is large and only for quadrics from a single view, `known`, and `parts`,
+  // which the next estimation finds again.
   static void VisitState(auto& self, auto&& visit) {
     visit(self.id, self.labels, self.observations, self.views, self.votes, self.centroids, self.yaw,
           self.lines, self.estimated, self.refined, self.thorough_at, self.estimated_at, self.points,

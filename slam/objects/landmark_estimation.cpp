@@ -118,11 +118,6 @@ void JudgeHiddenEdges(const Landmark& landmark, const EstimationContext& context
 
 constexpr std::size_t kMinViews = 3;  // that a refinement needs
 
-// Root mean square over the axes of sigma(half size) / half size.
-double LogSizeSigma(const Superquadric& shape, const Eigen::Matrix<double, 9, 9>& covariance) {
-  return std::sqrt(covariance.diagonal().segment<3>(3).cwiseQuotient(shape.half_size.cwiseAbs2()).mean());
-}
-
 // Returns as many evenly spaced views that are not among `used`; `used` itself if there are hardly any.
 std::vector<BoxView> HeldOutViews(const std::vector<BoxView>& all, const std::vector<BoxView>& used) {
   constexpr std::size_t kMinOthers = 5;
@@ -142,7 +137,7 @@ void JudgeReliability(Landmark& landmark, const std::vector<BoxView>& used,
   const Superquadric& shape = landmark.superquadric.shape;
   ReliabilityEvidence evidence;
   evidence.observations = landmark.Evidence();
-  evidence.held_out_agreement = BoxAgreement(landmark.visible, held_out, context.camera);
+  evidence.held_out_agreement = BoxAgreement(landmark.visible, landmark.parts, held_out, context.camera);
   if (context.options->refinement.enabled) {
     evidence.log_size_sigma = landmark.refined ? LogSizeSigma(shape, landmark.covariance) : kUnknownSigma;
     evidence.class_surprise =
@@ -211,7 +206,8 @@ void EstimateFromBoxes(Landmark& landmark, const std::vector<BoxView>& views,
     }
   }
   landmark.estimated = landmark.estimated && landmark.refined;
-  landmark.box_agreement = landmark.estimated ? BoxAgreement(landmark.visible, views, context.camera) : 0.0;
+  landmark.box_agreement =
+      landmark.estimated ? BoxAgreement(landmark.visible, landmark.parts, views, context.camera) : 0.0;
 }
 
 }  // namespace
@@ -220,20 +216,21 @@ void ApplyFit(Landmark& landmark, const StandingFit& fit, const std::vector<BoxV
               const EstimationContext& context) {
   landmark.visible = fit.superquadric;
   landmark.superquadric = fit.superquadric;
+  landmark.parts = fit.parts;
   landmark.support = fit.assumption.support;
   landmark.covariance = fit.covariance;
   CompleteHiddenPart(landmark, views, context);
   CompleteHiddenDepth(landmark, views, context);
-  landmark.box_agreement = BoxAgreement(fit.superquadric, views, context.camera);
+  landmark.box_agreement = BoxAgreement(fit.superquadric, fit.parts, views, context.camera);
   landmark.refined = true;
   JudgeReliability(landmark, views, context);
 }
 
-double BoxAgreement(const PosedSuperquadric& superquadric, const std::vector<BoxView>& views,
-                    const Camera& camera) {
+double BoxAgreement(const PosedSuperquadric& hull, const std::vector<SolidPart>& parts,
+                    const std::vector<BoxView>& views, const Camera& camera) {
   double sum = 0.0;
   for (const BoxView& view : views) {
-    const std::optional<Box2d> box = ProjectToBox(superquadric, view.T_map_camera, camera);
+    const std::optional<Box2d> box = ProjectToBox(hull, parts, view.T_map_camera, camera);
     if (!box) {
       continue;
     }
@@ -241,6 +238,11 @@ double BoxAgreement(const PosedSuperquadric& superquadric, const std::vector<Box
     sum += IoU(projected, Continued(UndistortBox(view.box, camera), view.edge_free, projected));
   }
   return views.empty() ? 0.0 : sum / static_cast<double>(views.size());
+}
+
+double BoxAgreement(const PosedSuperquadric& superquadric, const std::vector<BoxView>& views,
+                    const Camera& camera) {
+  return BoxAgreement(superquadric, {}, views, camera);
 }
 
 double PointRms(const Landmark& landmark, const PosedSuperquadric& solid) {
@@ -299,7 +301,7 @@ void EstimateLandmark(Landmark& landmark, const EstimationContext& context) {
     }
     // A diverged refinement explains the boxes worse than the cloud alone.
     const PosedSuperquadric cloud = SuperquadricAtYaw(points, paper_yaw, options.size_shape, false);
-    const double agreement = BoxAgreement(refined.superquadric, views, context.camera);
+    const double agreement = BoxAgreement(refined.superquadric, refined.parts, views, context.camera);
     if (agreement > 0.9 * BoxAgreement(cloud, views, context.camera)) {
       ApplyFit(landmark, refined, views, context);
       return;
@@ -310,6 +312,7 @@ void EstimateLandmark(Landmark& landmark, const EstimationContext& context) {
   const bool with_shape = !options.refinement.enabled || views.size() >= kMinViews;
   landmark.superquadric = SuperquadricAtYaw(points, paper_yaw, options.size_shape, with_shape);
   landmark.visible = landmark.superquadric;
+  landmark.parts.clear();
   landmark.covariance.setZero();
   landmark.box_agreement = BoxAgreement(landmark.superquadric, views, context.camera);
   landmark.refined = false;

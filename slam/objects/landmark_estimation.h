@@ -41,6 +41,8 @@ void ApplyFit(Landmark& landmark, const StandingFit& fit, const std::vector<BoxV
               const EstimationContext& context);
 
 // Mean IoU of the superquadric's projections and the boxes of the views, in [0, 1].
+double BoxAgreement(const PosedSuperquadric& hull, const std::vector<SolidPart>& parts,
+                    const std::vector<BoxView>& views, const Camera& camera);
 double BoxAgreement(const PosedSuperquadric& superquadric, const std::vector<BoxView>& views,
                     const Camera& camera);
 

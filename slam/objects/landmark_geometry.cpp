@@ -66,6 +66,32 @@ std::optional<Box2d> ProjectToBox(const PosedSuperquadric& superquadric, const R
   return Box2d::FromEdges({left, top, right, bottom});
 }
 
+std::optional<Box2d> ProjectToBox(const PosedSuperquadric& hull, std::span<const SolidPart> parts,
+                                  const Rigid3d& T_map_camera, const Camera& camera) {
+  if (parts.empty()) {
+    return ProjectToBox(hull, T_map_camera, camera);
+  }
+  std::optional<Box2d> around;
+  for (const SolidPart& part : parts) {
+    const std::optional<Box2d> box = ProjectToBox(PlacedIn(hull, part), T_map_camera, camera);
+    if (!box) {
+      return std::nullopt;
+    }
+    if (around) {
+      const std::array<double, 4> a = around->Edges(), b = box->Edges();
+      around = Box2d::FromEdges(
+          {std::min(a[0], b[0]), std::min(a[1], b[1]), std::max(a[2], b[2]), std::max(a[3], b[3])});
+    } else {
+      around = box;
+    }
+  }
+  return around;
+}
+
+double LogSizeSigma(const Superquadric& shape, const Eigen::Matrix<double, 9, 9>& covariance) {
+  return std::sqrt(covariance.diagonal().segment<3>(3).cwiseQuotient(shape.half_size.cwiseAbs2()).mean());
+}
+
 Box2d ClipToImage(const Box2d& box, const Camera& camera) {
   return ClipTo({0.0, 0.0, static_cast<double>(camera.width), static_cast<double>(camera.height)}, box);
 }

@@ -5,10 +5,12 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <span>
 
 #include "slam/geometry/box2.h"
 #include "slam/geometry/camera.h"
 #include "slam/geometry/rigid3.h"
+#include "slam/geometry/solid_part.h"
 #include "slam/geometry/superquadric.h"
 
 namespace sqslam {
@@ -17,6 +19,13 @@ namespace sqslam {
 // up to the distortion. Empty if part of the object is behind the camera.
 std::optional<Box2d> ProjectToBox(const PosedSuperquadric& superquadric, const Rigid3d& T_map_camera,
                                   const Camera& camera);
+
+// Likewise of an object that consists of parts; without parts of the hull.
+std::optional<Box2d> ProjectToBox(const PosedSuperquadric& hull, std::span<const SolidPart> parts,
+                                  const Rigid3d& T_map_camera, const Camera& camera);
+
+// Root mean square over the axes of sigma(half size) / half size. `covariance`: see ObjectFit.
+double LogSizeSigma(const Superquadric& shape, const Eigen::Matrix<double, 9, 9>& covariance);
 
 // Clip a box to the image in distorted and in undistorted px (see Camera::ShownBounds).
 Box2d ClipToImage(const Box2d& box, const Camera& camera);

@@ -139,7 +139,10 @@ struct Candidate {
   PosedSuperquadric start;
   Assumption assumption;
   double cost = 0.0;
+  SolidKind kind = SolidKind::kCuboid;
 };
+
+SolidKind KindOf(const PosedSuperquadric& solid) { return NearestPrimitive(solid.shape.e1, solid.shape.e2); }
 
 std::vector<Candidate> AllCandidates(std::span<const PosedSuperquadric> starts,
                                      std::span<const Assumption> assumptions) {
@@ -147,7 +150,7 @@ std::vector<Candidate> AllCandidates(std::span<const PosedSuperquadric> starts,
   for (const Assumption& assumption : assumptions) {
     for (const PosedSuperquadric& start : starts) {
       candidates.push_back(
-          {assumption.support ? StretchedTo(start, *assumption.support) : start, assumption, 0.0});
+          {assumption.support ? StretchedTo(start, *assumption.support) : start, assumption});
     }
   }
   return candidates;
@@ -233,15 +236,31 @@ std::vector<PosedSuperquadric> Neighbours(const PosedSuperquadric& s) {
   return neighbours;
 }
 
-// Refines all candidates; updates `best` if one is better.
+// Refines all candidates as one solid and the likeliest ones also as parts; updates `best` if one is better.
 void FollowAll(const std::vector<Candidate>& candidates, const RefinementOptions& options,
                RefinementInput& input, StandingFit& best) {
+  constexpr std::size_t kOfParts = 3;
+  const auto keep = [&](const RefinementResult& result) {
+    if (result.cost + input.assumption.cost < best.cost) {
+      best = {result, input.assumption, {}};
+      best.cost += input.assumption.cost;
+    }
+  };
+  std::vector<Candidate> fits;
   for (const Candidate& candidate : candidates) {
     input.assumption = candidate.assumption;
-    RefinementResult result = RefineJointly(candidate.start, input, options);
-    result.cost += candidate.assumption.cost;
-    if (result.cost < best.cost) {
-      best = {result, candidate.assumption, {}};
+    const RefinementResult result = RefineJointly(candidate.start, input, options);
+    keep(result);
+    fits.push_back({result.superquadric, candidate.assumption, result.cost + candidate.assumption.cost,
+                    KindOf(candidate.start)});
+  }
+  std::ranges::stable_sort(fits, {}, &Candidate::cost);
+  std::size_t tried = 0;
+  for (std::size_t i = 0; i < fits.size() && tried < kOfParts; ++i) {
+    input.assumption = fits[i].assumption;
+    if (const auto parts = RefineParts(fits[i].start, fits[i].kind, input, options)) {
+      keep(*parts);
+      ++tried;
     }
   }
 }
@@ -275,8 +294,12 @@ std::optional<StandingFit> RefineLandmark(const Landmark& landmark, const std::v
                       .lowest = support ? std::nullopt : LowestOf(supports, input.prior),
                       .sigma = support ? supports.SigmaOf(*support) : supports.sigma,
                       .shows_back = input.may_show_back && IsPlate(landmark.visible.shape)};
-  return StandingFit{
-      RefineJointly(landmark.visible, input, options.refinement), input.assumption, {}, placed};
+  RefinementResult result = RefineJointly(landmark.visible, input, options.refinement);
+  if (const auto parts = RefineParts(landmark.visible, KindOf(landmark.visible), input, options.refinement);
+      parts && parts->cost < result.cost) {
+    result = *parts;
+  }
+  return StandingFit{result, input.assumption, {}, placed};
 }
 
 StandingFit RefineStanding(std::span<const PosedSuperquadric> starts, RefinementInput input,

@@ -15,22 +15,17 @@ namespace {
 
 // One entry of the file, bound like any other options.
 struct ClassEntry {
-  ObjectClass known;                             // takes over the rest as it is
-  std::array<double, 3> size = {0.0, 0.0, 0.0};  // typical width, depth and height, metres
-  double spread = 0.4;                           // standard deviation of the logarithm of the size as a whole
-  std::array<double, 2> aspect = {0.3, 0.3};  // and of the logarithms of width to depth and of height to plan
-  double box = 0.0;                           // relative weights of the shapes
+  ObjectClass known;  // takes over the rest as it is
+  TypicalSize typical;
+  double box = 0.0;  // relative weights of the shapes
   double cylinder = 0.0;
   double ellipsoid = 0.0;
 
   void VisitFields(auto&& visit) {
-    visit("size", size, 1e-4, 100.0);
-    visit("spread", spread, 0.01, 10.0);
-    visit("aspect", aspect, 0.01, 10.0);
+    typical.VisitFields(visit);
     visit("box", box, 0.0, 1.0);
     visit("cylinder", cylinder, 0.0, 1.0);
     visit("ellipsoid", ellipsoid, 0.0, 1.0);
-    visit("handle", known.handle, 0.0, 0.99);
     visit("hollow", known.hollow);
     visit("floor", known.on_floor);
     visit("back", known.back);
@@ -45,15 +40,8 @@ struct ClassEntry {
 ObjectClass ClassOf(const ClassEntry& entry) {
   constexpr double kMinShare = 0.02;  // no shape is impossible
   ObjectClass known = entry.known;
-  const auto& [width, depth, height] = entry.size;
-  const double log_area = std::log(width) + std::log(depth);
-  known.log_width_ratio = std::abs(std::log(width / depth));
-  known.log_height_ratio = std::log(height) - 0.5 * log_area;
-  known.width_sigma = entry.aspect[0];
-  known.height_sigma = entry.aspect[1];
-  known.log_metres = (log_area + std::log(height)) / 3.0;
-  known.size_sigma = entry.spread;
-  known.volume = width * depth * height;
+  static_cast<SizePrior&>(known) = entry.typical.Prior();
+  known.volume = entry.typical.size[0] * entry.typical.size[1] * entry.typical.size[2];
   known.shapes = {entry.box, entry.cylinder, entry.ellipsoid};
   double sum = 0.0;
   for (double& share : known.shapes) {
@@ -100,7 +88,7 @@ ClassTable ClassTable::Named(const std::string& name) {
     const std::string label = node.first.Scalar();
     ClassEntry entry;
     AssignOptions(node.second, path, OptionFields(entry), {"parts"});
-    ThrowIf<InputError>(*std::ranges::min_element(entry.size) <= 0.0,
+    ThrowIf<InputError>(*std::ranges::min_element(entry.typical.size) <= 0.0,
                         "{}:{}: {} has no size, expected size: [width, depth, height] in metres", path,
                         node.first.Mark().line + 1, label);
     if (const YAML::Node parts = node.second["parts"]) {

@@ -2,30 +2,23 @@
 
 #include <array>
 #include <map>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "slam/geometry/solid_iou.h"
 #include "slam/objects/part_template.h"
+#include "slam/objects/size_prior.h"
 
 namespace sqslam {
 
 // What is known of the objects of a class: the prior over their shape, proportions and size, and the traits
 // on which questions and simulators depend.
-struct ObjectClass {
+struct ObjectClass : SizePrior {
   std::array<double, 3> shapes = {0.5, 0.3, 0.2};  // probabilities, in the order of kPrimitives
-  double log_width_ratio = 0.0;   // natural logarithm of the longer horizontal size over the shorter, >= 0
-  double log_height_ratio = 0.0;  // of the height over the geometric mean of the horizontal sizes
-  double width_sigma = 1.0;       // standard deviation of log_width_ratio
-  double height_sigma = 1.5;
-  std::optional<double> log_metres;  // logarithm of the geometric mean of the full sizes; empty: any size
-  double size_sigma = 0.0;           // standard deviation of log_metres
-  double handle = 0.0;               // share of those with a handle on one side
-  bool hollow = false;               // lines of sight pass through its hull, as below the top of a table
-  bool on_floor = false;             // stands on the lowest surface, not on furniture
-  bool back = false;                 // a seat with a back, which may be all that shows over a table
-  std::vector<PartTemplate> parts;   // ways in which it may consist of parts; empty: one solid
+  bool hollow = false;              // lines of sight pass through its hull, as below the top of a table
+  bool on_floor = false;            // stands on the lowest surface, not on furniture
+  bool back = false;                // a seat with a back, which may be all that shows over a table
+  std::vector<PartTemplate> parts;  // ways in which it may consist of parts; empty: one solid
 
   bool legs = false;                       // a top on legs: things stand under it, within the hull
   bool holds = false;                      // a container: things stand in it

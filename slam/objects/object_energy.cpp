@@ -14,9 +14,6 @@
 namespace sqslam {
 namespace {
 
-constexpr int kCount = parameter::kCount;
-using Square = Eigen::Matrix<double, kCount, kCount>;
-
 // Residuals and Jacobian of an energy, for ceres::TinySolver, which evaluates each accepted step first for
 // its cost and then for its derivatives: both come from one evaluation.
 template <int kRows>
@@ -62,9 +59,12 @@ class DerivedEnergy {
   mutable std::vector<Jet> residuals_;
 };
 
-Square Information(const Eigen::Matrix<double, Eigen::Dynamic, kCount>& jacobian, Eigen::Index rows) {
+template <int kRows>
+Eigen::Matrix<double, kRows, kRows> Information(const Eigen::Matrix<double, Eigen::Dynamic, kRows>& jacobian,
+                                                Eigen::Index rows) {
   constexpr double kWeakest = 1e-6;  // for unobserved directions
-  Square information = jacobian.topRows(rows).transpose() * jacobian.topRows(rows);
+  Eigen::Matrix<double, kRows, kRows> information =
+      jacobian.topRows(rows).transpose() * jacobian.topRows(rows);
   information.diagonal() = information.diagonal().cwiseMax(kWeakest);
   information.diagonal() *= 1.0 + 1e-9;
   return information;
@@ -91,20 +91,20 @@ void ObjectEnergy::AddEdges(const SilhouetteView& view, const Camera& camera,
   }
 }
 
-void ObjectEnergy::AddProportions(const ObjectClass& known, int longer) {
+void ObjectEnergy::AddProportions(const SizePrior& known, int longer) {
   const double log_ratio = longer == 0 ? known.log_width_ratio : -known.log_width_ratio;
   classes.push_back({kWidthRatio, log_ratio, 1.0 / known.width_sigma});
   classes.push_back({{-0.5, -0.5, 1.0}, known.log_height_ratio, 1.0 / known.height_sigma});
 }
 
-double ObjectEnergy::Cost(const SolidParameters& x) const {
+double ObjectEnergy::Cost(const Eigen::Ref<const Eigen::VectorXd>& x) const {
   Eigen::VectorXd residuals(NumResiduals());
   (*this)(x.data(), residuals.data());
   return 0.5 * residuals.squaredNorm();
 }
 
 double ObjectEnergy::LogNormaliser() const {
-  double sum = yaws.empty() ? std::log(YawRange()) : 0.0;
+  double sum = yaws.empty() ? std::log(kYawRange) : 0.0;
   const auto add = [&](const auto& priors) {
     for (const auto& prior : priors) {
       sum += prior.LogNormaliser();
@@ -126,40 +126,46 @@ double Minimise(const ObjectEnergy& energy, int max_iterations, double cost_tole
   solver.options.function_tolerance = cost_tolerance;
   return solver.Solve(DerivedEnergy<kRows>(energy), &x).final_cost;
 }
-template double Minimise(const ObjectEnergy&, int, double, Eigen::Matrix<double, parameter::kCount, 1>&);
-template double Minimise(const ObjectEnergy&, int, double, Eigen::Matrix<double, parameter::kMostCount, 1>&);
+template double Minimise(const ObjectEnergy&, int, double, SolidParameters&);
+template double Minimise(const ObjectEnergy&, int, double, AllParameters&);
 
-ObjectEvidence EvidenceAt(const SolidParameters& minimum, const ObjectEnergy& energy) {
+template <int kRows>
+ObjectEvidence EvidenceAt(const Eigen::Matrix<double, kRows, 1>& minimum, const ObjectEnergy& energy) {
+  using Square = Eigen::Matrix<double, kRows, kRows>;
   const int rows = energy.NumResiduals();
   Eigen::VectorXd residuals(rows);
-  Eigen::Matrix<double, Eigen::Dynamic, kCount> jacobian(rows, kCount);
+  Eigen::Matrix<double, Eigen::Dynamic, kRows> jacobian(rows, kRows);
   // The bound of the tapers is no measurement: it must not count as information. At those of the exponents
   // the sine has no slope.
-  SolidParameters x = minimum;
-  x.segment<2>(parameter::kTaper) = x.segment<2>(parameter::kTaper).cwiseMin(0.0);
-  for (double& angle : x.segment<2>(parameter::kExponents)) {
+  Eigen::Matrix<double, kRows, 1> x = minimum;
+  x.template segment<2>(parameter::kTaper) = x.template segment<2>(parameter::kTaper).cwiseMin(0.0);
+  for (double& angle : x.template segment<2>(parameter::kExponents)) {
     angle = AngleOf(ExponentOf(angle));
   }
-  const DerivedEnergy<kCount> derived(energy);
+  const DerivedEnergy<kRows> derived(energy);
   derived(x.data(), residuals.data(), jacobian.data());
   // Chain rule to sizes and exponents: d half = half d log(half), d e = reach cos(u) du.
-  const Eigen::Array2d by_u = (kExponentReach * x.segment<2>(parameter::kExponents).array().cos()).max(1e-3);
+  const Eigen::Array2d by_u =
+      (kExponentReach * x.template segment<2>(parameter::kExponents).array().cos()).max(1e-3);
   Eigen::Matrix<double, 9, 1> slope = Eigen::Matrix<double, 9, 1>::Ones();
-  slope.segment<3>(parameter::kLogHalf) = x.segment<3>(parameter::kLogHalf).array().exp();
+  slope.segment<3>(parameter::kLogHalf) = x.template segment<3>(parameter::kLogHalf).array().exp();
   slope.segment<2>(parameter::kExponents) = by_u;
-  Eigen::Matrix<double, Eigen::Dynamic, kCount> weighted = jacobian;
+  Eigen::Matrix<double, Eigen::Dynamic, kRows> weighted = jacobian;
   weighted.topRows(static_cast<Eigen::Index>(energy.edges.size())) *= std::sqrt(energy.edge_information);
   const Square covariance = Information(weighted, rows - static_cast<Eigen::Index>(energy.bounds.size()))
                                 .ldlt()
                                 .solve(Square::Identity());
   Square information = Information(jacobian, rows);
-  information(parameter::kYaw, parameter::kYaw) += 12.0 / (energy.YawRange() * energy.YawRange());
+  information(parameter::kYaw, parameter::kYaw) += 12.0 / (ObjectEnergy::kYawRange * ObjectEnergy::kYawRange);
   const double half_log_information =
       0.5 * information.ldlt().vectorD().array().max(1e-12).log().sum() - by_u.log().sum();
   return {0.5 * residuals.squaredNorm() + energy.LogNormaliser() + half_log_information -
-              kCount * LogGaussianIntegral(1.0),
-          slope.asDiagonal() * covariance.topLeftCorner<9, 9>() * slope.asDiagonal()};
+              kRows * LogGaussianIntegral(1.0),
+          slope.asDiagonal() * covariance.template topLeftCorner<9, 9>() * slope.asDiagonal()};
 }
+
+template ObjectEvidence EvidenceAt(const SolidParameters&, const ObjectEnergy&);
+template ObjectEvidence EvidenceAt(const AllParameters&, const ObjectEnergy&);
 
 SolidParameters PackSolid(const PosedSuperquadric& superquadric) {
   const auto& [shape, T_map_object] = superquadric;
@@ -176,6 +182,17 @@ PosedSuperquadric UnpackSolid(const SolidParameters& x) {
   return {
       {solid.hull, solid.e1, solid.e2},
       {Eigen::Quaterniond(Eigen::AngleAxisd(x[parameter::kYaw], Eigen::Vector3d::UnitZ())), solid.centre}};
+}
+
+std::vector<SolidPart> UnpackParts(const AllParameters& x, const SolidVariant& variant) {
+  const ObjectSolid<double> solid(x.data(), variant);
+  std::vector<SolidPart> parts;
+  for (std::size_t i = 0; i < solid.num_parts; ++i) {
+    const ObjectSolid<double>::Part& part = solid.parts[i];
+    parts.push_back({part.centre.cwiseQuotient(solid.hull),
+                     {part.half.cwiseQuotient(solid.hull), 2.0 / part.p1, 2.0 / part.p2}});
+  }
+  return parts;
 }
 
 }  // namespace sqslam

@@ -39,8 +39,8 @@ struct ObjectEnergy {
   // Adds the terms of the edges of a view's box.
   void AddEdges(const SilhouetteView& view, const Camera& camera, const RefinementOptions& options);
 
-  // Adds the terms of the proportions of a class, whose longer horizontal axis is `longer` (0: x, 1: y).
-  void AddProportions(const ObjectClass& known, int longer = 0);
+  // Adds the terms of the proportions of a hull, whose longer horizontal axis is `longer` (0: x, 1: y).
+  void AddProportions(const SizePrior& known, int longer = 0);
 
   int NumResiduals() const {
     return static_cast<int>(edges.size() + points.size() + contacts.size() + classes.size() +
@@ -67,18 +67,16 @@ struct ObjectEnergy {
     return true;
   }
 
-  double Cost(const SolidParameters& x) const;
+  double Cost(const Eigen::Ref<const Eigen::VectorXd>& x) const;
 
-  // Sum over the priors; without lines the yaw lies anywhere in YawRange().
+  // Sum over the priors; without lines the yaw lies anywhere in kYawRange.
   double LogNormaliser() const;
 
-  // A quarter turn shows all of a symmetric solid, a handle points in any direction; radians.
-  double YawRange() const { return (variant.handled ? 2.0 : 0.5) * std::numbers::pi; }
+  static constexpr double kYawRange = 0.5 * std::numbers::pi;  // radians: a quarter turn shows all of a hull
 };
 
 // Minimises the energy by Levenberg-Marquardt from `x`, which it updates; returns the final cost. Steps that
-// reduce it by less than `cost_tolerance` are the last. `x` has parameter::kMostCount rows if the object is
-// moving or leaning, otherwise parameter::kCount.
+// reduce it by less than `cost_tolerance` are the last. `x` has variant.NumParameters() rows.
 template <int kRows>
 double Minimise(const ObjectEnergy& energy, int max_iterations, double cost_tolerance,
                 Eigen::Matrix<double, kRows, 1>& x);
@@ -94,6 +92,7 @@ struct ObjectEvidence {
   // large finite variance.
   Eigen::Matrix<double, 9, 9> covariance;
 };
-ObjectEvidence EvidenceAt(const SolidParameters& minimum, const ObjectEnergy& energy);
+template <int kRows>
+ObjectEvidence EvidenceAt(const Eigen::Matrix<double, kRows, 1>& minimum, const ObjectEnergy& energy);
 
 }  // namespace sqslam

@@ -147,7 +147,8 @@ struct ObjectMapper::Impl {
     const std::vector<const Landmark*> shown = Shown();
     for (const Landmark* landmark : shown) {
       if (landmark->refined) {
-        fitted.push_back({landmark->visible, SpreadViews(landmark->views, options.refinement.max_views)});
+        fitted.push_back(
+            {landmark->visible, landmark->parts, SpreadViews(landmark->views, options.refinement.max_views)});
         const Surroundings near = SurroundingsOf(*landmark, shown, classes);
         JudgeHiddenEdges(landmark->visible, near.beneath, near.occluders, camera, options.detections,
                          fitted.back().views);
@@ -362,6 +363,7 @@ struct ObjectMapper::Impl {
                                  .on_floor = classes.Of(landmark.labels.Best()).on_floor,
                                  .superquadric = landmark.superquadric,
                                  .visible = landmark.visible,
+                                 .parts = landmark.parts,
                                  .centroids = landmark.centroids});
     }
     next->merges = merges;
@@ -436,8 +438,8 @@ bool ObjectMapper::Correct(int id, const PosedSuperquadric& superquadric, const 
     return false;
   }
   const std::vector<BoxView> views = SpreadViews(landmark.views, impl_->options.refinement.max_views);
-  const double before = BoxAgreement(landmark.superquadric, views, camera);
-  const double agreement = BoxAgreement(superquadric, views, camera);
+  const double before = BoxAgreement(landmark.superquadric, landmark.parts, views, camera);
+  const double agreement = BoxAgreement(superquadric, landmark.parts, views, camera);
   if (impl_->options.refinement.enabled && agreement < before - kMayLose) {
     return false;
   }

@@ -82,19 +82,17 @@ struct PointTerm {
 
   template <typename T>
   T operator()(const ObjectSolid<T>& solid, const T*) const {
-    using std::abs;
     constexpr double kWidth = 1.5;
     constexpr double kInside = 0.5;  // objects are more often hollow between their parts than bulging
-    const Vector3<T> p = solid.ToBody(p_map);
-    if (!on_surface &&
-        (abs(p.x()) > solid.body.x() || abs(p.y()) > solid.body.y() || abs(p.z()) > solid.body.z())) {
-      return T(0.0);  // outside the bounding box, as most are
+    if (!on_surface && !solid.IsInHull(p_map)) {
+      return T(0.0);
     }
-    const T r = factor * solid.RadialDistance(p);
+    const T r = factor * solid.RadialDistance(p_map);
     if (!on_surface && r > 0.0) {
       return T(0.0);
     }
-    return Robust(on_surface && r < 0.0 ? T(kInside * r) : r, kWidth, weight);
+    const bool hollow = on_surface && solid.num_parts == 1 && r < 0.0;
+    return Robust(hollow ? T(kInside * r) : r, kWidth, weight);
   }
 };
 

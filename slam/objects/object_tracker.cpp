@@ -102,7 +102,8 @@ struct ObjectTracker::Impl {
       }
       if (parts.projection && track.IsEstimated() &&
           MayBeInView(track.view->visible, frame.T_map_camera, frame.camera)) {
-        const auto box = ProjectToBox(track.view->visible, frame.T_map_camera, frame.camera);
+        const auto box =
+            ProjectToBox(track.view->visible, track.view->parts, frame.T_map_camera, frame.camera);
         const Box2d clipped = box ? ClipToImage(DistortBox(*box, frame.camera), frame.camera) : Box2d();
         if (clipped.Area() > 0.0) {
           track.projected_box = clipped;

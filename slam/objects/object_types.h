@@ -14,6 +14,7 @@
 #include "slam/geometry/box2.h"
 #include "slam/geometry/camera.h"
 #include "slam/geometry/rigid3.h"
+#include "slam/geometry/solid_part.h"
 #include "slam/geometry/superquadric.h"
 #include "slam/objects/statistical_tests.h"
 
@@ -82,7 +83,8 @@ struct ObjectLandmarkView {
   bool shown = false;      // good enough to be part of the object map
   bool on_floor = false;   // by its class
   PosedSuperquadric superquadric;
-  PosedSuperquadric visible;  // its part that the boxes show
+  PosedSuperquadric visible;     // its part that the boxes show
+  std::vector<SolidPart> parts;  // of which that consists; empty: one solid
   PointStatistics centroids;
 };
 

@@ -259,10 +259,11 @@ PartFit FitParts(const PosedSuperquadric& hull, const std::vector<PartTemplate>&
   const double whole = fitter.LogLikelihood(
       {{Eigen::Vector3d::Zero(), {Eigen::Vector3d::Ones(), hull.shape.e1, hull.shape.e2}}});
   for (const PartTemplate& of : templates) {
-    for (int turn = 0; turn < of.turns; ++turn) {
+    for (int turn = 0; turn < of.QuarterTurns(); ++turn) {
       const PartFitter::Fit fit = fitter.Best(of, turn);
-      const double cost = 0.5 * static_cast<double>(of.free.size()) * std::log(kIndependentLines) +
-                          std::log(static_cast<double>(of.turns) * static_cast<double>(templates.size()));
+      const double cost =
+          0.5 * static_cast<double>(of.free.size()) * std::log(kIndependentLines) +
+          std::log(static_cast<double>(of.QuarterTurns()) * static_cast<double>(templates.size()));
       if (const double odds = fit.score - cost - whole; odds > best.log_odds) {
         best = {PartsWith(of, fit.proportions, hull.shape.half_size, turn), odds};
       }

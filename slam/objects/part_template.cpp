@@ -30,23 +30,40 @@ struct SolidEntry {
   }
 };
 
+// One entry of the file, without its proportions and solids.
+struct TemplateEntry {
+  PartTemplate of;
+  TypicalSize typical;
+
+  void VisitFields(auto&& visit) {
+    visit("share", of.share, 0.0, 0.99);
+    visit("turns", of.turns, 1, 36);
+    visit("hangs", of.hangs);
+    typical.VisitFields(visit);
+  }
+};
+
 class TemplateReader {
  public:
   TemplateReader(const std::string& source, const std::string& label) : source_(source), label_(label) {}
 
   PartTemplate Read(const YAML::Node& node) {
-    template_ = {};
-    AssignOptions(node, source_, OptionFields(template_), {"free", "solids"});
+    TemplateEntry entry;
+    AssignOptions(node, source_, OptionFields(entry), {"free", "solids"});
+    template_ = std::move(entry.of);
+    if (node["size"]) {
+      template_.size = entry.typical.Prior();
+    }
     for (const auto& free : node["free"]) {
       AddProportion(free.first.Scalar(), free.second);
     }
-    Check(template_.free.size() >= 2 && template_.free.size() <= kMaxProportions, node,
-          "two to four free proportions");
+    Check(template_.free.size() <= kMaxProportions, node, "at most four free proportions");
     Check(node["solids"] && node["solids"].IsSequence() && node["solids"].size() > 0, node,
           "a list 'solids' of parts");
     for (const YAML::Node& solid : node["solids"]) {
       AddPart(solid);
     }
+    Check(template_.parts.size() <= kMaxParts, node, "at most eight parts with their mirror images");
     return std::move(template_);
   }
 

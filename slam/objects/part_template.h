@@ -1,12 +1,16 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
+#include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "slam/geometry/solid_iou.h"
 #include "slam/geometry/solid_part.h"
+#include "slam/objects/size_prior.h"
 
 namespace YAML {
 class Node;
@@ -15,6 +19,7 @@ class Node;
 namespace sqslam {
 
 inline constexpr std::size_t kMaxProportions = 4;
+inline constexpr std::size_t kMaxParts = 8;
 using Proportions = std::array<double, kMaxProportions>;
 
 // A free proportion with its prior, such as the thickness of a table's top. In [0, 1]; counts in half heights
@@ -37,13 +42,20 @@ struct TemplatePart {
   SolidKind shape = SolidKind::kCuboid;
 };
 
-// One way in which the objects of a class consist of parts (`parts` in configs/classes.yaml).
+// One way in which the objects of a class consist of parts (`parts` in configs/classes.yaml). The hull is of
+// the kind of the first part.
 struct PartTemplate {
-  std::vector<FreeProportion> free;  // 2 to kMaxProportions
-  int turns = 1;                     // quarter turns about z to try: 4 for a chair, whose back is on any side
-  std::vector<TemplatePart> parts;
+  double share = 0.4;             // how many of the class are made like this
+  int turns = 1;                  // about z that differ: 4 for a chair, whose back is on any side, quarters;
+                                  // more for a round body
+  bool hangs = false;             // on a wall, say: it cannot stand by itself
+  std::optional<SizePrior> size;  // of the hull; empty: that of the class
+  std::vector<FreeProportion> free;  // at most kMaxProportions
+  std::vector<TemplatePart> parts;   // at most kMaxParts
 
-  void VisitFields(auto&& visit) { visit("turns", turns, 1, 4); }
+  // The turns that a hull with corners tells apart.
+  int QuarterTurns() const { return std::min(turns, 4); }
+  bool IsRound() const { return turns > 4; }
 };
 
 // Reads the templates of a class. Throws InputError or UsageError naming source and line.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "slam/objects/landmark_geometry.h"
 #include "slam/objects/support.h"
 #include "slam/objects/visibility.h"
 #include "slam/util/statistics.h"
@@ -41,6 +42,12 @@ bool StandsOn(const Landmark& other, const Landmark& landmark, std::span<const L
          });
 }
 
+// False for one that is cut off or hidden in its boxes: it would hide what stands beside it.
+bool IsSizeKnown(const Landmark& landmark) {
+  constexpr double kUncertain = 0.25;  // standard deviation of the logarithm
+  return !landmark.refined || LogSizeSigma(landmark.superquadric.shape, landmark.covariance) < kUncertain;
+}
+
 }  // namespace
 
 Surroundings SurroundingsOf(const Landmark& landmark, std::span<const Landmark* const> shown,
@@ -66,7 +73,7 @@ Surroundings SurroundingsOf(const Landmark& landmark, std::span<const Landmark* 
         tops.push_back(*other->support);
       }
     }
-    if (MayOcclude(other->superquadric, landmark.visible, on_floor)) {
+    if (IsSizeKnown(*other) && MayOcclude(other->superquadric, landmark.visible, on_floor)) {
       result.occluders.push_back(other->superquadric);
       const double gap = Gap(other->superquadric, landmark.visible);
       if (other->support && gap < nearest) {

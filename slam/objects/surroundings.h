@@ -16,7 +16,7 @@ struct Surroundings {
   std::vector<PosedSuperquadric> smaller;    // much smaller ones: points in them are not its own
   std::vector<PosedSuperquadric> others;     // all of them, which have tops of their own
   std::vector<const Landmark*> beneath;      // larger ones that hide nothing, as it is on top of them
-  std::vector<PosedSuperquadric> occluders;  // larger ones that may hide it: MayOcclude()
+  std::vector<PosedSuperquadric> occluders;  // larger ones of known size that may hide it
   std::optional<double> hidden_support;      // support of the nearest of these, which it may share
   std::optional<double> top_height;          // height of its top, on which smaller ones stand
 };

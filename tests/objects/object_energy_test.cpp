@@ -4,10 +4,12 @@
 
 #include <cmath>
 #include <random>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "slam/geometry/angles.h"
+#include "slam/objects/object_class.h"
 
 namespace sqslam {
 namespace {
@@ -81,8 +83,7 @@ void ExpectNumericDerivatives(const ObjectEnergy& energy, const Eigen::Matrix<do
 }
 
 TEST(ObjectEnergy, HasTheDerivativesOfItsResiduals) {
-  for (const SolidVariant& variant :
-       {SolidVariant{}, SolidVariant{.tapered = true}, SolidVariant{.handled = true}}) {
+  for (const SolidVariant& variant : {SolidVariant{}, SolidVariant{.tapered = true}}) {
     for (const auto& [e1, e2] :
          {std::pair(0.3, 0.4), std::pair(1.0, 1.0), std::pair(1.6, 0.2), std::pair(0.15, 1.8)}) {
       SCOPED_TRACE(::testing::Message() << e1 << " " << e2);
@@ -94,10 +95,22 @@ TEST(ObjectEnergy, HasTheDerivativesOfItsResiduals) {
 }
 
 TEST(ObjectEnergy, HasTheDerivativesOfAMovingObject) {
-  Eigen::Matrix<double, parameter::kMostCount, 1> x;
-  x << PackSolid(MakeSuperquadric(0.3, 0.4)), 0.2, -0.1, 0.05;
+  AllParameters x;
+  x << PackSolid(MakeSuperquadric(0.3, 0.4)), 0.2, -0.1, 0.05, 0.0;
   x.segment<2>(parameter::kTaper).setConstant(-0.1);  // away from their bound
   ExpectNumericDerivatives(MakeEnergy(true, {.moving = true}), x);
+}
+
+TEST(ObjectEnergy, HasTheDerivativesOfParts) {
+  const ClassTable classes = ClassTable::Named("default");
+  for (const char* label : {"chair", "cup"}) {
+    AllParameters x;
+    x << PackSolid(MakeSuperquadric(0.3, 0.4)), 0.02, -0.03, 0.04, 0.01;
+    x.segment<2>(parameter::kTaper).setConstant(-0.1);
+    ObjectEnergy energy = MakeEnergy(true, {.parts = &classes.Of(label).parts.front()});
+    energy.variant.tapered = std::string(label) == "cup";
+    ExpectNumericDerivatives(energy, x);
+  }
 }
 
 TEST(ObjectEnergy, FollowsTheDisplacementOfAMovingObject) {
@@ -110,8 +123,8 @@ TEST(ObjectEnergy, FollowsTheDisplacementOfAMovingObject) {
     edge.camera_centre -= edge.time * displacement;
   }
   const SolidParameters x = PackSolid(MakeSuperquadric(0.3, 0.4));
-  Eigen::Matrix<double, parameter::kMostCount, 1> x_moving;
-  x_moving << x, displacement;
+  AllParameters x_moving;
+  x_moving << x, displacement, 0.0;
   Eigen::VectorXd residuals(moving.NumResiduals());
   moving(x_moving.data(), residuals.data());
   EXPECT_NEAR(0.5 * residuals.squaredNorm(), followed.Cost(x), 1e-9);

@@ -107,11 +107,18 @@ TEST(FitParts, FindsSideOfTheBack) {
   }
 }
 
+TEST(FitParts, FindsFootOfScreenThatMayAlsoHang) {
+  const PosedSuperquadric hull = HullOf({0.4, 0.12, 0.3}, 0.3);
+  const std::vector<SolidPart> screen =
+      PartsWith(TemplatesOf("tv").back(), {0.2, 0.15}, hull.shape.half_size, 0);
+  EXPECT_THAT(FitParts(hull, TemplatesOf("tv"), LinesOf(hull, screen)).parts, SizeIs(2));
+}
+
 TEST(FitParts, KeepsBoxWhole) {
   const PosedSuperquadric hull = HullOf({0.3, 0.4, 0.45});
   const std::vector<SightLine> lines =
       LinesOf(hull, {{Eigen::Vector3d::Zero(), {Eigen::Vector3d::Ones(), 0.1, 0.1}}});
-  for (const char* label : {"chair", "table", "coffee_table"}) {
+  for (const char* label : {"chair", "table", "coffee_table", "tv"}) {
     EXPECT_THAT(FitParts(hull, TemplatesOf(label), lines).parts, IsEmpty()) << label;
   }
 }
@@ -165,6 +172,28 @@ TEST(PartTemplates, KeepLegsSquare) {
   EXPECT_NEAR(leg.y(), 0.04, 1e-12);
 }
 
+TEST(PartTemplates, BoundTheNumberOfTheirParts) {
+  const std::filesystem::path path = std::filesystem::path(::testing::TempDir()) / "parts.yaml";
+  const std::string four = "{x: [0.5, 1], y: [0.5, 1], z: [-1, 1], mirror: xy}";
+  const auto write = [&](const std::string& solids) {
+    std::ofstream(path) << "chair: {size: [1, 1, 1], parts: [{solids: [" + solids + "]}]}\n";
+  };
+  write(four + ", " + four);
+  EXPECT_THAT(ClassTable::Named(path).Of("chair").parts.front().parts, SizeIs(8));
+  write(four + ", " + four + ", " + four);
+  EXPECT_ANY_THROW(ClassTable::Named(path));
+}
+
+TEST(PartTemplates, MayHaveSizeOfTheirOwn) {
+  const std::vector<PartTemplate> screen = TemplatesOf("tv");
+  ASSERT_THAT(screen, SizeIs(2));
+  ASSERT_TRUE(screen[0].size && screen[1].size);
+  EXPECT_TRUE(screen[0].hangs);
+  EXPECT_GT(screen[0].size->log_width_ratio, screen[1].size->log_width_ratio + 1.0)
+      << "thinner without a foot";
+  EXPECT_FALSE(TemplatesOf("table").front().size);
+}
+
 TEST(PartTemplates, ReportLineOfBadEntry) {
   const auto message = [](const std::string& parts) -> std::string {
     const std::filesystem::path path = std::filesystem::path(::testing::TempDir()) / "parts.yaml";
@@ -182,7 +211,10 @@ TEST(PartTemplates, ReportLineOfBadEntry) {
   };
   EXPECT_EQ(with_x("[2*a - 1, 1 - b]"), "");
   EXPECT_THAT(message("4"), HasSubstr("parts.yaml:2: parts of chair: expected a list"));
-  EXPECT_THAT(message("[{free: {a: [0.2, 0.1]}, solids: []}]"), HasSubstr("expected two to four free"));
+  EXPECT_THAT(
+      message("[{free: {a: [0.2, 0.1], b: [0.2, 0.1], c: [0.2, 0.1], d: [0.2, 0.1], e: [0.2, 0.1]}}]"),
+      HasSubstr("expected at most four free"));
+  EXPECT_THAT(message("[{" + free + ", share: 1.5}]"), HasSubstr("share is '1.5', expected"));
   EXPECT_THAT(message("[{" + free + "}]"), HasSubstr("expected a list 'solids'"));
   EXPECT_THAT(message("[{" + free + ", solid: []}]"), HasSubstr("unknown option 'solid'"));
   EXPECT_THAT(message("[{free: {a: 0.2, b: 0.3}}]"),

@@ -1,8 +1,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
+#include <vector>
 
 #include "refinement_scene.h"
+#include "slam/objects/object_class.h"
 #include "solid_overlap.h"
 
 namespace sqslam {
@@ -109,7 +112,7 @@ TEST(RefineJointly, KeepsRoundObjectsRound) {
   EXPECT_NEAR(RefineJointly(start, input, RefinementOptions()).superquadric.shape.e2, 1.0, 0.05);
 }
 
-TEST(RefineJointly, WidensCupToTheSideOfItsHandle) {
+TEST(RefineParts, WidensCupToTheSideOfItsHandle) {
   const SyntheticDesk desk(1);
   PosedSuperquadric body = desk.Objects()[5].superquadric;
   body.shape = {{0.042, 0.042, 0.048}, 0.1, 1.0};
@@ -128,12 +131,57 @@ TEST(RefineJointly, WidensCupToTheSideOfItsHandle) {
   input.assumption.support = 0.0;
   PosedSuperquadric start = body;  // its yaw says nothing
   start.T_map_object.rotation = Eigen::AngleAxisd(1.0, Eigen::Vector3d::UnitZ());
-  const auto overlap = [&] {
-    return SolidIoU(RefineJointly(start, input, RefinementOptions()).superquadric, hull);
-  };
-  EXPECT_LT(overlap(), 0.85);
-  input.prior.handle = 0.7;
-  EXPECT_GT(overlap(), 0.93);
+  const RefinementResult round = RefineJointly(start, input, RefinementOptions());
+  EXPECT_LT(SolidIoU(round.superquadric, hull), 0.85);
+  EXPECT_FALSE(RefineParts(start, SolidKind::kCylinder, input, RefinementOptions()));
+  input.prior.parts = ClassTable::Named("default").Of("cup").parts;
+  const std::optional<RefinementResult> cup =
+      RefineParts(start, SolidKind::kCylinder, input, RefinementOptions());
+  ASSERT_TRUE(cup);
+  EXPECT_GT(SolidIoU(cup->superquadric, hull), 0.92);
+  EXPECT_LT(cup->cost, round.cost);
+}
+
+// Boxes of a seat with a back, seen from above: the hull over its seat holds air.
+TEST(RefineParts, FindsHullOfChairThatOneSolidDoesNotFit) {
+  const SyntheticDesk desk(1);
+  PosedSuperquadric hull = desk.Objects()[5].superquadric;
+  hull.shape = {{0.08, 0.075, 0.14}, 0.1, 0.1};
+  hull.T_map_object.translation.z() = 0.14;
+  RefinementInput input;
+  input.camera = desk.Camera();
+  input.prior.parts = ClassTable::Named("default").Of("chair").parts;
+  const std::vector<SolidPart> parts =
+      PartsWith(input.prior.parts.front(), {0.5, 0.1, 0.15, 0.15}, hull.shape.half_size, 3);
+  for (int frame = 0; frame < SyntheticDesk::kFrames; frame += 2) {
+    const Rigid3d pose = desk.Pose(frame);
+    input.views.push_back({pose, *ProjectToBox(hull, parts, pose, desk.Camera()), {true, true, true, true}});
+  }
+  input.assumption.support = 0.0;
+  const RefinementResult solid = RefineJointly(hull, input, RefinementOptions());
+  const std::optional<RefinementResult> fit =
+      RefineParts(solid.superquadric, SolidKind::kCuboid, input, RefinementOptions());
+  ASSERT_TRUE(fit);
+  EXPECT_GT(SolidIoU(fit->superquadric, hull), 0.9);
+  EXPECT_GT(SolidIoU(fit->superquadric, hull), SolidIoU(solid.superquadric, hull) + 0.05);
+  EXPECT_LT(fit->cost, solid.cost);
+  EXPECT_EQ(fit->parts.size(), parts.size());
+}
+
+TEST(RefineParts, HangsPanelOnlyWithoutSupport) {
+  const SyntheticDesk desk(1);
+  const PosedSuperquadric panel = desk.Objects()[5].superquadric;
+  RefinementInput input = InputOf(desk, panel);
+  input.prior.parts = {ClassTable::Named("default").Of("tv").parts.front()};
+  ASSERT_TRUE(input.prior.parts.front().hangs);
+  input.assumption.support = 0.0;
+  EXPECT_FALSE(RefineParts(panel, SolidKind::kCuboid, input, RefinementOptions()));
+  input.assumption = {.cost = 4.0};
+  const double hanging =
+      RefineParts(panel, SolidKind::kCuboid, input, RefinementOptions())->cost + input.assumption.cost;
+  input.assumption.cost = 0.0;
+  EXPECT_NEAR(hanging, RefineParts(panel, SolidKind::kCuboid, input, RefinementOptions())->cost, 1e-9)
+      << "needs no support";
 }
 
 TEST(RefineJointly, GivesOneCostFromAllStartsThatConverge) {

@@ -80,8 +80,10 @@ TEST(QuadricFromOneView, FindsYawOfSymmetricTexture) {
   EXPECT_LT(TextureAsymmetry(egg, pose, camera, gray).value(), 13.0);  // whole pixels
   EXPECT_GT(TextureAsymmetry(turned, pose, camera, gray).value(), 25.0);
   const BoxView view{0, pose, ProjectToBox(egg, pose, camera).value(), {true, true, true, true}};
-  const auto found =
-      QuadricFromOneView(view, gray, camera, ObjectOptions(), {0.0, 0.05, std::log(1.5), 0.05, kSupport});
+  ObjectClass known;
+  known.log_height_ratio = std::log(1.5);
+  known.width_sigma = known.height_sigma = 0.05;
+  const auto found = QuadricFromOneView(view, gray, camera, ObjectOptions(), {known, kSupport});
   ASSERT_TRUE(found);
   EXPECT_LT(YawError(*found), 0.06);  // tried every 5 degrees
 }

@@ -94,5 +94,16 @@ TEST(Surroundings, IgnoresDistantOccludersAndKnowsNothingWithoutEstimate) {
   EXPECT_TRUE(SurroundingsOf(chair, shown, ClassTable()).occluders.empty());
 }
 
+TEST(Surroundings, LetsObjectsOfUnknownSizeHideNothing) {
+  Landmark table = MappedBox(1, {0.0, 2.0, 0.35}, {0.8, 0.5, 0.35});
+  const Landmark chair = MappedBox(3, {0.1, 2.8, 0.75}, {0.2, 0.05, 0.15});
+  const std::vector<const Landmark*> shown = {&table};
+  table.refined = true;
+  table.covariance(3, 3) = 0.01;  // 0.1 of 0.8
+  EXPECT_EQ(SurroundingsOf(chair, shown, ClassTable()).occluders.size(), 1u);
+  table.covariance(3, 3) = 0.25;
+  EXPECT_TRUE(SurroundingsOf(chair, shown, ClassTable()).occluders.empty());
+}
+
 }  // namespace
 }  // namespace sqslam
