@@ -251,7 +251,7 @@ constexpr std::array kTargets{
     FuzzTarget{"camera_path", "tour.yaml", [](const fs::path& file) { ReadCameraPath(file, 30.0); },
                [] { return FileOfProject("configs/camera_paths/tour.yaml"); }},
     FuzzTarget{"classes", "classes.yaml", [](const fs::path& file) { ClassTable::Named(file); },
-               [] { return FirstLines("configs/classes.yaml", 28); }},
+               [] { return FirstLines("configs/classes.yaml", 31); }},
     FuzzTarget{"config", "config.yaml",
                [](const fs::path& file) {
                  SystemOptions options;
