@@ -141,7 +141,7 @@ void AddShape(const Superquadric& start, const ObjectClass& known, const Refinem
     const double bias = 1.0 / options.edge_bias_sigma;
     energy.normals.push_back({parameter::kBias + side, bias, bias});
   }
-  // A handle, not a waist, is what makes the boxes of a cup wide.
+  // Other parts, such as a handle, rather than a waist make the boxes of a class with parts wide.
   const double taper_sigma = (known.parts.empty() ? 1.0 : kCupTaper) * options.taper_sigma;
   for (int end = 0; end < 2; ++end) {
     energy.normals.push_back(
