@@ -224,19 +224,18 @@ struct ObjectSolid {
   void PlaceParts(const T* deviations) {
     const T narrow = hull.x() < hull.y() ? hull.x() : hull.y();
     const Vector3<T> unit(narrow, narrow, hull.z());
+    std::array<T, kMaxProportions> proportions;
+    proportions.fill(T(0.0));
+    for (std::size_t k = 0; k < variant.parts->free.size(); ++k) {
+      proportions[k] = variant.parts->free[k].mean + deviations[k];
+    }
     num_parts = variant.parts->parts.size();
     for (std::size_t i = 0; i < num_parts; ++i) {
       const TemplatePart& of = variant.parts->parts[i];
       for (int axis = 0; axis < 3; ++axis) {
-        const auto end = [&](std::size_t side) {
-          const PartCoordinate& at = of.range[static_cast<std::size_t>(axis)][side];
-          T share(0.0);
-          for (std::size_t k = 0; k < variant.parts->free.size(); ++k) {
-            share += at.slopes[k] * (variant.parts->free[k].mean + deviations[k]);
-          }
-          return T(at.constant * hull[axis] + share * unit[axis]);
-        };
-        const T low = end(0), high = end(1);
+        const auto& range = of.range[static_cast<std::size_t>(axis)];
+        const T low = CoordinateAt<T>(range[0], proportions, hull[axis], unit[axis]);
+        const T high = CoordinateAt<T>(range[1], proportions, hull[axis], unit[axis]);
         parts[i].centre[axis] = 0.5 * (low + high);
         parts[i].half[axis] = high - low > 2e-3 * hull[axis] ? T(0.5 * (high - low)) : T(1e-3 * hull[axis]);
       }

@@ -52,6 +52,7 @@ class TemplateReader {
     AssignOptions(node, source_, OptionFields(entry), {"free", "solids"});
     template_ = std::move(entry.of);
     if (node["size"]) {
+      Check(entry.typical.size[0] >= entry.typical.size[1], node, "a size whose longer side is along x");
       template_.size = entry.typical.Prior();
     }
     for (const auto& free : node["free"]) {
@@ -135,13 +136,10 @@ class TemplateReader {
 
   // The typical part has an extent and lies in the box of a hull that is as wide as deep.
   void CheckAtMean(const std::array<PartCoordinate, 2>& range, const YAML::Node& node) const {
-    std::array<double, 2> at{};
-    for (std::size_t end = 0; end < 2; ++end) {
-      at[end] = range[end].constant;
-      for (std::size_t i = 0; i < template_.free.size(); ++i) {
-        at[end] += range[end].slopes[i] * template_.free[i].mean;
-      }
-    }
+    Proportions means{};
+    std::ranges::transform(template_.free, means.begin(), &FreeProportion::mean);
+    const std::array<double, 2> at = {CoordinateAt(range[0], means, 1.0, 1.0),
+                                      CoordinateAt(range[1], means, 1.0, 1.0)};
     constexpr double kRounding = 1e-9;
     Check(at[0] < at[1] && at[0] >= -1.0 - kRounding && at[1] <= 1.0 + kRounding, node,
           fmt::format("low < high between -1 and 1, not {:.3g} to {:.3g} at the means", at[0], at[1]));
@@ -173,6 +171,14 @@ std::vector<PartTemplate> ReadPartTemplates(const YAML::Node& node, const std::s
   for (const YAML::Node& entry : node) {
     templates.push_back(reader.Read(entry));
   }
+  for (const SolidKind kind : kPrimitives) {
+    double share = 0.0;
+    for (const PartTemplate& of : templates) {
+      share += of.parts.front().shape == kind ? of.share : 0.0;
+    }
+    ThrowIf<InputError>(share > 1.0, "{}:{}: parts of {}: expected shares whose sum is at most 1, not {:.3g}",
+                        source, node.Mark().line + 1, label, share);
+  }
   return templates;
 }
 
@@ -189,12 +195,8 @@ std::vector<SolidPart> PartsWith(const PartTemplate& of, const Proportions& prop
     for (int axis = 0; axis < 3; ++axis) {
       std::array<double, 2> end{};
       for (std::size_t i = 0; i < 2; ++i) {
-        const PartCoordinate& coordinate = part.range[static_cast<std::size_t>(axis)][i];
-        end[i] = coordinate.constant;
-        for (std::size_t k = 0; k < of.free.size(); ++k) {
-          end[i] += coordinate.slopes[k] * proportions[k] * unit[axis];
-        }
-        end[i] = std::clamp(end[i], -1.0, 1.0);
+        const PartCoordinate& at = part.range[static_cast<std::size_t>(axis)][i];
+        end[i] = std::clamp(CoordinateAt(at, proportions, 1.0, unit[axis]), -1.0, 1.0);
       }
       centre[axis] = 0.5 * (end[0] + end[1]);
       half[axis] = std::max(0.5 * (end[1] - end[0]), kMinHalfSize);

@@ -36,6 +36,18 @@ struct PartCoordinate {
   Proportions slopes{};
 };
 
+// Returns a coordinate for numbers or Jets. `half`: the hull's half size along its axis; `unit`: what a
+// proportion counts in; both in the unit of the result.
+template <typename T>
+T CoordinateAt(const PartCoordinate& at, const std::array<T, kMaxProportions>& proportions, const T& half,
+               const T& unit) {
+  T share(0.0);
+  for (std::size_t k = 0; k < kMaxProportions; ++k) {
+    share += at.slopes[k] * proportions[k];
+  }
+  return at.constant * half + share * unit;
+}
+
 // A part between two coordinates along each axis.
 struct TemplatePart {
   std::array<std::array<PartCoordinate, 2>, 3> range;  // x, y, z: low and high

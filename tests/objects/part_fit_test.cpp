@@ -215,6 +215,11 @@ TEST(PartTemplates, ReportLineOfBadEntry) {
       message("[{free: {a: [0.2, 0.1], b: [0.2, 0.1], c: [0.2, 0.1], d: [0.2, 0.1], e: [0.2, 0.1]}}]"),
       HasSubstr("expected at most four free"));
   EXPECT_THAT(message("[{" + free + ", share: 1.5}]"), HasSubstr("share is '1.5', expected"));
+  EXPECT_THAT(message("[{" + free + ", size: [1, 2, 1]}]"), HasSubstr("longer side is along x"));
+  const std::string most = "{share: 0.6, solids: [{x: [-1, 1], y: [-1, 1], z: [-1, 1]}]}";
+  EXPECT_EQ(message("[" + most + "]"), "");
+  EXPECT_THAT(message("[" + most + ", " + most + "]"),
+              HasSubstr("parts.yaml:2: parts of chair: expected shares"));
   EXPECT_THAT(message("[{" + free + "}]"), HasSubstr("expected a list 'solids'"));
   EXPECT_THAT(message("[{" + free + ", solid: []}]"), HasSubstr("unknown option 'solid'"));
   EXPECT_THAT(message("[{free: {a: 0.2, b: 0.3}}]"),
