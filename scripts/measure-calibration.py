@@ -2,7 +2,8 @@
 """Measures how well `sqslam run --camera auto` finds the focal length, and whether its interval holds the truth.
 
 Renders sequences of the bundled room with random cameras (0.6 to 1.4 image widths, k1 from -0.3 to 0.1 as far as the
-image does not fold over) and random hand-held paths, one for each seed, below WORK. Maps them and, given --data, the
+image does not fold over; with --fisheye lenses of 95 to 190 degrees) and random hand-held paths, one for each seed,
+below WORK. Maps them and, given --data, the
 sequences there whose camera is known, all without their calibration. Prints a Markdown table, then the share of
 intervals that hold the truth, the median error, and the largest share of the frames that was played.
 
@@ -21,7 +22,7 @@ ROOT = Path(__file__).resolve().parent.parent
 WIDTH, HEIGHT, FPS = 640, 480, 30.0
 KNOWN = ["redkitchen", "blender_desk_a", "blender_room_c", "tsukuba", "footage/hololens", "footage/street",
          "footage/brighton"]
-INTERVAL = re.compile(r"camera: focal length ([\d.]+) px .*95 %: ([\d.]+) to ([\d.]+) px")
+INTERVAL = re.compile(r"camera: (?:fisheye lens, )?focal length ([\d.]+) px .*95 %: ([\d.]+) to ([\d.]+) px")
 PLAYED = re.compile(r"from (\d+) frames in (\d+) s")
 
 
@@ -31,7 +32,9 @@ def lowest_k1(focal):
     return max(-0.3, -0.9 * 4.0 / 27.0 / corner**2)
 
 
-def random_camera(source):
+def random_camera(source, fisheye):
+    if fisheye:
+        return source.uniform(0.3, 0.6), source.uniform(-0.02, 0.04)
     focal = source.uniform(0.6, 1.4)
     return focal, source.uniform(lowest_k1(focal), 0.1)
 
@@ -51,18 +54,19 @@ def random_waypoints(source, count):
 
 def write_sequence(arguments, seed):
     """Renders the sequence of a seed unless it is there. Returns its folder."""
-    folder = arguments.work / "sequences" / str(seed)
+    folder = arguments.work / ("fisheye" if arguments.fisheye else "sequences") / str(seed)
     if (folder / "rgb.txt").exists():
         return folder
     source = random.Random(seed)
-    focal, k1 = random_camera(source)
+    focal, k1 = random_camera(source, arguments.fisheye)
     scene = (ROOT / "assets/scenes/desk.yaml").read_text()
     scene = re.sub(r"(  waypoints:\n)(?:    - .*\n)+",
                    lambda m: m[1] + random_waypoints(source, 2 + arguments.frames // 40), scene)
     scene = re.sub(r"^frames: .*", f"frames: {arguments.frames}", scene, flags=re.M)
     scene = re.sub(r"^camera: .*",
                    f"camera: {{width: {WIDTH}, height: {HEIGHT}, fx: {focal * WIDTH:.2f}, fps: {FPS}, "
-                   f"distortion: [{k1:.4f}, 0.0, 0.0, 0.0]}}", scene, flags=re.M)
+                   f"distortion: [{k1:.4f}, 0.0, 0.0, 0.0]"
+                   f"{', distortion_model: fisheye' if arguments.fisheye else ''}}}", scene, flags=re.M)
     folder.parent.mkdir(parents=True, exist_ok=True)
     file = folder.with_suffix(".yaml")
     file.write_text(scene)
@@ -87,7 +91,7 @@ def measure(arguments, name, folder):
     result = arguments.work / "runs" / name
     shutil.rmtree(result, ignore_errors=True)
     result.parent.mkdir(parents=True, exist_ok=True)
-    command = [arguments.sqslam, "run", folder, "--camera", "auto", "--detector", "none", "--no-render"]
+    command = [arguments.sqslam, "run", folder, "--camera", "auto", "--detector", "none", "--no-render", "--no-dense"]
     run = subprocess.run(command + ["--output", result], capture_output=True, text=True)
     said = INTERVAL.findall(run.stderr)
     if not said:
@@ -114,6 +118,7 @@ def main():
     parser.add_argument("work", type=Path, help="folder for sequences and results")
     parser.add_argument("--data", type=Path, help="folder that holds sequences with known cameras")
     parser.add_argument("--seeds", default="101:121", help="A:B, without B (default: %(default)s)")
+    parser.add_argument("--fisheye", action="store_true", help="render fisheye lenses")
     parser.add_argument("--frames", type=int, default=150, help="of a rendered sequence (default: %(default)s)")
     parser.add_argument("--sqslam", type=Path, default=ROOT / "build/release/bin/sqslam", help="the program")
     arguments = parser.parse_args()

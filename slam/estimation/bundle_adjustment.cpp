@@ -69,7 +69,7 @@ BundleProblem ExtractBundleProblem(const Map& map, const Camera& camera, const s
       const Keypoint& keypoint = map.KeypointOf(o);
       problem.observations.push_back({static_cast<std::size_t>(pose - problem.poses.begin()),
                                       problem.points.size() - 1, keypoint.pixel,
-                                      map.Levels().Scale(keypoint.octave), true, keypoint.raw_pixel.y()});
+                                      map.Levels().Scale(keypoint.octave), true, keypoint.raw_pixel});
     }
   }
   return problem;

@@ -32,7 +32,7 @@ struct BundleObservation {
   Eigen::Vector2d pixel;  // undistorted
   double sigma = 1.0;     // standard deviation of the pixel, px
   bool inlier = true;
-  double raw_row = 0.0;  // of a keyframe's pixel, in the image as read
+  Eigen::Vector2d raw_pixel = pixel;  // as in the image
 };
 
 // An object of a bundle adjustment, as a value.

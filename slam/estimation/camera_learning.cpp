@@ -11,6 +11,7 @@
 #include <map>
 #include <memory>
 #include <numeric>
+#include <optional>
 #include <ranges>
 #include <tuple>
 #include <utility>
@@ -28,16 +29,12 @@ namespace {
 constexpr int kSolverSteps = 30;  // solver steps of a round
 constexpr int kUnknowns = std::tuple_size_v<CameraBlock>;
 
-// Standard deviations of what is unknown of a camera, and its means relative to the assumed one. The focal
-// length gets its prior later (CombineEstimates); here it only stays finite without evidence.
+// Means and standard deviations of what is unknown of a camera. The focal length gets its prior later
+// (CombineEstimates); here it only stays finite without evidence.
 struct CameraPrior {
   explicit CameraPrior(const Camera& camera)
-      : deviations{1.0, 0.15, 0.05, 0.01 * camera.width, 0.01 * camera.width, 0.01}, mean{} {
-    if (camera.lens == LensModel::kRadialTangential) {
-      mean[1] = -camera.distortion[0];
-      mean[2] = -camera.distortion[1];
-    }
-  }
+      : deviations{1.0, 0.15, 0.05, 0.01 * camera.width, 0.01 * camera.width, 0.01},
+        mean{0.0, 0.0, 0.0, 0.0, 0.0, 1e-3 * camera.readout_ms} {}
 
   CameraBlock deviations;
   CameraBlock mean;
@@ -83,8 +80,9 @@ std::vector<Eigen::Vector2d> Drifts(const BundleProblem& bundle, const Map& map,
     if (interval <= 0.0 || interval > kMaxInterval || p_before.z() < kMinDepth || p_after.z() < kMinDepth) {
       return Eigen::Vector2d::Zero();
     }
-    const double delay = (o.raw_row + 0.5) / bundle.camera.height - 0.5;  // in readout times
-    return delay / interval * (bundle.camera.Project(p_after) - bundle.camera.Project(p_before));
+    const double delay = (o.raw_pixel.y() + 0.5) / bundle.camera.height - 0.5;  // in readout times
+    return delay / interval *
+           (bundle.camera.ProjectDistorted(p_after) - bundle.camera.ProjectDistorted(p_before));
   });
 }
 
@@ -156,7 +154,9 @@ using Errors = std::vector<Eigen::Vector2d>;  // by observation, in standard dev
 class LearningProblem {
  public:
   LearningProblem(const Map& map, const Camera& camera)
-      : bundle_(ExtractBundleProblem(map, camera)), prior_(camera) {
+      : bundle_(ExtractBundleProblem(map, camera)),
+        prior_(camera),
+        camera_{0.0, camera.distortion[0], camera.distortion[1], 0.0, 0.0, 1e-3 * camera.readout_ms} {
     LimitPoints(bundle_);
     const std::vector<std::size_t> by_time = ByTime(bundle_, map);
     drifts_ = Drifts(bundle_, map, by_time);
@@ -175,8 +175,11 @@ class LearningProblem {
   // Returns the estimate of a solved problem for the focal length over the assumed one.
   FocalEstimate Focal() const;
 
-  // Returns the change of the i-th radial coefficient, from 1.
-  double RadialChange(std::size_t i) const { return camera_[i]; }
+  // Returns the mean over all observations of a solved problem, each limited.
+  double MeanSquaredError() const;
+
+  // Returns the i-th coefficient of the lens, from 1.
+  double Coefficient(std::size_t i) const { return camera_[i]; }
 
  private:
   // The solution of a problem whose focal length is held.
@@ -191,6 +194,7 @@ class LearningProblem {
   void AddErrors(ceres::Problem& problem, ceres::ParameterBlockOrdering& ordering,
                  std::vector<PoseBlock>& poses, ceres::LossFunction* loss);
   void AddCamera(ceres::Problem& problem, ceres::ParameterBlockOrdering& ordering, ceres::Manifold* manifold);
+  std::optional<Eigen::Vector2d> ErrorOf(std::size_t observation) const;
   Errors CurrentErrors() const;
   void RejectOutliers(double max_squared_error);
 
@@ -198,7 +202,7 @@ class LearningProblem {
   CameraPrior prior_;
   std::vector<Eigen::Vector2d> drifts_;  // by observation
   std::vector<std::size_t> ranks_;       // of the poses in time
-  CameraBlock camera_{};
+  CameraBlock camera_;
 };
 
 void LearningProblem::AddErrors(ceres::Problem& problem, ceres::ParameterBlockOrdering& ordering,
@@ -207,7 +211,7 @@ void LearningProblem::AddErrors(ceres::Problem& problem, ceres::ParameterBlockOr
     const BundleObservation& o = bundle_.observations[i];
     Eigen::Vector3d& p_map = bundle_.points[o.point].p_map;
     if (IsUsed(o) && (bundle_.poses[o.pose].T_camera_map * p_map).z() > kMinDepth) {
-      problem.AddResidualBlock(new CameraReprojectionCost({bundle_.camera, o.pixel, o.sigma}, drifts_[i]),
+      problem.AddResidualBlock(new CameraReprojectionCost(bundle_.camera, o.raw_pixel, o.sigma, drifts_[i]),
                                loss, poses[o.pose].data(), p_map.data(), camera_.data());
       ordering.AddElementToGroup(p_map.data(), 0);
       ordering.AddElementToGroup(poses[o.pose].data(), 1);
@@ -262,15 +266,21 @@ void LearningProblem::Round(bool robust, bool hold_focal) {
   }
 }
 
+// In standard deviations; empty behind the camera.
+std::optional<Eigen::Vector2d> LearningProblem::ErrorOf(std::size_t observation) const {
+  const BundleObservation& o = bundle_.observations[observation];
+  const PoseBlock pose = ToBlock(bundle_.poses[o.pose].T_camera_map);
+  const std::array parameters = {pose.data(), bundle_.points[o.point].p_map.data(), camera_.data()};
+  const CameraReprojectionCost cost(bundle_.camera, o.raw_pixel, o.sigma, drifts_[observation]);
+  Eigen::Vector2d error;
+  return cost.Evaluate(parameters.data(), error.data(), nullptr) ? std::optional(error) : std::nullopt;
+}
+
 Errors LearningProblem::CurrentErrors() const {
   Errors errors(bundle_.observations.size(), Eigen::Vector2d::Zero());
   for (std::size_t i = 0; i < errors.size(); ++i) {
-    const BundleObservation& o = bundle_.observations[i];
-    if (IsUsed(o)) {
-      const PoseBlock pose = ToBlock(bundle_.poses[o.pose].T_camera_map);
-      const std::array parameters = {pose.data(), bundle_.points[o.point].p_map.data(), camera_.data()};
-      const CameraReprojectionCost cost({bundle_.camera, o.pixel, o.sigma}, drifts_[i]);
-      cost.Evaluate(parameters.data(), errors[i].data(), nullptr);
+    if (IsUsed(bundle_.observations[i])) {
+      errors[i] = ErrorOf(i).value_or(Eigen::Vector2d::Zero());
     }
   }
   return errors;
@@ -327,6 +337,15 @@ LearningProblem::HeldSolution LearningProblem::SolveAt(double log_focal) const {
   return {held.camera_, held.CurrentErrors()};
 }
 
+double LearningProblem::MeanSquaredError() const {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < bundle_.observations.size(); ++i) {
+    const std::optional<Eigen::Vector2d> error = ErrorOf(i);
+    sum += error ? std::min(error->squaredNorm(), kChi2TwoDof) : kChi2TwoDof;
+  }
+  return sum / std::max(1.0, static_cast<double>(bundle_.observations.size()));
+}
+
 FocalEstimate LearningProblem::Focal() const {
   constexpr double kStep = 0.01;  // of the log focal length: far above the convergence error of the solver
   const HeldSolution longer = SolveAt(camera_[0] + kStep);
@@ -380,18 +399,14 @@ LearntCamera LearnCamera(Map& map, const Camera& camera, const CameraLearningOpt
   const FocalEstimate estimate =
       CombineEstimates(problem.Focal(), halves, {std::log(known / camera.fx), options.prior.deviation});
   const double scale = std::exp(estimate.log_change);
-  LearntCamera learnt{camera, scale * camera.fx, estimate.deviation, false};
+  LearntCamera learnt{camera, scale * camera.fx, estimate.deviation, false, problem.MeanSquaredError()};
   learnt.trusted = estimate.deviation <= options.max_deviation;
   if (learnt.trusted) {
     learnt.camera.fx *= scale;
     learnt.camera.fy *= scale;
-    if (options.what == LearntPart::kFocalAndRadial && camera.lens == LensModel::kRadialTangential) {
-      // The learnt distortion comes first, then that of the assumed camera: to the fourth power of the
-      // radius.
-      auto& [k1, k2, p1, p2, k3] = learnt.camera.distortion;
-      k1 *= std::pow(scale, 2);
-      k2 = std::pow(scale, 4) * k2 + problem.RadialChange(2) + 3.0 * k1 * problem.RadialChange(1);
-      k1 += problem.RadialChange(1);
+    if (options.what == LearntPart::kFocalAndRadial) {
+      learnt.camera.distortion[0] = problem.Coefficient(1);
+      learnt.camera.distortion[1] = problem.Coefficient(2);
     }
     GlobalBundleAdjustment(map, learnt.camera, kSolverSteps);
   }

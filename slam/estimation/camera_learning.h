@@ -52,6 +52,7 @@ struct LearntCamera {
   double focal = 0.0;      // px, the estimate, trusted or not
   double deviation = 0.0;  // standard deviation of its logarithm
   bool trusted = false;
+  double mean_squared_error = 0.0;  // of keypoints, in variances, each limited
 };
 
 // Estimates focal length and two radial coefficients from a map, with the principal point and the readout

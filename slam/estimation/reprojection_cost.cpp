@@ -1,7 +1,10 @@
 #include "slam/estimation/reprojection_cost.h"
 
+#include <ceres/jet.h>
+
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "slam/estimation/reprojection_error.h"
 
@@ -105,41 +108,48 @@ bool ReprojectionCost::Evaluate(double const* const* parameters, double* residua
   return true;
 }
 
+template <class T>
+Eigen::Matrix<T, 2, 1> CameraReprojectionCost::Residual(const Eigen::Matrix<T, 3, 1>& p_camera,
+                                                        const T* camera) const {
+  using std::exp;
+  const LensCoefficients<T> coefficients{camera[1], camera[2], T(coefficients_[2]), T(coefficients_[3]),
+                                         T(coefficients_[4])};
+  const Eigen::Matrix<T, 2, 1> n(p_camera.x() / p_camera.z(), p_camera.y() / p_camera.z());
+  const Eigen::Matrix<T, 2, 1> shown = Distort(lens_, coefficients, n);
+  const T scale = exp(camera[0]);
+  Eigen::Matrix<T, 2, 1> error;
+  for (int i = 0; i < 2; ++i) {
+    error[i] = measured_.weight * (measured_.focal[i] * scale * shown[i] + measured_.center[i] +
+                                   camera[3 + i] + camera[5] * drift_[i] - measured_.pixel[i]);
+  }
+  return error;
+}
+
 bool CameraReprojectionCost::Evaluate(double const* const* parameters, double* residuals,
                                       double** jacobians) const {
   const PointInCamera point(parameters);
   if (!point.InFront()) {
     return false;
   }
-  const auto& [known_focal, center, pixel, weight] = measured_;
-  const Eigen::Vector3d& p = point.p;
-  const double inverse_z = 1.0 / p.z();
-  const Eigen::Vector2d n = p.head<2>() * inverse_z;
-  const Eigen::Vector2d focal = weight * std::exp(parameters[2][0]) * known_focal;
-  const double k1 = parameters[2][1];
-  const double k2 = parameters[2][2];
-  const double r2 = n.squaredNorm();
-  const double radial = 1.0 + (k1 + k2 * r2) * r2;
-  const Eigen::Vector2d from_center = focal.cwiseProduct(radial * n);
   Eigen::Map<Eigen::Vector2d> error(residuals);
-  const Eigen::Vector2d shift(parameters[2][3], parameters[2][4]);
-  error = from_center + weight * (center + shift + parameters[2][5] * drift_ - pixel);
   if (jacobians == nullptr) {
+    error = Residual<double>(point.p, parameters[2]);
     return true;
   }
-  Eigen::Matrix<double, 2, 3> d_n;
-  d_n << inverse_z, 0.0, -n.x() * inverse_z, 0.0, inverse_z, -n.y() * inverse_z;
-  const Eigen::Matrix2d d_lens =
-      radial * Eigen::Matrix2d::Identity() + 2.0 * (k1 + 2.0 * k2 * r2) * n * n.transpose();
-  const Eigen::Matrix<double, 2, 3> d_pixel = focal.asDiagonal() * d_lens * d_n;
-  point.WriteJacobians(d_pixel, jacobians);
+  using Jet = ceres::Jet<double, 9>;  // by p and the camera
+  const Eigen::Matrix<Jet, 3, 1> p(Jet(point.p.x(), 0), Jet(point.p.y(), 1), Jet(point.p.z(), 2));
+  std::array<Jet, std::tuple_size_v<CameraBlock>> camera;
+  for (std::size_t i = 0; i < camera.size(); ++i) {
+    camera[i] = Jet(parameters[2][i], 3 + static_cast<int>(i));
+  }
+  const Eigen::Matrix<Jet, 2, 1> result = Residual<Jet>(p, camera.data());
+  error = Eigen::Vector2d(result[0].a, result[1].a);
+  Eigen::Matrix<double, 2, 9> J_result;
+  J_result << result[0].v.transpose(), result[1].v.transpose();
+  point.WriteJacobians(J_result.leftCols<3>(), jacobians);
   if (jacobians[2] != nullptr) {
     Eigen::Map<Eigen::Matrix<double, 2, 6, Eigen::RowMajor>> J(jacobians[2]);
-    J.col(0) = from_center;
-    J.col(1) = focal.cwiseProduct(r2 * n);
-    J.col(2) = r2 * J.col(1);
-    J.middleCols<2>(3) = weight * Eigen::Matrix2d::Identity();
-    J.col(5) = weight * drift_;
+    J = J_result.rightCols<6>();
   }
   return true;
 }

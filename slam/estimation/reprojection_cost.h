@@ -64,19 +64,29 @@ class ReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3> {
   PixelMeasurement measured_;
 };
 
-// Unknowns of a camera, as a parameter block: change of the log focal length, of the first two radial
-// coefficients, of the principal point (x, y; px), and of the time between the first and the last row (s).
+// Unknowns of a camera, as a parameter block: change of the log focal length, the first two coefficients of
+// the lens, change of the principal point (x, y; px), and the time between the first and the last row (s).
 using CameraBlock = std::array<double, 6>;
 
-// The same error with the camera as a further parameter; the pixel is undistorted by the assumed camera.
+// The error of the pixel as the image has it, with the camera as a further parameter.
 class CameraReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3, 6> {
  public:
-  // `drift`: px by which the point has moved when its row is read, for each second of readout.
-  CameraReprojectionCost(const PixelMeasurement& measured, const Eigen::Vector2d& drift)
-      : measured_(measured), drift_(drift) {}
+  // `camera`: what is assumed. `drift`: px by which the point has moved when its row is read, for each second
+  // of readout.
+  CameraReprojectionCost(const Camera& camera, const Eigen::Vector2d& raw_pixel, double standard_deviation,
+                         const Eigen::Vector2d& drift)
+      : lens_(camera.lens),
+        coefficients_(camera.distortion),
+        measured_(camera, raw_pixel, standard_deviation),
+        drift_(drift) {}
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
 
  private:
+  template <class T>
+  Eigen::Matrix<T, 2, 1> Residual(const Eigen::Matrix<T, 3, 1>& p_camera, const T* camera) const;
+
+  LensModel lens_;
+  LensCoefficients<double> coefficients_;
   PixelMeasurement measured_;
   Eigen::Vector2d drift_;
 };

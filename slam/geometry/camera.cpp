@@ -9,28 +9,6 @@
 namespace sqslam {
 namespace {
 
-Eigen::Vector2d Distort(const std::array<double, 5>& d, const Eigen::Vector2d& n) {
-  const auto [k1, k2, p1, p2, k3] = d;
-  const double x = n.x();
-  const double y = n.y();
-  const double r2 = x * x + y * y;
-  const double radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3));
-  return {x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x),
-          y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y};
-}
-
-// Returns the distance from the centre at which a fisheye lens shows a ray at `angle` to the axis, in focal
-// lengths.
-double FisheyeRadius(const std::array<double, 5>& k, double angle) {
-  const double a2 = angle * angle;
-  return angle * (1.0 + a2 * (k[0] + a2 * (k[1] + a2 * (k[2] + a2 * k[3]))));
-}
-
-Eigen::Vector2d DistortFisheye(const std::array<double, 5>& k, const Eigen::Vector2d& n) {
-  const double radius = n.norm();
-  return radius > 1e-12 ? Eigen::Vector2d(FisheyeRadius(k, std::atan(radius)) / radius * n) : n;
-}
-
 // Bisects the angle: stays finite where strong coefficients fold the lens model over.
 Eigen::Vector2d UndistortFisheye(const std::array<double, 5>& k, const Eigen::Vector2d& target) {
   constexpr double kMaxAngle = 85.0 * std::numbers::pi / 180.0;
@@ -85,8 +63,7 @@ bool Camera::HasDistortion() const {
 
 Eigen::Vector2d Camera::ProjectDistorted(const Eigen::Vector3d& p_camera) const {
   const Eigen::Vector2d n = p_camera.hnormalized();
-  return Project(
-      (lens == LensModel::kFisheye ? DistortFisheye(distortion, n) : Distort(distortion, n)).homogeneous());
+  return Project(Distort(lens, distortion, n).homogeneous());
 }
 
 Eigen::Vector2d Camera::Undistort(const Eigen::Vector2d& pixel) const {
@@ -102,7 +79,7 @@ Eigen::Vector2d Camera::Undistort(const Eigen::Vector2d& pixel) const {
   Eigen::Vector2d n = target;
   double last_error = std::numeric_limits<double>::infinity();
   for (int i = 0; i < kIterations; ++i) {
-    const Eigen::Vector2d step = target - Distort(distortion, n);
+    const Eigen::Vector2d step = target - DistortRadialTangential(distortion, n);
     // Beyond the radius at which the lens model folds over (strong negative k1 alone, far from the centre) no
     // ray has this pixel and the iteration diverges: the result is finite, but meaningless.
     const double error = step.squaredNorm();
@@ -152,7 +129,9 @@ Camera RotatedCamera(const Camera& camera, int quarter_turns) {
 }
 
 double HorizontalFieldOfView(const Camera& camera) {
-  return std::atan((camera.cx + 0.5) / camera.fx) + std::atan((camera.width - 0.5 - camera.cx) / camera.fx);
+  const double left = (camera.cx + 0.5) / camera.fx;
+  const double right = (camera.width - 0.5 - camera.cx) / camera.fx;
+  return camera.lens == LensModel::kFisheye ? left + right : std::atan(left) + std::atan(right);
 }
 
 }  // namespace sqslam

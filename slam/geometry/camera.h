@@ -2,14 +2,10 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <cstdint>
+
+#include "slam/geometry/lens.h"
 
 namespace sqslam {
-
-// Models of lens distortion, both OpenCV's: radial-tangential, and cv::fisheye (J. Kannala and S. Brandt, "A
-// Generic Camera Model and Calibration Method for Conventional, Wide-Angle, and Fish-Eye Lenses", PAMI 2006;
-// Kalibr, ROS: equidistant).
-enum class LensModel : std::uint8_t { kRadialTangential, kFisheye };
 
 // Pinhole camera with lens distortion. Pixel centres have integer coordinates; lengths in pixels.
 //
@@ -22,7 +18,7 @@ struct Camera {
   double fy = 0.0;
   double cx = 0.0;
   double cy = 0.0;
-  std::array<double, 5> distortion{};  // k1 k2 p1 p2 k3; for a fisheye lens k1 k2 k3 k4 0
+  LensCoefficients<double> distortion{};
   double fps = 30.0;
   double readout_ms = 0.0;  // from the first to the last row (negative: last row first); 0: unknown
   LensModel lens = LensModel::kRadialTangential;
@@ -70,8 +66,8 @@ Camera ResizedCamera(const Camera& camera, int width, int height);
 // columns, and the readout time is unknown.
 Camera RotatedCamera(const Camera& camera, int quarter_turns);
 
-// Returns the angle between the rays of the left and the right border in the principal point's row, without
-// distortion; radians.
+// Returns the angle between the rays of the left and the right border in the principal point's row, with all
+// coefficients of the lens zero; radians.
 double HorizontalFieldOfView(const Camera& camera);
 
 }  // namespace sqslam

@@ -12,6 +12,7 @@
 #include <map>
 #include <opencv2/imgcodecs.hpp>
 #include <optional>
+#include <utility>
 
 #include "slam/io/cameras.h"
 #include "slam/io/dataset_layouts.h"
@@ -20,6 +21,7 @@
 #include "slam/io/image_header.h"
 #include "slam/io/video_index.h"
 #include "slam/util/image_decoding.h"
+#include "slam/util/statistics.h"
 #include "slam/util/text_lines.h"
 #include "slam/util/throw_if.h"
 #include "slam/util/to_vector.h"
@@ -177,6 +179,16 @@ CameraGuess GuessFromImages(const std::vector<SequenceFrame>& frames,
   throw InputError("{}: cannot be read, expected an image to take the camera's size from", first.string());
 }
 
+// Returns the frame rate by the timestamps. `assumed`: that of a single frame.
+double FrameRate(const std::vector<SequenceFrame>& frames, double assumed) {
+  std::vector<double> intervals;
+  for (std::size_t i = 1; i < frames.size(); ++i) {
+    intervals.push_back(frames[i].timestamp - frames[i - 1].timestamp);
+  }
+  const double interval = intervals.empty() ? 0.0 : UpperMedian(std::move(intervals));
+  return interval > 0.0 ? 1.0 / interval : assumed;
+}
+
 // Returns the calibration of images of this size: scaled if they have the same aspect ratio.
 Camera CameraInSize(const Camera& camera, cv::Size image, const fs::path& sequence) {
   if (image == cv::Size(camera.width, camera.height)) {
@@ -256,7 +268,7 @@ void ListSequence(const SequenceRequest& request, Sequence& sequence) {
     sequence.frames = ListFrames(sequence.format, sequence.path, camera.fps);
     const std::optional<TypicalImage> typical = FindTypicalImage(sequence.frames);
     if (guess) {
-      use_guess(GuessFromImages(sequence.frames, typical, camera.fps));
+      use_guess(GuessFromImages(sequence.frames, typical, FrameRate(sequence.frames, camera.fps)));
     } else if (!request.known_camera && typical) {
       sequence.camera = CameraAsShown(camera, *typical, sequence.path);
     }

@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 #include "slam/run/frames_ahead.h"
 #include "slam/system.h"
@@ -13,6 +16,8 @@
 
 namespace sqslam {
 namespace {
+
+constexpr double kVagueGuess = 0.2;  // deviation of a guess that knows nothing about the camera
 
 std::string InWords(const Camera& camera) {
   return fmt::format("{:.1f} px ({:.1f} degrees across)", camera.fx,
@@ -27,27 +32,33 @@ std::string IntervalText(double focal, double deviation) {
 // Leaves objects out: they don't constrain the camera, and boxes cost time. So does the search for places of
 // many frames that were lost: a set of photographs needs it, a film has others. Half of the images are
 // enough.
-SystemOptions LearningOptions(SystemOptions options, const Sequence& sequence) {
+SystemOptions LearningOptions(SystemOptions options, const AutoCamera& camera) {
   constexpr int kMaxCompleted = 60;
   constexpr double kMinMapped = 0.5;
   options.in_step = true;
   options.mapping.camera.what = LearntPart::kFocalAndRadial;
-  options.mapping.camera.prior = {sequence.camera.fx, sequence.guess_deviation};
+  options.mapping.camera.prior = {camera.guess.fx, camera.guess_deviation};
   options.mapping.joint_objects.mode = JointMode::kNone;
   options.mapping.completion.max_frames = std::min(options.mapping.completion.max_frames, kMaxCompleted);
   options.mapping.completion.min_mapped = kMinMapped;
+  options.mapping.camera.max_deviation = 1.0;
   return options;
 }
+
+struct LearningResult {
+  std::int64_t mapped = 0;  // frames
+  double mean_squared_error = std::numeric_limits<double>::infinity();
+};
 
 // Maps frames with the best camera so far.
 class LearningRun {
  public:
   LearningRun(const Sequence& sequence, const SystemOptions& options, RunHost& host)
-      : sequence_(sequence), options_(LearningOptions(options, sequence)), host_(host) {}
+      : sequence_(sequence), options_(options), host_(host) {}
 
-  // `planned`: frames that are certain to be played in all.
-  void Map(const FrameRange& frames, std::int64_t planned, AutoCamera& camera) {
-    System system(camera.camera, options_, [](const MapSnapshotPtr&) {});
+  // Returns the result. `planned`: frames that are certain to be played in all.
+  LearningResult Map(const FrameRange& frames, std::int64_t planned, AutoCamera& camera) {
+    System system(camera.camera, LearningOptions(options_, camera), [](const MapSnapshotPtr&) {});
     FrameSource source(sequence_, frames);
     FramesAhead ahead(source, system, false);
     while (const std::optional<Frame> frame = host_.Stopped() ? std::nullopt : ahead.Next()) {
@@ -57,20 +68,50 @@ class LearningRun {
                                      InFilePixels(camera.camera, sequence_).fx));
     }
     const RunResult result = system.Finish([this] { return host_.Stopped(); });
-    if (result.map.learnt_camera && !host_.Stopped()) {
-      camera.Adopt(*result.map.learnt_camera);
-      camera.camera.readout_ms = 1e3 * result.readout;
+    if (!result.map.learnt_camera || host_.Stopped()) {
+      return {};
     }
+    camera.Adopt(*result.map.learnt_camera);
+    camera.camera.readout_ms = 1e3 * result.readout;
+    return {result.tracked, result.map.learnt_camera->mean_squared_error};
   }
 
   std::int64_t Played() const { return played_; }
 
  private:
   const Sequence& sequence_;
-  SystemOptions options_;
+  const SystemOptions& options_;
   RunHost& host_;
   std::int64_t played_ = 0;
 };
+
+// Returns true if the lens sees so much that a fisheye lens differs from the usual one.
+bool IsWide(const Camera& camera) {
+  constexpr double kMinDiagonal = 1.75;  // rad, 100 degrees
+  return std::hypot(camera.width, camera.height) / camera.fx > kMinDiagonal;
+}
+
+// Maps the first frames with both lenses again and again, for the first maps are made with a guess. Returns
+// the likelier lens. A fisheye lens must be wide, map as many frames with smaller errors, and settle.
+AutoCamera LikelierLens(LearningRun& run, const LearningFrames& frames, AutoCamera usual,
+                        AutoCamera fisheye) {
+  constexpr double kMinMapped = 0.9;                 // of the frames that the usual lens maps
+  constexpr double kMaxChange = 0.03;                // of the focal length, in the last pass
+  constexpr std::array kMaxError = {1.1, 1.1, 0.9};  // of the mean squared one, by pass
+  AutoCamera before;
+  for (const double max_error : kMaxError) {
+    before = fisheye;
+    const LearningResult first = run.Map(frames.first, run.Played() + 2 * frames.first.count, usual);
+    const LearningResult second = run.Map(frames.first, run.Played() + frames.first.count, fisheye);
+    if (!IsWide(fisheye.camera) ||
+        static_cast<double>(second.mapped) < kMinMapped * static_cast<double>(first.mapped) ||
+        second.mean_squared_error >= max_error * first.mean_squared_error) {
+      return usual;
+    }
+  }
+  const double change = std::abs(std::log(fisheye.camera.fx / before.camera.fx));
+  return change < kMaxChange ? fisheye : usual;
+}
 
 }  // namespace
 
@@ -99,7 +140,8 @@ std::string AutoCamera::Text() const {
     return "";
   }
   const std::string focal =
-      fmt::format("camera: focal length {}, {}", InWords(camera), IntervalText(camera.fx, deviation));
+      fmt::format("camera: {}focal length {}, {}", camera.lens == LensModel::kFisheye ? "fisheye lens, " : "",
+                  InWords(camera), IntervalText(camera.fx, deviation));
   const std::string remedy = "the camera must move sideways past things at several depths, or be calibrated";
   if (!learnt) {
     return fmt::format("{}, a guess from {}; the images do not determine the focal length: {}", focal,
@@ -115,27 +157,48 @@ std::string AutoCamera::Text() const {
 
 LearningFrames ChooseLearningFrames(const FrameRange& range, std::int64_t available, double fps) {
   constexpr double kFps = 10.0;             // parallax grows with time, not with the number of frames
+  constexpr double kPlayedFps = 10.0;       // of a slow film, in all
   constexpr std::int64_t kMinFrames = 50;   // of the second part, if there are as many
   constexpr std::int64_t kMaxFrames = 600;  // of the second part: the first minute
-  constexpr std::int64_t kMinFirst = 50;    // of the first part
+  constexpr std::int64_t kFirst = 50;       // of the first part, likewise
   constexpr std::int64_t kMaxPasses = 5;    // of the second part
   constexpr std::int64_t kShortSet = 200;   // frames that may be played in all, even of fewer images
   LearningFrames frames;
   frames.second = ThinnedRange(range, available, fps, kFps, kMinFrames);
   frames.second.count = std::min(frames.second.count, kMaxFrames);
   frames.first = frames.second;
-  frames.first.count = std::min(std::max(kMinFirst, frames.second.count / 2), frames.second.count);
-  if (frames.first.count + frames.second.count > available) {
-    frames.first.count = 0;
-  }
-  frames.most =
-      std::min(std::max(available, kShortSet), kMaxPasses * frames.second.count + frames.first.count);
+  frames.first.count = std::min(frames.first.count, kFirst);
+  const double seconds = static_cast<double>(available * range.stride) / fps;
+  const auto in_time = static_cast<std::int64_t>(kPlayedFps * seconds);
+  frames.most = std::min(std::max({available, in_time, kShortSet}), kMaxPasses * frames.second.count);
   return frames;
+}
+
+AutoCamera WithFisheyeLens(AutoCamera camera) {
+  constexpr double kFocal = 0.35;  // of the longer side: 164 degrees; lenses have 0.27 to 0.5
+  camera.guess.lens = LensModel::kFisheye;
+  camera.guess.fx = camera.guess.fy = kFocal * std::max(camera.guess.width, camera.guess.height);
+  camera.guessed_by = "a fisheye lens of 164 degrees";
+  camera.camera = camera.guess;
+  return camera;
 }
 
 bool IsSettled(const AutoCamera& before, const AutoCamera& after) {
   constexpr double kMaxChange = 0.5;  // deviations; as much again may still be missing
-  return std::abs(std::log(after.camera.fx / before.camera.fx)) <= kMaxChange * after.deviation;
+  const Camera& camera = before.camera;
+  const Eigen::Vector2d center(camera.cx, camera.cy);
+  for (const double x : {0.0, 0.5, 1.0}) {
+    for (const double y : {0.0, 0.5, 1.0}) {
+      const Eigen::Vector3d ray =
+          camera.Unproject(camera.Undistort({x * (camera.width - 1), y * (camera.height - 1)}));
+      const Eigen::Vector2d pixel = camera.ProjectDistorted(ray);
+      const double change = (after.camera.ProjectDistorted(ray) - pixel).norm();
+      if (change > kMaxChange * after.deviation * (pixel - center).norm() + 1e-9) {
+        return false;
+      }
+    }
+  }
+  return true;
 }
 
 AutoCamera LearnCamera(const Sequence& sequence, const FrameRange& range, const SystemOptions& options,
@@ -152,10 +215,11 @@ AutoCamera LearnCamera(const Sequence& sequence, const FrameRange& range, const 
   const Stopwatch stopwatch;
   const LearningFrames frames = ChooseLearningFrames(range, available, sequence.camera.fps);
   LearningRun run(sequence, options, host);
-  if (frames.first.count > 0) {
-    run.Map(frames.first, frames.first.count + frames.second.count, result);
+  if (result.guess_deviation > kVagueGuess) {
+    result = LikelierLens(run, frames, result, WithFisheyeLens(result));
   }
-  for (bool settled = false; !settled && !host.Stopped() && frames.Allow(run.Played());) {
+  const std::int64_t played = run.Played();
+  for (bool settled = false; !settled && !host.Stopped() && frames.Allow(run.Played() - played);) {
     const AutoCamera before = result;
     run.Map(frames.second, run.Played() + frames.second.count, result);
     settled = IsSettled(before, result);

@@ -31,10 +31,10 @@ struct AutoCamera {
   std::string Text() const;
 };
 
-// The frames that LearnCamera() maps: those of `first`, then those of `second`, which begin at the same
-// frame, again and again.
+// The frames that LearnCamera() maps: those of `first` to find out which lens the camera has, then those of
+// `second`, which begin at the same frame, again and again.
 struct LearningFrames {
-  FrameRange first;  // count 0: none
+  FrameRange first;
   FrameRange second;
   std::int64_t most = 0;  // in all
 
@@ -42,17 +42,21 @@ struct LearningFrames {
   bool Allow(std::int64_t played) const { return played + second.count <= most; }
 };
 
-// Returns ten frames a second of the first minute of a film, and before them half as many: together at most
-// as many as the film has. Of short sequences and of photographs more. `available`: frames in `range`.
+// Returns the first minute of a film, thinned, and its first seconds. Of short sequences and of photographs
+// all. `available`: frames in `range`.
 LearningFrames ChooseLearningFrames(const FrameRange& range, std::int64_t available, double fps);
 
-// Returns true if the focal length changed so little that another map would change it by less than its
-// deviation. A map that was made with a wrong focal length holds back the estimate.
+// Returns the guess with a fisheye lens instead.
+AutoCamera WithFisheyeLens(AutoCamera camera);
+
+// Returns true if rays through the border of the image moved so little that another map would move them by
+// less than the focal length's deviation. A map that was made with a wrong camera holds back the estimate.
 bool IsSettled(const AutoCamera& before, const AutoCamera& after);
 
 // Returns the sequence's camera or, if it is a guess, an estimate from the images: maps some frames without
-// objects, then frames again with the focal length and radial coefficient that this map made most likely,
-// until the focal length settles or as many frames have been played as the film has. Deterministic.
+// objects, first with the usual and with a fisheye lens if nothing is known about it, then again with the
+// focal length and coefficients that the last map made most likely, until they settle or the film's time is
+// over. Deterministic.
 AutoCamera LearnCamera(const Sequence& sequence, const FrameRange& range, const SystemOptions& options,
                        RunHost& host);
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <tuple>
 
 #include "slam/estimation/reprojection_cost.h"
 #include "tests/support/synthetic_map.h"
@@ -16,8 +17,12 @@ using testing::SyntheticMap;
 TEST(CameraReprojectionCost, JacobiansAgreeWithNumericOnes) {
   const SyntheticMap world = MakeSyntheticMap({.keyframes = 3, .points = 5});
   constexpr double kStep = 1e-6;
-  for (const Eigen::Vector3d& p : world.points) {
-    const CameraReprojectionCost cost({world.camera, {300.0, 200.0}, 1.44}, {30.0, -20.0});
+  Camera fisheye = world.camera;
+  fisheye.lens = LensModel::kFisheye;
+  for (std::size_t at = 0; at < 2 * world.points.size(); ++at) {
+    const Eigen::Vector3d& p = world.points[at / 2];
+    const CameraReprojectionCost cost(at % 2 == 0 ? world.camera : fisheye, {300.0, 200.0}, 1.44,
+                                      {30.0, -20.0});
     const PoseBlock pose = ToBlock(world.T_camera_map[2]);
     const CameraBlock camera{0.1, -0.2, 0.05, 3.0, -4.0, 0.01};
     const auto evaluate = [&](const Eigen::Vector3d& point, const CameraBlock& block) {
@@ -78,6 +83,38 @@ TEST(LearnCamera, FindsNoDistortionWithoutAny) {
   SyntheticMap world = MakeSyntheticMap({.keyframes = 12, .points = 400, .pixel_noise = 0.3});
   const LearntCamera learnt = LearnCamera(world.map, world.camera, {.what = LearntPart::kFocalAndRadial});
   EXPECT_NEAR(learnt.camera.distortion[0], 0.0, 0.02);
+}
+
+// Wide cameras, assumed to have no distortion and another focal length.
+TEST(LearnCamera, FindsCoefficientsOfLens) {
+  for (const auto& [lens, k1, k2] : {std::tuple(LensModel::kRadialTangential, -0.28, 0.07),
+                                     std::tuple(LensModel::kFisheye, 0.03, -0.01)}) {
+    Camera camera{640, 480, 250.0, 250.0, 319.5, 239.5, {k1, k2}};
+    camera.lens = lens;
+    SyntheticMap world = MakeSyntheticMap(
+        {.keyframes = 8, .points = 400, .pixel_noise = 0.3, .half_extent = 2.5, .camera = camera});
+    Camera assumed = Longer(camera, 1.06);
+    assumed.distortion = {};
+    const LearntCamera learnt = LearnCamera(world.map, assumed, {.what = LearntPart::kFocalAndRadial});
+    EXPECT_NEAR(learnt.camera.fx, 250.0, 2.5);
+    EXPECT_NEAR(learnt.camera.distortion[0], k1, 0.01);
+    EXPECT_NEAR(learnt.camera.distortion[1], k2, 0.01);
+    EXPECT_LT(learnt.mean_squared_error, 0.3);
+  }
+}
+
+// The same lens, assumed to be of the other kind, leaves larger errors.
+TEST(LearnCamera, LeavesLargerErrorsWithWrongLens) {
+  Camera fisheye{512, 512, 189.0, 189.0, 255.5, 255.5};
+  fisheye.lens = LensModel::kFisheye;
+  const auto error_with = [&](LensModel lens) {
+    SyntheticMap world = MakeSyntheticMap(
+        {.keyframes = 8, .points = 400, .pixel_noise = 0.3, .half_extent = 3.2, .camera = fisheye});
+    Camera assumed = fisheye;
+    assumed.lens = lens;
+    return LearnCamera(world.map, assumed, {.what = LearntPart::kFocalAndRadial}).mean_squared_error;
+  };
+  EXPECT_GT(error_with(LensModel::kRadialTangential), 1.5 * error_with(LensModel::kFisheye));
 }
 
 TEST(LearnCamera, HoldsTrueFocalLengthInInterval) {

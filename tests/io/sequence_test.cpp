@@ -167,6 +167,13 @@ TEST(Sequence, TimesImageFolderByFrameRate) {
   EXPECT_FALSE(sequence.has_detections);
 }
 
+TEST(Sequence, TakesFrameRateOfGuessedCameraFromTimestamps) {
+  const TemporaryFolder folder;
+  cv::imwrite((folder.Path() / "a.png").string(), cv::Mat(48, 64, CV_8UC3, cv::Scalar::all(7)));
+  folder.Write("rgb.txt", "0.0 a.png\n0.2 a.png\n0.4 a.png\n1.9 a.png\n");
+  EXPECT_NEAR(OpenSequence({.path = folder.Path(), .camera = "auto"}).camera.fps, 5.0, 1e-9);
+}
+
 TEST(Sequence, GuessesMissingCalibrationOfOwnPicturesOnly) {
   const TemporaryFolder folder;
   folder.Write("a.png", "x");

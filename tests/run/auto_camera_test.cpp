@@ -52,13 +52,14 @@ TEST(AutoCamera, IgnoresUntrustedCamera) {
   EXPECT_EQ(camera.deviation, 0.3);
 }
 
-TEST(ChooseLearningFrames, NeverPlaysMoreFramesThanFilmHas) {
+TEST(ChooseLearningFrames, StaysWithinFilm) {
   for (const double fps : {1.0, 5.0, 10.0, 24.0, 30.0, 60.0, 240.0}) {
     for (const std::int64_t stride : {1, 2, 7}) {
       for (std::int64_t available = 1; available < 3000; available += 1 + available / 10) {
         const LearningFrames frames = ChooseLearningFrames({10, available, stride}, available, fps);
         EXPECT_GE(frames.second.count, 1);
-        EXPECT_LE(frames.first.count + frames.second.count, available);
+        EXPECT_LE(frames.first.count, frames.second.count);
+        EXPECT_LE(frames.second.count, available);
         EXPECT_EQ(frames.second.stride % stride, 0);
         EXPECT_LE((frames.second.count - 1) * frames.second.stride, (available - 1) * stride);
       }
@@ -68,14 +69,21 @@ TEST(ChooseLearningFrames, NeverPlaysMoreFramesThanFilmHas) {
 
 TEST(ChooseLearningFrames, TakesTenFramesOfEachSecondOfFilm) {
   const LearningFrames frames = ChooseLearningFrames({}, 900, 30.0);
-  EXPECT_EQ(frames.first.count, 150);
+  EXPECT_EQ(frames.first.count, 50);
   EXPECT_EQ(frames.second.count, 300);
   EXPECT_EQ(frames.second.stride, 3);
 }
 
+TEST(ChooseLearningFrames, PlaysSlowFilmForAsLongAsItLasts) {
+  const LearningFrames frames = ChooseLearningFrames({}, 150, 5.0);
+  EXPECT_EQ(frames.second.count, 150);
+  EXPECT_TRUE(frames.Allow(150));
+  EXPECT_FALSE(frames.Allow(151));
+}
+
 TEST(ChooseLearningFrames, TakesAllPhotographsAgain) {
   const LearningFrames frames = ChooseLearningFrames({}, 40, 30.0);
-  EXPECT_EQ(frames.first.count, 0);
+  EXPECT_EQ(frames.first.count, 40);
   EXPECT_EQ(frames.second.count, 40);
   EXPECT_EQ(frames.second.stride, 1);
   EXPECT_TRUE(frames.Allow(160));
@@ -90,12 +98,30 @@ TEST(ChooseLearningFrames, AllowsFivePassesOfFewPhotographs) {
 
 TEST(IsSettled, AsksForChangeBelowHalfDeviation) {
   AutoCamera before = Guess();
+  before.Adopt(Learnt(554.3, 0.02));
   AutoCamera after = Guess();
   after.Adopt(Learnt(554.3 * 1.009, 0.02));
   EXPECT_TRUE(IsSettled(before, after));
   after.Adopt(Learnt(554.3 * 1.011, 0.02));
   EXPECT_FALSE(IsSettled(before, after));
   EXPECT_TRUE(IsSettled(after, after));
+}
+
+TEST(IsSettled, AsksForCoefficientsToo) {
+  const AutoCamera before = Guess();
+  AutoCamera after = before;
+  after.deviation = 0.02;
+  after.camera.distortion[0] = -0.01;  // 0.5 % in the corners
+  EXPECT_TRUE(IsSettled(before, after));
+  after.camera.distortion[0] = -0.03;
+  EXPECT_FALSE(IsSettled(before, after));
+}
+
+TEST(WithFisheyeLens, SeesThroughWholeImage) {
+  const AutoCamera fisheye = WithFisheyeLens(Guess());
+  EXPECT_EQ(fisheye.camera.lens, LensModel::kFisheye);
+  EXPECT_NEAR(HorizontalFieldOfView(fisheye.camera), 164.0 * 3.14159265 / 180.0, 0.01);
+  EXPECT_THAT(fisheye.Text(), HasSubstr("fisheye lens, focal length 224.0 px (163.7 degrees across)"));
 }
 
 TEST(ChooseLearningFrames, EndsAfterFirstMinuteOfLongFilm) {

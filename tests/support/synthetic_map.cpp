@@ -91,11 +91,12 @@ SyntheticWorld::View SyntheticWorld::See(const Rigid3d& T_camera_world, const Si
     }
     const double dx = noise(random);
     const double dy = noise(random);
-    const Eigen::Vector2d pixel = camera.Project(p_camera) + sight.pixel_noise * Eigen::Vector2d(dx, dy);
-    if (!InImage(camera, pixel)) {
+    const Eigen::Vector2d raw =
+        camera.ProjectDistorted(p_camera) + sight.pixel_noise * Eigen::Vector2d(dx, dy);
+    if (!InImage(camera, raw)) {
       continue;
     }
-    features.keypoints.push_back({pixel, pixel, 0.0F, sight.octave});
+    features.keypoints.push_back({camera.Undistort(raw), raw, 0.0F, sight.octave});
     FlipBits(sight.flipped_bits, random, features.descriptors.emplace_back(descriptors[i]));
     view.points.push_back(static_cast<int>(i));
   }
@@ -127,8 +128,9 @@ Eigen::Vector3d PlaneUp() {  // tilted towards the cameras
 
 SyntheticMap MakeSyntheticMap(const SyntheticMapOptions& options) {
   SyntheticMap world{{}, {}, Map(ScaleLevels(OrbOptions{}))};
+  world.camera = options.camera;
   std::mt19937_64 random(options.seed);
-  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  std::uniform_real_distribution<double> uniform(-options.half_extent, options.half_extent);
   for (int i = 0; i < options.points; ++i) {
     const double x = uniform(random);
     const double y = uniform(random);

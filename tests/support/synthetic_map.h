@@ -45,6 +45,8 @@ struct SyntheticMapOptions {
   double pixel_noise = 0.0;  // px, standard deviation
   double on_plane = 0.0;     // share of the points that lie on a plane; all others are above it
   std::uint64_t seed = 7;
+  double half_extent = 1.0;  // of the cloud along x and z, m; 0.8 of it along y
+  Camera camera{640, 480, 500.0, 500.0, 320.0, 240.0, {}, 30.0};
 };
 
 // Exact poses and points, keyframes on an arc that look at a cloud around the origin, every point seen by
