@@ -47,6 +47,7 @@ SystemOptions LearningOptions(SystemOptions options, const AutoCamera& camera) {
 
 struct LearningResult {
   std::int64_t mapped = 0;  // frames
+  bool completed = false;   // some of them at the end only
   double mean_squared_error = std::numeric_limits<double>::infinity();
 };
 
@@ -56,9 +57,13 @@ class LearningRun {
   LearningRun(const Sequence& sequence, const SystemOptions& options, RunHost& host)
       : sequence_(sequence), options_(options), host_(host) {}
 
-  // Returns the result. `planned`: frames that are certain to be played in all.
-  LearningResult Map(const FrameRange& frames, std::int64_t planned, AutoCamera& camera) {
-    System system(camera.camera, LearningOptions(options_, camera), [](const MapSnapshotPtr&) {});
+  // Returns the result. `planned`: frames that are certain to be played in all. `complete`: frames that are
+  // lost may find a place at the end.
+  LearningResult Map(const FrameRange& frames, std::int64_t planned, AutoCamera& camera,
+                     bool complete = true) {
+    SystemOptions options = LearningOptions(options_, camera);
+    options.mapping.completion.max_frames *= complete ? 1 : 0;
+    System system(camera.camera, options, [](const MapSnapshotPtr&) {});
     FrameSource source(sequence_, frames);
     FramesAhead ahead(source, system, false);
     while (const std::optional<Frame> frame = host_.Stopped() ? std::nullopt : ahead.Next()) {
@@ -73,7 +78,7 @@ class LearningRun {
     }
     camera.Adopt(*result.map.learnt_camera);
     camera.camera.readout_ms = 1e3 * result.readout;
-    return {result.tracked, result.map.learnt_camera->mean_squared_error};
+    return {result.tracked, result.counters.placed_at_end > 0, result.map.learnt_camera->mean_squared_error};
   }
 
   std::int64_t Played() const { return played_; }
@@ -102,7 +107,8 @@ AutoCamera LikelierLens(LearningRun& run, const LearningFrames& frames, AutoCame
   for (const double max_error : kMaxError) {
     before = fisheye;
     const LearningResult first = run.Map(frames.first, run.Played() + 2 * frames.first.count, usual);
-    const LearningResult second = run.Map(frames.first, run.Played() + frames.first.count, fisheye);
+    const LearningResult second =
+        run.Map(frames.first, run.Played() + frames.first.count, fisheye, first.completed);
     if (!IsWide(fisheye.camera) ||
         static_cast<double>(second.mapped) < kMinMapped * static_cast<double>(first.mapped) ||
         second.mean_squared_error >= max_error * first.mean_squared_error) {
