@@ -188,7 +188,6 @@ std::vector<FinishedMap> Mapper::Finish(const std::function<bool()>& stop) {
   if (submaps_.empty()) {
     return {};
   }
-  counters_.placed_at_end += static_cast<int>(placed_.size());
   TrackPlacedBoxes();
   const std::vector<Submap*> ranked = RankedSubmaps();
   std::vector<FinishedMap> finished;
@@ -203,6 +202,8 @@ std::vector<FinishedMap> Mapper::Finish(const std::function<bool()>& stop) {
     finished.push_back({MakeSnapshot(), submap->FrameTrajectory(), submap->KeyframeTrajectory(),
                         finished.empty() ? learnt_camera_ : std::nullopt, submap->Objects().Account()});
   }
+  counters_.placed_at_end += static_cast<int>(std::ranges::count_if(
+      placed_ | std::views::keys, [this](std::int64_t index) { return HasFrame(index); }));
   Add(seen_boxes_, finished.front().account);
   active_ = ranked.front();
   outputs_.publish_snapshot(finished.front().snapshot);
