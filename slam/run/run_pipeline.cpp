@@ -271,6 +271,10 @@ void SaveWithoutMap(const FinishedRun& run, Recorder& recorder) {
                       "{}: none of the {} images could be used, expected readable images of {}x{}",
                       sequence.path.string(), input.frames->Skipped(), size.width, size.height);
   const std::string path = sequence.path.string();  // live images cannot be examined again
+  ThrowIf<NoMapError>(input.frames->Skipped() >= result.frames,
+                      "{}: no map: {} of {} images cannot be used, expected readable images of {}x{}", path,
+                      input.frames->Skipped(), input.frames->Skipped() + result.frames, size.width,
+                      size.height);
   throw NoMapError("{}: no map: {}{}", path, result.no_map_reason,
                    request.IsLive() ? "" : fmt::format("; sqslam doctor {} looks closer", path));
 }

@@ -125,6 +125,14 @@ TEST_F(BadInput, RejectsSequenceWithoutUsableImage) {
   EXPECT_THAT(run.ErrorLines(), ElementsAre(HasSubstr("none of the 2 images could be used")));
 }
 
+TEST_F(BadInput, NamesUnusableImagesWhenTheRestGivesNoMap) {
+  const WrittenSequence sequence = TinySequence();
+  WriteFileAtomically(sequence.Image(1), "no image");
+  const ProgramRun run = Run(sequence);
+  EXPECT_EQ(run.exit_code, 4);
+  EXPECT_THAT(run.ErrorLines(), ElementsAre(HasSubstr("no map: 1 of 2 images cannot be used")));
+}
+
 TEST_F(BadInput, SkipsBadFramesAndMapsTheRest) {
   const WrittenSequence sequence(HandHeldPath(kPathFrames));
   fs::remove(sequence.Image(40));
