@@ -41,7 +41,7 @@ SystemOptions LearningOptions(SystemOptions options, const AutoCamera& camera) {
   options.mapping.joint_objects.mode = JointMode::kNone;
   options.mapping.completion.max_frames = std::min(options.mapping.completion.max_frames, kMaxCompleted);
   options.mapping.completion.min_mapped = kMinMapped;
-  options.mapping.camera.max_deviation = 1.0;
+  options.mapping.camera.max_deviation = 1.0;  // a poor estimate is better than the guess: it knows its prior
   return options;
 }
 

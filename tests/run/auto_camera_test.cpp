@@ -3,8 +3,19 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "tests/app/written_sequence.h"
+#include "tests/support/textured_world.h"
+
 namespace sqslam {
 namespace {
+
+using testing::HandHeldPath;
+using testing::TexturedWorld;
+using testing::ThroughLens;
+using testing::WrittenSequence;
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -122,6 +133,33 @@ TEST(WithFisheyeLens, SeesThroughWholeImage) {
   EXPECT_EQ(fisheye.camera.lens, LensModel::kFisheye);
   EXPECT_NEAR(HorizontalFieldOfView(fisheye.camera), 164.0 * 3.14159265 / 180.0, 0.01);
   EXPECT_THAT(fisheye.Text(), HasSubstr("fisheye lens, focal length 224.0 px (163.7 degrees across)"));
+}
+
+// From images alone: a fisheye lens of 141 degrees, and the pinhole camera that sees the same world.
+TEST(LearnCamera, TellsFisheyeLensFromUsualOne) {
+  Camera lens{320, 240, 130.0, 130.0, 159.5, 119.5};
+  lens.lens = LensModel::kFisheye;
+  const TexturedWorld wide({1400, 1060, 130.0, 130.0, 699.5, 529.5});
+  const TexturedWorld usual;
+  const ThroughLens through_lens(lens, wide.GetCamera());
+  std::vector<cv::Mat> seen_wide;
+  std::vector<cv::Mat> seen_usually;
+  for (const Rigid3d& T_map_camera : HandHeldPath(40)) {
+    seen_wide.push_back(through_lens(wide.Render(0, T_map_camera)).bgr);
+    seen_usually.push_back(usual.Render(0, T_map_camera).bgr);
+  }
+  const auto learn = [](const Camera& camera, const std::vector<cv::Mat>& images) {
+    const WrittenSequence written(camera, images);
+    RunHost host;
+    return LearnCamera(OpenSequence({.path = written.Path(), .camera = "auto"}), {}, {}, host);
+  };
+  const AutoCamera fisheye = learn(lens, seen_wide);
+  EXPECT_EQ(fisheye.camera.lens, LensModel::kFisheye);
+  const auto [low, high] = FocalInterval(fisheye.camera.fx, fisheye.deviation);
+  EXPECT_LE(low, 130.0);
+  EXPECT_GE(high, 130.0);
+  EXPECT_LT(high / low, 1.5);  // 3.2 without images
+  EXPECT_EQ(learn(usual.GetCamera(), seen_usually).camera.lens, LensModel::kRadialTangential);
 }
 
 TEST(ChooseLearningFrames, EndsAfterFirstMinuteOfLongFilm) {
