@@ -186,7 +186,7 @@ double FrameRate(const std::vector<SequenceFrame>& frames, double assumed) {
     intervals.push_back(frames[i].timestamp - frames[i - 1].timestamp);
   }
   const double interval = intervals.empty() ? 0.0 : UpperMedian(std::move(intervals));
-  return interval > 0.0 ? 1.0 / interval : assumed;
+  return interval > 0.0 ? std::round(100.0 / interval) / 100.0 : assumed;  // times are rounded, too
 }
 
 // Returns the calibration of images of this size: scaled if they have the same aspect ratio.

@@ -77,7 +77,6 @@ class LearningRun {
       return {};
     }
     camera.Adopt(*result.map.learnt_camera);
-    camera.camera.readout_ms = 1e3 * result.readout;
     return {result.tracked, result.counters.placed_at_end > 0, result.map.learnt_camera->mean_squared_error};
   }
 
