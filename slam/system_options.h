@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 
 #include "slam/dense/dense_options.h"
@@ -29,6 +30,9 @@ struct SystemOptions {
   MappingOptions mapping;
   ObjectOptions objects;
   DenseOptions dense;  // of `sqslam densify` and run --dense
+  // Shared by systems that map the same images, to compare each two of them once; null: not shared. Cannot be
+  // set by a configuration.
+  std::shared_ptr<AlikeKeypoints> alike;
 
   void VisitFields(auto&& visit) {
     visit("deterministic", deterministic);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 
 #include "slam/estimation/bundle_adjustment.h"
@@ -60,6 +61,8 @@ struct MappingOptions {
   }
 };
 
+class AlikeKeypoints;
+
 // The options of the mapping thread.
 struct MapperOptions {
   bool deterministic = false;    // no times in snapshots
@@ -69,6 +72,7 @@ struct MapperOptions {
   TrackingOptions tracking;      // for backward tracking and frame refinement
   MappingOptions mapping;
   ObjectOptions objects;
+  std::shared_ptr<AlikeKeypoints> alike;  // see SystemOptions
 };
 
 }  // namespace sqslam

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <string_view>
 
 #include "slam/estimation/two_view.h"
 #include "slam/features/matching.h"
@@ -9,15 +10,49 @@
 #include "slam/util/parallel.h"
 
 namespace sqslam {
+namespace {
+
+constexpr double kRatio = 0.85;  // of the distances of the best and the second match
+
+std::size_t HashOf(const std::vector<Descriptor>& descriptors) {
+  return std::hash<std::string_view>()(
+      {reinterpret_cast<const char*>(descriptors.data()), descriptors.size() * sizeof(Descriptor)});
+}
+
+void SortByDistance(const FrameFeatures& a, const FrameFeatures& b, ImageMatches& matches) {
+  std::ranges::stable_sort(matches, {}, [&](const std::pair<int, int>& match) {
+    return HammingDistance(a.descriptors[match.first], b.descriptors[match.second]);
+  });
+}
+
+}  // namespace
+
+ImageMatches AlikeKeypoints::Of(const FrameFeatures& a, const FrameFeatures& b) {
+  constexpr int kMaxDistance = 64;  // bits
+  const std::pair key(HashOf(a.descriptors), HashOf(b.descriptors));
+  {
+    const std::lock_guard lock(mutex_);
+    if (const auto known = found_.find(key); known != found_.end()) {
+      return known->second;
+    }
+  }
+  ImageMatches found = MatchAll(a, b, {}, {}, kMaxDistance, kRatio);
+  SortByDistance(a, b, found);
+  const std::lock_guard lock(mutex_);
+  return found_.emplace(key, std::move(found)).first->second;
+}
+
+std::size_t AlikeKeypoints::Searched() const {
+  const std::lock_guard lock(mutex_);
+  return found_.size();
+}
 
 ImageMatches MatchImages(const Camera& camera, const FrameFeatures& a, const FrameFeatures& b,
-                         bool& only_turns) {
-  constexpr int kMaxDistance = 64;  // bits
-  constexpr double kRatio = 0.85;
+                         AlikeKeypoints& alike, bool& only_turns) {
   constexpr double kMaxLineError = 3.0;     // px, of more matches along the lines that the first ones give
   constexpr std::size_t kMinSupport = 16;   // of those lines
   constexpr std::size_t kMaxSupport = 200;  // more matches than that are enough
-  const ImageMatches pairs = MatchAll(a, b, {}, {}, kMaxDistance, kRatio);
+  const ImageMatches pairs = alike.Of(a, b);
   std::vector<TwoViewMatch> pixels;
   for (const auto& [i, j] : pairs) {
     pixels.push_back({a.keypoints[i].pixel, b.keypoints[j].pixel});
@@ -32,6 +67,7 @@ ImageMatches MatchImages(const Camera& camera, const FrameFeatures& a, const Fra
     ImageMatches more =
         MatchAlongEpipolarLines(a, b, support.F21, kMaxLineError, kMaxUnguidedDistance, kRatio);
     if (more.size() > matches.size()) {
+      SortByDistance(a, b, more);
       return more;
     }
   }
@@ -95,7 +131,7 @@ std::set<ViewGraph::ImagePair> ViewGraph::Candidates() const {
 ViewGraph::Comparison ViewGraph::Compare(const FrameFeatures& a, const FrameFeatures& b) const {
   constexpr std::size_t kMinMatches = 16;
   Comparison comparison;
-  comparison.matches = MatchImages(camera_, a, b, comparison.only_turns);
+  comparison.matches = MatchImages(camera_, a, b, *alike_, comparison.only_turns);
   if (comparison.matches.size() < kMinMatches) {
     comparison.matches.clear();
   }

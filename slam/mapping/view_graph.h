@@ -1,8 +1,11 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <memory>
+#include <mutex>
 #include <set>
 #include <utility>
 #include <vector>
@@ -13,13 +16,29 @@
 
 namespace sqslam {
 
-// Pairs (keypoint of one image, keypoint of the other).
+// Pairs (keypoint of one image, keypoint of the other), the most alike first.
 using ImageMatches = std::vector<std::pair<int, int>>;
 
-// Returns the matches of two images that one motion explains (EpipolarInliers). `only_turns`: set if a
+// Keypoints of two images whose descriptors are alike, found once for each two images. Descriptors do not
+// depend on the camera: where images are mapped again and again to learn it, the search of all pairs would
+// take half of the time. May be used by several threads.
+class AlikeKeypoints {
+ public:
+  ImageMatches Of(const FrameFeatures& a, const FrameFeatures& b);
+
+  std::size_t Searched() const;  // pairs of images
+
+ private:
+  using Hash = std::size_t;  // of an image's descriptors
+
+  mutable std::mutex mutex_;
+  std::map<std::pair<Hash, Hash>, ImageMatches> found_;  // guarded by mutex_
+};
+
+// Returns the matches of two images that one motion explains (FindEpipolarSupport). `only_turns`: set if a
 // rotation explains nearly all of them.
 ImageMatches MatchImages(const Camera& camera, const FrameFeatures& a, const FrameFeatures& b,
-                         bool& only_turns);
+                         AlikeKeypoints& alike, bool& only_turns);
 
 // Images and the matches of their keypoints, without any pose: what structure from motion starts from
 // (Schoenberger and Frahm 2016, Structure-from-motion revisited, section 4.1). Two images are compared if
@@ -27,7 +46,12 @@ ImageMatches MatchImages(const Camera& camera, const FrameFeatures& a, const Fra
 // keypoints.
 class ViewGraph {
  public:
-  ViewGraph(const Camera& camera, const PlaceRecognizer& places) : camera_(camera), places_(places) {}
+  // `alike`: shared with other graphs of the same images; null: its own.
+  ViewGraph(const Camera& camera, const PlaceRecognizer& places,
+            std::shared_ptr<AlikeKeypoints> alike = nullptr)
+      : camera_(camera),
+        places_(places),
+        alike_(alike ? std::move(alike) : std::make_shared<AlikeKeypoints>()) {}
 
   // `group`: images of one group have poses in one map already and are not compared; negative: none.
   void Add(std::int64_t index, FrameFeaturesPtr features, std::int64_t group = -1);
@@ -59,6 +83,7 @@ class ViewGraph {
 
   Camera camera_;
   const PlaceRecognizer& places_;
+  std::shared_ptr<AlikeKeypoints> alike_;
   std::map<std::int64_t, Image> images_;  // by index
 };
 

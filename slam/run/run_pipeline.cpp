@@ -63,10 +63,8 @@ void StoreBoxes(const RunInput& input, const fs::path& output) {
              Timestamps(sequence), boxes);
 }
 
-// A camera that is only guessed is refined in the run. A recording is mapped in step.
-SystemOptions OptionsFor(const RunRequest& request, const AutoCamera& camera) {
-  SystemOptions options = request.options;
-  options.in_step = !request.HasRealClock();
+// A camera that is only guessed is refined in the run.
+void RefineGuess(const AutoCamera& camera, SystemOptions& options) {
   if (camera.IsGuessed() && options.mapping.camera.what == LearntPart::kNone) {
     // Keypoints are undistorted by the radial coefficient: it stays.
     options.mapping.camera.what = LearntPart::kFocal;
@@ -74,7 +72,6 @@ SystemOptions OptionsFor(const RunRequest& request, const AutoCamera& camera) {
     // The run may improve the estimate, but not replace it by one that is less certain.
     options.mapping.camera.max_deviation = std::min(options.mapping.camera.max_deviation, camera.deviation);
   }
-  return options;
 }
 
 void SayHowImagesAreMapped(const Sequence& sequence, RunHost& host) {
@@ -303,8 +300,11 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
   DetectionFeed feed = MakeFeed(request, input, host);
 
   const Stopwatch stopwatch;
-  AutoCamera camera = LearnCamera(input.sequence, request.range, request.options, host);
-  const SystemOptions options = OptionsFor(request, camera);
+  SystemOptions options = request.options;
+  options.in_step = !request.HasRealClock();  // a recording
+  options.alike = std::make_shared<AlikeKeypoints>();
+  AutoCamera camera = LearnCamera(input.sequence, request.range, options, host);
+  RefineGuess(camera, options);
   Recorder recorder(request.output / "map.sqmap",
                     {input.sequence.path.string(), SQSLAM_VERSION, DumpOptions(options)});
   std::unique_ptr<LiveDepth> live = MakeLiveDepth(request, input);
