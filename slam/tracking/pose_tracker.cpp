@@ -278,6 +278,26 @@ bool PoseTracker::ConfirmPose(const TrackingView& view, int min_inliers, Tracked
   return TrackLocalMap(view, wide, frame, seen) && TrackLocalMap(view, again, frame, seen);
 }
 
+bool PoseTracker::IsChance(const TrackingView& view, const TrackedFrame& frame,
+                           const SeenPoints& seen) const {
+  constexpr double kMinFoundShare = 0.15;  // of the points that should be seen; right poses have .08 and more
+  constexpr double kMinAlikeShare =
+      0.2;  // of those found; right poses have .17 and more, wrong ones up to .14
+  const auto found = static_cast<double>(seen.found.size());
+  if (found >= kMinFoundShare * static_cast<double>(seen.visible.size())) {
+    return false;
+  }
+  int alike = 0;
+  for (std::size_t i = 0; i < frame.points.size(); ++i) {
+    const PointId point = frame.points[i];
+    alike += point != kNoPoint && HammingDistance(view.Point(point).descriptor,
+                                                  frame.features->descriptors[i]) <= kMaxUnguidedDistance
+                 ? 1
+                 : 0;
+  }
+  return alike < kMinAlikeShare * found;
+}
+
 void PoseTracker::RecheckWideStep(const TrackingView& view, const TrackedFrame& last, TrackedFrame& frame,
                                   SeenPoints& seen) const {
   constexpr double kMaxStep = 0.03;        // of the image width
@@ -372,7 +392,8 @@ std::vector<TrackedFrame> TrackBackward(const PoseTracker& tracker, const Tracki
     SeenPoints seen;
     const bool found = (tracker.TrackMotion(view, last, velocity.value_or(Rigid3d{}), current) ||
                         tracker.TrackReferenceKeyframe(view, last, current)) &&
-                       tracker.TrackLocalMap(view, {.min_inliers = min_inliers}, current, seen);
+                       tracker.TrackLocalMap(view, {.min_inliers = min_inliers}, current, seen) &&
+                       !tracker.IsChance(view, current, seen);
     if (!found) {
       velocity.reset();
       if (++failures == kMaxFailures) {

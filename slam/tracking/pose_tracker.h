@@ -92,6 +92,11 @@ class PoseTracker {
   bool LocateFrom(const TrackingView& view, const std::vector<std::pair<PointId, int>>& matches,
                   KeyframeId reference, int min_inliers, TrackedFrame& frame) const;
 
+  // Returns true if chance explains the matches of a tracked pose: few of the visible points were found, and
+  // few of those look as alike as without a prediction. Near a wrong prediction, a tenth of the points in
+  // view find some keypoint that is alike enough for a search around it.
+  bool IsChance(const TrackingView& view, const TrackedFrame& frame, const SeenPoints& seen) const;
+
   // Checks a suspicious step: if the image moved far since `last` and few of the visible points were found,
   // the search around a wrong prediction may have matched only distant points, which hardly move. Tries
   // without a prediction too and keeps the better pose.

@@ -171,7 +171,8 @@ bool Tracker::EstimatePose(TrackingReport& report) {
       current_.features = shutter_.Correct(current_.features, *motion, ShutterObservations());
     }
     tracked =
-        pose_tracker_.TrackLocalMap(*view_, {.min_inliers = options_.min_inliers}, current_, report.seen);
+        pose_tracker_.TrackLocalMap(*view_, {.min_inliers = options_.min_inliers}, current_, report.seen) &&
+        !pose_tracker_.IsChance(*view_, current_, report.seen);
   }
   if (tracked) {
     pose_tracker_.RecheckWideStep(*view_, *last_, current_, report.seen);
