@@ -15,6 +15,9 @@ namespace {
 
 constexpr int kMinFeatures = 100;  // that the first frame needs
 constexpr double kMinFlow = 5.0;   // px, median motion of the matches below which no map is tried
+// Of the image width: a first frame that has moved by more gives way to a new one after kMaxFrames. A slow
+// camera, such as a drone's high above a town, may need ten times as long to translate enough.
+constexpr double kMaxFlow = 0.05;
 // Limit for the direction of the translation, rad (5 degrees). Bundle adjustment of a map that starts from a
 // worse one often ends in a wrong shape: of 25 starts on nine sequences, the five above 0.1 were off by 4 to
 // 7 % of the path, all others but one by less than 0.8 %.
@@ -101,7 +104,7 @@ std::vector<std::pair<int, int>> Initializer::MatchToStart(const FrameFeatures& 
 std::unique_ptr<Map> Initializer::Add(std::int64_t frame_index, double timestamp,
                                       const FrameFeaturesPtr& features) {
   const StartView view{frame_index, timestamp, features};
-  if (!start_ || frame_index - start_->frame_index > kMaxFrames) {
+  if (!start_) {
     Restart(view);
     return nullptr;
   }
@@ -119,6 +122,10 @@ std::unique_ptr<Map> Initializer::Add(std::int64_t frame_index, double timestamp
   }
   const double median_flow = UpperMedian(flow);
   largest_flow_ = std::max(largest_flow_, median_flow);
+  if (frame_index - start_->frame_index > kMaxFrames && median_flow > kMaxFlow * camera_.width) {
+    Restart(view);
+    return nullptr;
+  }
   if (median_flow < kMinFlow) {
     refusal_ = "the camera hardly moves (it must translate)";
     return nullptr;

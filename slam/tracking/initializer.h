@@ -27,7 +27,7 @@ std::unique_ptr<Map> MapOfTwoViews(const Camera& camera, std::unique_ptr<Map> ma
 // two-view geometry, triangulates, refines by bundle adjustment and sets the median depth to 1.
 class Initializer {
  public:
-  static constexpr int kMaxFrames = 60;  // after which a new first frame is chosen
+  static constexpr int kMaxFrames = 60;  // after which a new first frame is chosen, if the camera moves
 
   Initializer(const Camera& camera, const InitializationOptions& options, const ScaleLevels& levels,
               std::shared_ptr<IdSource> ids = nullptr)

@@ -131,12 +131,21 @@ TEST_F(InitializerTest, RestartsWhenFramesHaveNothingInCommon) {
   EXPECT_EQ(map->Keyframes().begin()->second.frame_index, 1);
 }
 
-TEST_F(InitializerTest, ReplacesFirstFrameAfterMaxFrames) {
+TEST_F(InitializerTest, ReplacesFirstFrameThatMovedForMaxFrames) {
+  const Rigid3d turn = Turn(0.1, Eigen::Vector3d::UnitX());
   EXPECT_EQ(Add(0, PoseOnArc(0)), nullptr);
-  EXPECT_EQ(Add(Initializer::kMaxFrames + 1, PoseOnArc(0)), nullptr);
-  const auto map = Add(100, PoseOnArc(1));
+  EXPECT_EQ(Add(Initializer::kMaxFrames + 1, turn * PoseOnArc(0)), nullptr);
+  const auto map = Add(100, turn * PoseOnArc(1));
   ASSERT_NE(map, nullptr);
-  EXPECT_EQ(map->Keyframes().begin()->second.frame_index, 61);
+  EXPECT_EQ(map->Keyframes().begin()->second.frame_index, Initializer::kMaxFrames + 1);
+}
+
+TEST_F(InitializerTest, WaitsForSlowCamera) {
+  EXPECT_EQ(Add(0, PoseOnArc(0)), nullptr);
+  EXPECT_EQ(Add(10 * Initializer::kMaxFrames, PoseOnArc(0)), nullptr);
+  const auto map = Add(10 * Initializer::kMaxFrames + 1, PoseOnArc(1));
+  ASSERT_NE(map, nullptr);
+  EXPECT_EQ(map->Keyframes().begin()->second.frame_index, 0);
 }
 
 TEST_F(InitializerTest, FollowsKeypointsBeyondSearchRadius) {
