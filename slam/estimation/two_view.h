@@ -50,7 +50,6 @@ struct EpipolarSupport {
 };
 
 // Returns the matches that the best essential matrix explains, or a rotation; none if there are too few.
-// `matches`: the likeliest first.
 EpipolarSupport FindEpipolarSupport(const Camera& camera, const std::vector<TwoViewMatch>& matches);
 
 // Estimates relative pose and structure of two views, with the model selection of ORB-SLAM (Mur-Artal et al.

@@ -19,12 +19,6 @@ std::size_t HashOf(const std::vector<Descriptor>& descriptors) {
       {reinterpret_cast<const char*>(descriptors.data()), descriptors.size() * sizeof(Descriptor)});
 }
 
-void SortByDistance(const FrameFeatures& a, const FrameFeatures& b, ImageMatches& matches) {
-  std::ranges::stable_sort(matches, {}, [&](const std::pair<int, int>& match) {
-    return HammingDistance(a.descriptors[match.first], b.descriptors[match.second]);
-  });
-}
-
 }  // namespace
 
 ImageMatches AlikeKeypoints::Of(const FrameFeatures& a, const FrameFeatures& b) {
@@ -37,7 +31,6 @@ ImageMatches AlikeKeypoints::Of(const FrameFeatures& a, const FrameFeatures& b) 
     }
   }
   ImageMatches found = MatchAll(a, b, {}, {}, kMaxDistance, kRatio);
-  SortByDistance(a, b, found);
   const std::lock_guard lock(mutex_);
   return found_.emplace(key, std::move(found)).first->second;
 }
@@ -67,7 +60,6 @@ ImageMatches MatchImages(const Camera& camera, const FrameFeatures& a, const Fra
     ImageMatches more =
         MatchAlongEpipolarLines(a, b, support.F21, kMaxLineError, kMaxUnguidedDistance, kRatio);
     if (more.size() > matches.size()) {
-      SortByDistance(a, b, more);
       return more;
     }
   }

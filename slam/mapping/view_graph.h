@@ -16,7 +16,7 @@
 
 namespace sqslam {
 
-// Pairs (keypoint of one image, keypoint of the other), the most alike first.
+// Pairs (keypoint of one image, keypoint of the other).
 using ImageMatches = std::vector<std::pair<int, int>>;
 
 // Keypoints of two images whose descriptors are alike, found once for each two images. Descriptors do not

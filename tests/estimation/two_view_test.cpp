@@ -72,7 +72,7 @@ TEST_F(TwoViewTest, EpipolarSupportHoldsRightMatchesAndTheirLines) {
   std::vector<TwoViewMatch> matches = Project(Cloud(), T_2_1_);
   const std::size_t wrong = matches.size() / 3;
   for (std::size_t i = 0; i < wrong; ++i) {
-    matches[3 * i].pixel2 += Eigen::Vector2d(80.0 * uniform_(random_), 80.0 * uniform_(random_));
+    matches[i].pixel2 += Eigen::Vector2d(80.0 * uniform_(random_), 80.0 * uniform_(random_));
   }
   const EpipolarSupport support = FindEpipolarSupport(camera_, matches);
   EXPECT_FALSE(support.only_turns);
