@@ -13,7 +13,7 @@ namespace sqslam {
 MapperOptions OptionsOfMapper(const SystemOptions& options) {
   return {options.deterministic, options.in_step,  static_cast<std::uint64_t>(options.seed),
           options.gravity,       options.tracking, options.mapping,
-          options.objects,       options.alike};
+          options.objects,       options.putative};
 }
 
 std::shared_ptr<const Vocabulary> LoadVocabulary(const SystemOptions& options) {

@@ -23,7 +23,7 @@ bool AddsToMap(const Map& map, const TrackedFrame& frame) {
 }  // namespace
 
 ViewGraph Mapper::MakeViewGraph() const {
-  ViewGraph views(camera_, places_, options_.alike);
+  ViewGraph views(camera_, places_, options_.putative);
   for (const auto& [number, submap] : submaps_) {
     for (const auto& [id, keyframe] : submap.Map().Keyframes()) {
       views.Add(keyframe.frame_index, keyframe.features, number);

@@ -21,7 +21,7 @@ std::size_t HashOf(const std::vector<Descriptor>& descriptors) {
 
 }  // namespace
 
-ImageMatches AlikeKeypoints::Of(const FrameFeatures& a, const FrameFeatures& b) {
+ImageMatches PutativeMatches::Of(const FrameFeatures& a, const FrameFeatures& b) {
   constexpr int kMaxDistance = 64;  // bits
   const std::pair key(HashOf(a.descriptors), HashOf(b.descriptors));
   {
@@ -35,17 +35,17 @@ ImageMatches AlikeKeypoints::Of(const FrameFeatures& a, const FrameFeatures& b) 
   return found_.emplace(key, std::move(found)).first->second;
 }
 
-std::size_t AlikeKeypoints::Searched() const {
+std::size_t PutativeMatches::Searched() const {
   const std::lock_guard lock(mutex_);
   return found_.size();
 }
 
 ImageMatches MatchImages(const Camera& camera, const FrameFeatures& a, const FrameFeatures& b,
-                         AlikeKeypoints& alike, bool& only_turns) {
+                         PutativeMatches& putative, bool& only_turns) {
   constexpr double kMaxLineError = 3.0;     // px, of more matches along the lines that the first ones give
   constexpr std::size_t kMinSupport = 16;   // of those lines
   constexpr std::size_t kMaxSupport = 200;  // more matches than that are enough
-  const ImageMatches pairs = alike.Of(a, b);
+  const ImageMatches pairs = putative.Of(a, b);
   std::vector<TwoViewMatch> pixels;
   for (const auto& [i, j] : pairs) {
     pixels.push_back({a.keypoints[i].pixel, b.keypoints[j].pixel});
@@ -123,7 +123,7 @@ std::set<ViewGraph::ImagePair> ViewGraph::Candidates() const {
 ViewGraph::Comparison ViewGraph::Compare(const FrameFeatures& a, const FrameFeatures& b) const {
   constexpr std::size_t kMinMatches = 16;
   Comparison comparison;
-  comparison.matches = MatchImages(camera_, a, b, *alike_, comparison.only_turns);
+  comparison.matches = MatchImages(camera_, a, b, *putative_, comparison.only_turns);
   if (comparison.matches.size() < kMinMatches) {
     comparison.matches.clear();
   }

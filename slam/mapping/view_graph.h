@@ -19,10 +19,10 @@ namespace sqslam {
 // Pairs (keypoint of one image, keypoint of the other).
 using ImageMatches = std::vector<std::pair<int, int>>;
 
-// Keypoints of two images whose descriptors are alike, found once for each two images. Descriptors do not
-// depend on the camera: where images are mapped again and again to learn it, the search of all pairs would
-// take half of the time. May be used by several threads.
-class AlikeKeypoints {
+// Putative matches: keypoints of two images whose descriptors are alike, found once for each two images.
+// Descriptors do not depend on the camera: where images are mapped again and again to learn it, the search of
+// all pairs would take half of the time. May be used by several threads.
+class PutativeMatches {
  public:
   ImageMatches Of(const FrameFeatures& a, const FrameFeatures& b);
 
@@ -38,7 +38,7 @@ class AlikeKeypoints {
 // Returns the matches of two images that one motion explains (FindEpipolarSupport). `only_turns`: set if a
 // rotation explains nearly all of them.
 ImageMatches MatchImages(const Camera& camera, const FrameFeatures& a, const FrameFeatures& b,
-                         AlikeKeypoints& alike, bool& only_turns);
+                         PutativeMatches& putative, bool& only_turns);
 
 // Images and the matches of their keypoints, without any pose: what structure from motion starts from
 // (Schoenberger and Frahm 2016, Structure-from-motion revisited, section 4.1). Two images are compared if
@@ -46,12 +46,12 @@ ImageMatches MatchImages(const Camera& camera, const FrameFeatures& a, const Fra
 // keypoints.
 class ViewGraph {
  public:
-  // `alike`: shared with other graphs of the same images; null: its own.
+  // `putative`: shared with other graphs of the same images; null: its own.
   ViewGraph(const Camera& camera, const PlaceRecognizer& places,
-            std::shared_ptr<AlikeKeypoints> alike = nullptr)
+            std::shared_ptr<PutativeMatches> putative = nullptr)
       : camera_(camera),
         places_(places),
-        alike_(alike ? std::move(alike) : std::make_shared<AlikeKeypoints>()) {}
+        putative_(putative ? std::move(putative) : std::make_shared<PutativeMatches>()) {}
 
   // `group`: images of one group have poses in one map already and are not compared; negative: none.
   void Add(std::int64_t index, FrameFeaturesPtr features, std::int64_t group = -1);
@@ -83,7 +83,7 @@ class ViewGraph {
 
   Camera camera_;
   const PlaceRecognizer& places_;
-  std::shared_ptr<AlikeKeypoints> alike_;
+  std::shared_ptr<PutativeMatches> putative_;
   std::map<std::int64_t, Image> images_;  // by index
 };
 

@@ -23,18 +23,18 @@ FrameFeaturesPtr Moved(const FrameFeaturesPtr& features) {
 TEST(ViewGraph, SearchesPairsOnceForAllCameras) {
   const SyntheticMap world = MakeSyntheticMap({});
   const PlaceRecognizer places(world.camera, {}, nullptr);
-  const auto alike = std::make_shared<AlikeKeypoints>();
+  const auto putative = std::make_shared<PutativeMatches>();
   std::vector<FrameFeaturesPtr> images;
   for (const std::uint64_t seed : {1, 2, 3}) {
     images.push_back(
         world.See(PoseOnArc(seed), {.pixel_noise = 0.2, .flipped_bits = 10, .seed = seed}).features);
   }
-  ViewGraph first(world.camera, places, alike);
+  ViewGraph first(world.camera, places, putative);
   ViewGraph alone(world.camera, places);
   Camera longer = world.camera;
   longer.fx *= 1.01;
   longer.fy *= 1.01;
-  ViewGraph second(longer, places, alike);
+  ViewGraph second(longer, places, putative);
   for (std::size_t i = 0; i < images.size(); ++i) {
     first.Add(static_cast<std::int64_t>(i), images[i]);
     alone.Add(static_cast<std::int64_t>(i), images[i]);
@@ -42,9 +42,9 @@ TEST(ViewGraph, SearchesPairsOnceForAllCameras) {
   }
   first.Match();
   alone.Match();
-  EXPECT_EQ(alike->Searched(), 3);
+  EXPECT_EQ(putative->Searched(), 3);
   second.Match();
-  EXPECT_EQ(alike->Searched(), 3) << "the same descriptors";
+  EXPECT_EQ(putative->Searched(), 3) << "the same descriptors";
   for (std::int64_t i = 0; i < 3; ++i) {
     EXPECT_EQ(first.MatchesOf(i), alone.MatchesOf(i));
     EXPECT_EQ(first.MatchesOf(i).size(), 2);
@@ -52,14 +52,14 @@ TEST(ViewGraph, SearchesPairsOnceForAllCameras) {
   }
 }
 
-TEST(AlikeKeypoints, TellsImagesApart) {
+TEST(PutativeMatches, TellsImagesApart) {
   const SyntheticMap world = MakeSyntheticMap({});
   const FrameFeaturesPtr a = world.See(PoseOnArc(0.0), {.flipped_bits = 10, .seed = 1}).features;
   const FrameFeaturesPtr b = world.See(PoseOnArc(1.0), {.flipped_bits = 10, .seed = 2}).features;
-  AlikeKeypoints alike;
-  const ImageMatches forward = alike.Of(*a, *b);
-  ImageMatches backward = alike.Of(*b, *a);
-  EXPECT_EQ(alike.Searched(), 2) << "the order of two images counts";
+  PutativeMatches putative;
+  const ImageMatches forward = putative.Of(*a, *b);
+  ImageMatches backward = putative.Of(*b, *a);
+  EXPECT_EQ(putative.Searched(), 2) << "the order of two images counts";
   for (auto& [i, j] : backward) {
     std::swap(i, j);
   }
