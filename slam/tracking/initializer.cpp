@@ -15,8 +15,9 @@ namespace {
 
 constexpr int kMinFeatures = 100;  // that the first frame needs
 constexpr double kMinFlow = 5.0;   // px, median motion of the matches below which no map is tried
-// Of the image width: a first frame that has moved by more gives way to a new one after kMaxFrames. A slow
-// camera, such as a drone's high above a town, may need ten times as long to translate enough.
+// Median motion, as a share of the image width, above which a first frame gives way to a new one after
+// kMaxFrames. A slow camera, such as a drone's high above a town, may need ten times as long to translate
+// enough.
 constexpr double kMaxFlow = 0.05;
 // Limit for the direction of the translation, rad (5 degrees). Bundle adjustment of a map that starts from a
 // worse one often ends in a wrong shape: of 25 starts on nine sequences, the five above 0.1 were off by 4 to
