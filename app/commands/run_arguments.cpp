@@ -67,7 +67,8 @@ Argument& SequenceArguments::AddTo(Command& command, const std::string& input_he
       "--resize SIZE", resize,
       "Scale images to WIDTH, WIDTH,HEIGHT or a factor such as 0.5 (1: full size); calibration, boxes and "
       "exports refer to the original size. Default: at most " +
-          std::to_string(kMaxMappedSide) + " pixels on the longer side");
+          std::to_string(kMaxMappedSide) +
+          " pixels on the longer side, small images at 480,360 or as many pixels");
   command.Option("--start N", start, "First frame").AtLeast(0);
   command.Option("--frames N|A:B", frames, "The first N frames, or A to B without B; A or B may be omitted");
   command.Option("--stride N", stride, "Use every N-th frame").AtLeast(1);

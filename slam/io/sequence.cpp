@@ -292,10 +292,15 @@ void ListSequence(const SequenceRequest& request, Sequence& sequence) {
   use_size({video.ShownSize().first, video.ShownSize().second});
 }
 
-ImageResize ResizeOf(const SequenceRequest& request, const Camera& camera) {
-  const double longer_side = std::max(camera.width, camera.height);
-  return request.resize.empty() ? ImageResize{.scale = std::min(1.0, kMaxMappedSide / longer_side)}
-                                : ParseImageResize(request.resize);
+double UsualScale(const cv::Size& image) {
+  constexpr double kMaxEnlargement = 2.0;  // beyond it, an image gains nothing
+  const double enlargement = std::sqrt(kMinMappedPixels / image.area());
+  const double longer_side = std::max(image.width, image.height);
+  return std::min(std::clamp(enlargement, 1.0, kMaxEnlargement), kMaxMappedSide / longer_side);
+}
+
+ImageResize ResizeOf(const SequenceRequest& request, const cv::Size& image) {
+  return request.resize.empty() ? ImageResize{.scale = UsualScale(image)} : ParseImageResize(request.resize);
 }
 
 void AttachDetections(const SequenceRequest& request, Sequence& sequence) {
@@ -408,7 +413,7 @@ Sequence OpenSequence(const SequenceRequest& given) {
     }
     const cv::Size file(sequence.camera.width, sequence.camera.height);
     CheckImageSides(sequence.path, file);
-    if (const ImageResize resize = ResizeOf(request, sequence.camera); resize.Changes()) {
+    if (const ImageResize resize = ResizeOf(request, file); resize.Changes()) {
       const cv::Size size = resize.Of(file);
       sequence.camera = ResizedCamera(sequence.camera, size.width, size.height);
     }

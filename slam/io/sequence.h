@@ -57,7 +57,7 @@ struct SequenceRequest {
   std::string camera = {};
   // boxes.txt or folder; empty: boxes.txt of the sequence folder if it is there.
   std::filesystem::path detections = {};
-  // WIDTH, WIDTH,HEIGHT or a factor (ParseImageResize); empty: the longer side is at most kMaxMappedSide.
+  // WIDTH, WIDTH,HEIGHT or a factor (ParseImageResize); empty: by kMaxMappedSide and kMinMappedPixels.
   std::string resize = {};
   // Camera of an earlier run, instead of `camera` and `resize`: images of any size are resized to it, and
   // boxes are not read.
@@ -69,6 +69,11 @@ struct SequenceRequest {
 
 // Longer side of frames, px, if the request does not say it: more pixels take time and add nothing to a map.
 inline constexpr int kMaxMappedSide = 1280;
+
+// Pixels of frames, if the request does not say it: smaller images are enlarged, as SIFT enlarges all for its
+// first octave (Lowe 2004, section 3.3). A keypoint's patch takes 39 pixels across at any resolution, so that
+// small images hold few, and none near the border.
+inline constexpr double kMinMappedPixels = 480.0 * 360.0;
 
 // Value of --camera for an uncalibrated camera.
 inline constexpr const char* kAutoCamera = "auto";

@@ -78,7 +78,7 @@ void SayHowImagesAreMapped(const Sequence& sequence, RunHost& host) {
   const cv::Size file = FileSize(sequence);
   const cv::Size frame(sequence.camera.width, sequence.camera.height);
   if (file != frame) {
-    host.Say(fmt::format("images of {}x{} are mapped at {}x{} (--resize 1: at full size)", file.width,
+    host.Say(fmt::format("images of {}x{} are mapped at {}x{} (--resize 1: as they are)", file.width,
                          file.height, frame.width, frame.height));
   }
   if (!sequence.fixed_regions.empty()) {

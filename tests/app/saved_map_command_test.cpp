@@ -94,7 +94,7 @@ TEST_F(SavedMapCommands, RejectsUnusableMapsInOneLine) {
   const WrittenSequence other = TinySequence();
   other.Write("camera.yaml", "width: 320\nheight: 240\nfx: 600\nfy: 600\ncx: 160\ncy: 120\n");
   ExpectRefused("localize " + other.Path().string() + " --map " + Map(), 3, "differs from that of ");
-  ExpectRefused("localize " + Input() + " --resize 0.5 --map " + Map(), 3, "--resize 320,240");
+  ExpectRefused("localize " + Input() + " --resize 0.5 --map " + Map(), 3, "--resize 480,360");
   const ProgramRun itself = RunProgram("run " + Input() + " --extend " + Map() + " -o " + Map());
   EXPECT_EQ(itself.exit_code, 3);
   EXPECT_THAT(itself.ErrorLines(), ElementsAre(HasSubstr("cannot be extended into itself")));

@@ -27,6 +27,7 @@ from input_files import FILMS, IMAGES, read_image, write_film, write_images
 FRAMES = 40
 LEVELS, CLOUD_LEVELS = 2.5, 3.5  # grey levels, with half of one for rounding
 WRITTEN_LEVELS = 6  # of single pixels in JPEG files, at borders
+OVERSHOOT = 0.15  # of the contrast: small images are enlarged by bicubic interpolation before they are mapped
 FULL_CHROMA = ("png-8", "tiff", "webp", "bt709-all-colours")  # files in which every pixel has its own colour
 FISHEYE = (-0.02, 0.004, -0.003, 0.0005)
 
@@ -73,7 +74,9 @@ def fits(color, view, x, y):
 def lies_between(color, image, x, y, tolerance):
     column, row = int(x), int(y)
     near = image[max(0, row - 1):row + 2, max(0, column - 1):column + 2].reshape(-1, 3).astype(int)
-    return ((color >= near.min(axis=0) - tolerance) & (color <= near.max(axis=0) + tolerance)).all()
+    low, high = near.min(axis=0), near.max(axis=0)
+    tolerance = tolerance + OVERSHOOT * (high - low)
+    return ((color >= low - tolerance) & (color <= high + tolerance)).all()
 
 
 class Kind:
@@ -211,11 +214,11 @@ class Kind:
         printed = self.make("export", self.result, "--format", "colmap", "--output", self.folder / "colmap")
         views, points, colors, tracks, error = model_readers.read_colmap(self.folder / "colmap")
         numbers, worst = self.check_views(views)
-        if self.name in FULL_CHROMA and not self.options:  # a resized image has mixed colours
+        if self.name in FULL_CHROMA and not self.options:  # a resized image has mixed colours, an enlarged one some
             true = {view: self.room.pictures[number] for view, number in zip(views, numbers)}
             off = sum(not any(lies_between(color, true[view], x, y, CLOUD_LEVELS) for view, x, y in track)
                       for color, track in zip(colors, tracks))
-            expect(off <= 0.05 * len(points), f"{off} of {len(points)} points do not have the true colours")
+            expect(off <= 0.15 * len(points), f"{off} of {len(points)} points do not have the true colours")
         wrong = sum(not any(fits(color, view, x, y) for view, x, y in track)
                     for color, track in zip(colors, tracks))
         expect(wrong <= 0.08 * len(points), f"{wrong} of {len(points)} points have colours that are not at their keypoints")

@@ -62,7 +62,7 @@ TEST(DatasetLayouts, FollowsIclNuimAssociations) {
                "1 depth/1.png 1 rgb/1.png\n2 depth/2.png 2 rgb/2.png\n10 depth/10.png 10 rgb/10.png\n");
   folder.Write("rgb/1.png", "");
   folder.Write("livingRoom2.gt.freiburg", "");
-  const Sequence sequence = OpenSequence({.path = folder.Path()});
+  const Sequence sequence = OpenSequence({.path = folder.Path(), .resize = "1"});
   EXPECT_EQ(sequence.format, SequenceFormat::kIclNuim);
   EXPECT_THAT(Names(sequence), ElementsAre("rgb/1.png", "rgb/2.png", "rgb/10.png"));
   EXPECT_DOUBLE_EQ(sequence.frames[2].timestamp, 10 / kFps);
@@ -75,7 +75,7 @@ TEST(DatasetLayouts, AcceptsColourImageFirstInAssociations) {
   const TemporaryFolder folder;
   folder.Write("associations.txt", "3 rgb/3.png 4 depth/4.png\n");
   folder.Write("rgb/3.png", "");
-  const Sequence sequence = OpenSequence({.path = folder.Path()});
+  const Sequence sequence = OpenSequence({.path = folder.Path(), .resize = "1"});
   EXPECT_THAT(Names(sequence), ElementsAre("rgb/3.png"));
   EXPECT_DOUBLE_EQ(sequence.frames[0].timestamp, 3 / kFps);
   folder.Write("associations.txt", "3 rgb/3.png 4 depth/4.png\n5 rgb/5.png\n");
@@ -91,7 +91,7 @@ TEST(DatasetLayouts, SortsIclNuimByNumberWithoutAssociations) {
   for (const char* name : {"rgb/10.png", "rgb/0.png", "rgb/2.png", "depth/0.png", "rgb/notes.txt"}) {
     folder.Write(name, "");
   }
-  const Sequence sequence = OpenSequence({.path = folder.Path()});
+  const Sequence sequence = OpenSequence({.path = folder.Path(), .resize = "1"});
   EXPECT_THAT(Names(sequence), ElementsAre("rgb/0.png", "rgb/2.png", "rgb/10.png"));
   EXPECT_DOUBLE_EQ(sequence.frames[1].timestamp, 2 / kFps);  // image 1 is missing: a gap, no shift
 }
@@ -102,7 +102,7 @@ TEST(DatasetLayouts, ReadsRenderedIclNuim) {
        {"scene_00_0001.png", "scene_00_0000.png", "scene_00_0000.depth", "scene_00_0000.txt"}) {
     folder.Write(name, "");
   }
-  const Sequence sequence = OpenSequence({.path = folder.Path()});
+  const Sequence sequence = OpenSequence({.path = folder.Path(), .resize = "1"});
   EXPECT_EQ(sequence.format, SequenceFormat::kIclNuim);
   EXPECT_THAT(Names(sequence), ElementsAre("scene_00_0000.png", "scene_00_0001.png"));
 }
@@ -112,7 +112,7 @@ TEST(DatasetLayouts, PicksColourImagesOfScenesV2) {
   for (const char* name : {"00001-color.png", "00001-depth.png", "00000-color.png", "00000-depth.png"}) {
     folder.Write(name, "");
   }
-  const Sequence sequence = OpenSequence({.path = folder.Path()});
+  const Sequence sequence = OpenSequence({.path = folder.Path(), .resize = "1"});
   EXPECT_EQ(sequence.format, SequenceFormat::kScenesV2);
   EXPECT_THAT(Names(sequence), ElementsAre("00000-color.png", "00001-color.png"));
   EXPECT_DOUBLE_EQ(sequence.frames[1].timestamp, 1 / kFps);
@@ -125,7 +125,7 @@ TEST(DatasetLayouts, PicksColourImagesOfSevenScenes) {
                            "frame-000009.color.png"}) {
     folder.Write(name, "");
   }
-  const Sequence sequence = OpenSequence({.path = folder.Path()});
+  const Sequence sequence = OpenSequence({.path = folder.Path(), .resize = "1"});
   EXPECT_EQ(sequence.format, SequenceFormat::k7Scenes);
   EXPECT_THAT(Names(sequence), ElementsAre("frame-000009.color.png", "frame-000010.color.png"));
   EXPECT_DOUBLE_EQ(sequence.frames[0].timestamp, 9 / kFps);
@@ -137,16 +137,17 @@ TEST(DatasetLayouts, PrefersFolderCameraToPreset) {
   const CapturedLog log;
   folder.Write("frame-000000.color.png", "");
   folder.Write("camera.yaml", "width: 64\nheight: 48\nfx: 50\nfy: 51\ncx: 32\ncy: 24\nfps: 10\n");
-  EXPECT_EQ(OpenSequence({.path = folder.Path()}).camera.fx, 50.0);
+  EXPECT_EQ(OpenSequence({.path = folder.Path(), .resize = "1"}).camera.fx, 50.0);
   EXPECT_EQ(log.Text(), "");
-  EXPECT_EQ(OpenSequence({.path = folder.Path(), .camera = "kinect-v1"}).camera.cx, 319.5);
+  EXPECT_EQ(OpenSequence({.path = folder.Path(), .camera = "kinect-v1", .resize = "1"}).camera.cx, 319.5);
 }
 
 TEST(DatasetLayouts, RecognisesTumCamerasByFolderName) {
   const TemporaryFolder folder;
   folder.Write("rgbd_dataset_freiburg2_desk/rgb.txt", "0.0 rgb/a.png\n");
   folder.Write("office/rgb.txt", "0.0 rgb/a.png\n");
-  EXPECT_EQ(OpenSequence({.path = folder.Path() / "rgbd_dataset_freiburg2_desk"}).camera.fx, 520.9);
+  EXPECT_EQ(OpenSequence({.path = folder.Path() / "rgbd_dataset_freiburg2_desk", .resize = "1"}).camera.fx,
+            520.9);
   EXPECT_EQ(PresetOf(SequenceFormat::kTum, folder.Path() / "rgbd_dataset_freiburg3_x" / ""), "tum-freiburg3");
   EXPECT_THAT(InputErrorOf([&] { OpenSequence({.path = folder.Path() / "office"}); }),
               AllOf(HasSubstr("camera.yaml: does not exist"), HasSubstr("--camera PRESET (7-scenes, ")));
@@ -158,7 +159,7 @@ TEST(DatasetLayouts, SortsPlainFoldersNumericallyWithoutDepth) {
   for (const char* name : {"10.png", "2.png", "1.png", "1_depth.png", "2-depth.png"}) {
     folder.Write(name, "");
   }
-  const Sequence sequence = OpenSequence({.path = folder.Path()});
+  const Sequence sequence = OpenSequence({.path = folder.Path(), .resize = "1"});
   EXPECT_EQ(sequence.format, SequenceFormat::kImages);
   EXPECT_THAT(Names(sequence), ElementsAre("1.png", "2.png", "10.png"));
 }
@@ -196,7 +197,7 @@ TEST(DatasetLayouts, ReadsEurocTimesAndCamera) {
                "intrinsics: [458.654, 457.296, 367.215, 248.375]\ndistortion_model: radial-tangential\n"
                "distortion_coefficients: [-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05]\n");
   for (const char* below : {"", "mav0", "mav0/cam0"}) {
-    const Sequence sequence = OpenSequence({.path = folder.Path() / below});
+    const Sequence sequence = OpenSequence({.path = folder.Path() / below, .resize = "1"});
     EXPECT_EQ(sequence.format, SequenceFormat::kEuroc);
     ASSERT_EQ(sequence.frames.size(), 2U);
     EXPECT_EQ(sequence.frames[1].image_path.filename(), "1403636579813555456.png");
@@ -224,7 +225,7 @@ TEST(DatasetLayouts, PrefersKittiColourCamera) {
       std::filesystem::copy_file(folder.Path() / "0.png", folder.Path() / camera / name);
     }
   }
-  const Sequence sequence = OpenSequence({.path = folder.Path()});
+  const Sequence sequence = OpenSequence({.path = folder.Path(), .resize = "1"});
   EXPECT_EQ(sequence.format, SequenceFormat::kKitti);
   EXPECT_THAT(Names(sequence), ElementsAre("image_2/000000.png", "image_2/000001.png", "image_2/000002.png"));
   EXPECT_DOUBLE_EQ(sequence.frames[1].timestamp, 0.1037);

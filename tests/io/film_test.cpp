@@ -43,11 +43,11 @@ class FilmTest : public ::testing::Test {
 
 TEST_F(FilmTest, OpensFolderWithOneFilm) {
   WriteFilm(Path(), EvenTimes(5), Picture);
-  const Sequence sequence = OpenSequence({.path = folder_.Path()});
+  const Sequence sequence = OpenSequence({.path = folder_.Path(), .resize = "1"});
   EXPECT_EQ(sequence.video_path, Path());
   EXPECT_EQ(sequence.frames.size(), 5U);
   folder_.Write("._film.mp4", "Mac OS X");
-  EXPECT_EQ(OpenSequence({.path = folder_.Path()}).video_path, Path());
+  EXPECT_EQ(OpenSequence({.path = folder_.Path(), .resize = "1"}).video_path, Path());
   WriteFilm(folder_.Path() / "second.mp4", EvenTimes(5), Picture);
   EXPECT_THROW(OpenSequence({.path = folder_.Path()}), InputError) << "which of the two?";
 }
@@ -55,7 +55,7 @@ TEST_F(FilmTest, OpensFolderWithOneFilm) {
 TEST_F(FilmTest, KeepsTimesOfVariableFrameRate) {
   const std::vector<double> seconds = {0.0, 0.040, 0.100, 0.133, 0.300, 0.310, 0.400, 0.900};
   WriteFilm(Path(), seconds, Picture);
-  FrameSource source(OpenSequence({.path = Path()}));
+  FrameSource source(OpenSequence({.path = Path(), .resize = "1"}));
   for (std::size_t i = 0; i < seconds.size(); ++i) {
     const std::optional<Frame> frame = source.Next();
     ASSERT_TRUE(frame) << i;
@@ -69,7 +69,7 @@ TEST_F(FilmTest, KeepsTimesOfVariableFrameRate) {
 
 TEST_F(FilmTest, RotatesPicturesAndCalibrationByFlag) {
   WriteFilm(Path(), EvenTimes(5), Picture, {.quarter_turns = 1});
-  const Sequence sequence = OpenSequence({.path = Path()});
+  const Sequence sequence = OpenSequence({.path = Path(), .resize = "1"});
   EXPECT_EQ(sequence.camera.width, 120);
   EXPECT_EQ(sequence.camera.height, 160);
   EXPECT_EQ(sequence.camera.fx, 120.0);
@@ -87,7 +87,7 @@ TEST_F(FilmTest, RotatesPicturesAndCalibrationByFlag) {
 TEST_F(FilmTest, KeepsCalibrationOfRotatedPictures) {
   WriteFilm(Path(), EvenTimes(3), Picture, {.quarter_turns = 3});
   WriteCamera(folder_.Path() / "camera.yaml", {120, 160, 130.0, 131.0, 60.0, 80.0, {}, 30.0});
-  const Sequence sequence = OpenSequence({.path = Path()});
+  const Sequence sequence = OpenSequence({.path = Path(), .resize = "1"});
   EXPECT_EQ(sequence.camera.fy, 131.0);
   EXPECT_EQ(sequence.camera.cy, 80.0);
   FrameSource source(sequence);
@@ -134,7 +134,7 @@ TEST_F(FilmTest, PlaysFirstPartWithWarningWhenCutOff) {
   WriteFilm(Path(), EvenTimes(kFrames), Picture, {.index_first = true});
   std::filesystem::resize_file(Path(), std::filesystem::file_size(Path()) / 2);
   const CapturedLog log;
-  const Sequence sequence = OpenSequence({.path = Path()});
+  const Sequence sequence = OpenSequence({.path = Path(), .resize = "1"});
   FrameSource source(sequence);
   int count = 0;
   while (source.Next()) {
@@ -156,7 +156,7 @@ TEST_F(FilmTest, GuessesUncalibratedCamera) {
   std::filesystem::remove(folder_.Path() / "camera.yaml");
   WriteFilm(Path(), EvenTimes(3), Picture);
   for (const char* camera : {"", "auto"}) {
-    const Sequence sequence = OpenSequence({.path = Path(), .camera = camera});
+    const Sequence sequence = OpenSequence({.path = Path(), .camera = camera, .resize = "1"});
     EXPECT_NEAR(HorizontalFieldOfView(sequence.camera), 60.0 * 3.14159265 / 180.0, 1e-3);
     EXPECT_THAT(sequence.guessed_by, HasSubstr("60 degrees"));
   }

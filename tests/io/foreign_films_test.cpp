@@ -136,7 +136,8 @@ TEST_F(ForeignFilms, HaveTheColoursOfTheirMatrixAndRange) {
 TEST_F(ForeignFilms, StayInTheirMemoryAtAnyWidth) {
   for (const cv::Size size : {cv::Size(600, 400), cv::Size(626, 200), cv::Size(90, 50)}) {
     const std::string name = fmt::format("{}.mp4", size.width);
-    const Sequence sequence = OpenSequence({.path = Film(name, size, "-vf " + kYuv + " " + kExact)});
+    const Sequence sequence =
+        OpenSequence({.path = Film(name, size, "-vf " + kYuv + " " + kExact), .resize = "1"});
     FrameSource source(sequence);
     std::vector<Frame> frames;  // kept, so that a new picture lies behind the last, where damage shows
     while (std::optional<Frame> frame = source.Next()) {
@@ -147,8 +148,8 @@ TEST_F(ForeignFilms, StayInTheirMemoryAtAnyWidth) {
 }
 
 TEST_F(ForeignFilms, ShowSquarePixelsUpright) {
-  const Sequence wide =
-      OpenSequence({.path = Film("wide.mp4", kFilmSize, "-vf setsar=3/2," + kYuv + " " + kExact)});
+  const Sequence wide = OpenSequence(
+      {.path = Film("wide.mp4", kFilmSize, "-vf setsar=3/2," + kYuv + " " + kExact), .resize = "1"});
   EXPECT_EQ(wide.camera.width, 240);
   EXPECT_EQ(wide.camera.height, 120);
   EXPECT_EQ(Play(wide), From(0));
@@ -156,7 +157,8 @@ TEST_F(ForeignFilms, ShowSquarePixelsUpright) {
   const std::string camera = folder_.Write("stored.yaml",
                                            "width: 160\nheight: 120\nfx: 100\nfy: 150\ncx: 79.5\n"
                                            "cy: 59.5\n");
-  const Sequence calibrated = OpenSequence({.path = folder_.Path() / "wide.mp4", .camera = camera});
+  const Sequence calibrated =
+      OpenSequence({.path = folder_.Path() / "wide.mp4", .camera = camera, .resize = "1"});
   EXPECT_NEAR(calibrated.camera.fx, 150.0, 1e-9);
   EXPECT_NEAR(calibrated.camera.cx, 119.5, 1e-9);
 
@@ -166,7 +168,7 @@ TEST_F(ForeignFilms, ShowSquarePixelsUpright) {
       "-metadata:s:v rotate=90 {}",
       Film("flat.mp4", kFilmSize, "-vf " + kYuv + " " + kExact).string(), turned.string(),
       (folder_.Path() / "flat.mp4").string(), turned.string()));
-  const Sequence upright = OpenSequence({.path = turned});
+  const Sequence upright = OpenSequence({.path = turned, .resize = "1"});
   EXPECT_EQ(upright.camera.width, 120);
   EXPECT_EQ(upright.camera.height, 160);
   EXPECT_EQ(upright.frames.size(), std::size_t{kPictures});
@@ -180,7 +182,7 @@ TEST_F(ForeignFilms, StartAtTheFirstPictureThatCanBeDecoded) {
     SCOPED_TRACE(share);
     const fs::path cut =
         folder_.Write("cut.ts", bytes.substr(static_cast<std::size_t>(share * bytes.size())));
-    const Sequence sequence = OpenSequence({.path = cut});
+    const Sequence sequence = OpenSequence({.path = cut, .resize = "1"});
     ASSERT_FALSE(sequence.frames.empty());
     FrameSource source(sequence);
     std::optional<Frame> first = source.Next();
@@ -196,7 +198,8 @@ TEST_F(ForeignFilms, StartAtTheFirstPictureThatCanBeDecoded) {
 TEST_F(ForeignFilms, KeepVariableTimesAndEditLists) {
   const Sequence variable =
       OpenSequence({.path = Film("variable.mp4", kFilmSize,
-                                 "-vf \"" + kYuv + ",select='not(eq(mod(n,5),2))'\" -vsync vfr " + kExact)});
+                                 "-vf \"" + kYuv + ",select='not(eq(mod(n,5),2))'\" -vsync vfr " + kExact),
+                    .resize = "1"});
   std::vector<int> expected = From(0);
   std::erase_if(expected, [](int i) { return i % 5 == 2; });
   EXPECT_EQ(Play(variable), expected);
@@ -204,7 +207,7 @@ TEST_F(ForeignFilms, KeepVariableTimesAndEditLists) {
   const fs::path whole = Film("whole.mp4", kFilmSize, "-vf " + kYuv + " " + kExact);
   const fs::path cut = folder_.Path() / "cut.mp4";
   Run(fmt::format("-ss 0.44 -i {} -c copy {}", whole.string(), cut.string()));  // from the key picture before
-  EXPECT_EQ(Play(OpenSequence({.path = cut}), 11 * kStep), From(11));
+  EXPECT_EQ(Play(OpenSequence({.path = cut, .resize = "1"}), 11 * kStep), From(11));
 }
 
 TEST_F(ForeignFilms, IgnoreCoversAndTakeOneStream) {
@@ -222,14 +225,14 @@ TEST_F(ForeignFilms, IgnoreCoversAndTakeOneStream) {
         std::pair("sound.mkv", fmt::format("-i {} -i {} -map 1 -map 0 -c copy", film, sound))}) {
     SCOPED_TRACE(name);
     Run(inputs + " " + (folder_.Path() / name).string());
-    const Sequence sequence = OpenSequence({.path = folder_.Path() / name});
+    const Sequence sequence = OpenSequence({.path = folder_.Path() / name, .resize = "1"});
     EXPECT_EQ(sequence.camera.width, 160);
     EXPECT_EQ(Play(sequence), From(0));
   }
   const CapturedLog log;
   Run(fmt::format("-i {} -i {} -map 1 -map 0 -c copy -disposition:v:0 0 -disposition:v:1 0 {}", film, other,
                   (folder_.Path() / "two.mkv").string()));
-  EXPECT_EQ(Play(OpenSequence({.path = folder_.Path() / "two.mkv"})), From(0));
+  EXPECT_EQ(Play(OpenSequence({.path = folder_.Path() / "two.mkv", .resize = "1"})), From(0));
   EXPECT_THAT(log.Text(),
               HasSubstr("two.mkv: has 2 streams of video, of which number 1 of 160x120 is taken"));
   EXPECT_THAT(InputErrorOf([&] { OpenSequence({.path = sound}); }),

@@ -62,7 +62,7 @@ TEST_F(Photographs, KeepTheirNumbersBesideOtherFiles) {
   folder_.Write("2.png", "a frame that was lost");
   cv::imwrite((folder_.Path() / "3.png").string(), cv::Mat(24, 32, CV_8UC3, cv::Scalar::all(0)));
   const CapturedLog log;
-  const Sequence sequence = OpenSequence({.path = folder_.Path()});
+  const Sequence sequence = OpenSequence({.path = folder_.Path(), .resize = "1"});
   std::vector<std::string> names;
   for (const SequenceFrame& frame : sequence.frames) {
     names.push_back(frame.image_path.filename().string());
@@ -78,14 +78,14 @@ TEST_F(Photographs, ScaleCalibrationOfSameAspectRatio) {
     cv::imwrite((folder_.Path() / fmt::format("{}.png", i)).string(), SensorPixels());
   }
   folder_.Write("camera.yaml", "width: 640\nheight: 480\nfx: 500\nfy: 510\ncx: 319.5\ncy: 239.5\n");
-  const Sequence sequence = OpenSequence({.path = folder_.Path()});
+  const Sequence sequence = OpenSequence({.path = folder_.Path(), .resize = "1"});
   EXPECT_EQ(sequence.camera.width, 64);
   EXPECT_NEAR(sequence.camera.fy, 51.0, 1e-9);
   EXPECT_NEAR(sequence.camera.cx, 31.5, 1e-9);
   EXPECT_EQ(Play(sequence).size(), 3U);
   // A sensor's calibration, and images that were shown upright.
   folder_.Write("camera.yaml", "width: 480\nheight: 640\nfx: 500\nfy: 510\ncx: 239.5\ncy: 319.5\n");
-  EXPECT_NEAR(OpenSequence({.path = folder_.Path()}).camera.fx, 51.0, 1e-9);
+  EXPECT_NEAR(OpenSequence({.path = folder_.Path(), .resize = "1"}).camera.fx, 51.0, 1e-9);
   folder_.Write("camera.yaml", "width: 640\nheight: 360\nfx: 500\nfy: 510\ncx: 319.5\ncy: 179.5\n");
   EXPECT_THAT(InputErrorOf([&] { OpenSequence({.path = folder_.Path()}); }),
               ::testing::HasSubstr("is 64x48, expected the camera's 640x360 or its aspect ratio"));
@@ -97,7 +97,7 @@ TEST_F(Photographs, UseTheRangeOfMoreThanEightBits) {
     deep(cv::Rect(6, 10, 20, 8)).setTo(i == 3 ? 30100 : 30500);
     cv::imwrite((folder_.Path() / fmt::format("{}.png", i)).string(), deep);
   }
-  const Sequence sequence = OpenSequence({.path = folder_.Path()});
+  const Sequence sequence = OpenSequence({.path = folder_.Path(), .resize = "1"});
   const std::vector<Frame> frames = Play(sequence);
   EXPECT_EQ(frames[0].gray.at<std::uint8_t>(0, 0), 0);
   EXPECT_EQ(frames[0].gray.at<std::uint8_t>(12, 10), 255);
@@ -111,12 +111,13 @@ TEST_F(Photographs, UseTheRangeOfMoreThanEightBits) {
   for (int i = 0; i < 4; ++i) {
     cv::imwrite((folder_.Path() / fmt::format("{}.png", i)).string(), wide);
   }
-  EXPECT_EQ(Play(OpenSequence({.path = folder_.Path()}))[0].gray.at<std::uint8_t>(20, 10), 100);
+  EXPECT_EQ(Play(OpenSequence({.path = folder_.Path(), .resize = "1"}))[0].gray.at<std::uint8_t>(20, 10),
+            100);
 }
 
 TEST_F(Photographs, TurnToPixelsOfTheSensor) {
   WriteMixed();
-  const Sequence sequence = OpenSequence({.path = folder_.Path()});
+  const Sequence sequence = OpenSequence({.path = folder_.Path(), .resize = "1"});
   const std::vector<Frame> frames = Play(sequence);
   ASSERT_EQ(frames.size(), 7U);
   InputImages images(sequence);
@@ -135,7 +136,7 @@ TEST_F(Photographs, StayUprightWhenMostArePortrait) {
     if (calibrated) {
       folder_.Write("camera.yaml", "width: 64\nheight: 48\nfx: 50\nfy: 51\ncx: 30\ncy: 20\n");
     }
-    const Sequence sequence = OpenSequence({.path = folder_.Path()});
+    const Sequence sequence = OpenSequence({.path = folder_.Path(), .resize = "1"});
     EXPECT_EQ(sequence.camera.width, 48);
     EXPECT_EQ(sequence.camera.height, 64);
     for (const Frame& frame : Play(sequence)) {
@@ -151,7 +152,7 @@ TEST_F(Photographs, StayUprightWhenMostArePortrait) {
 
 TEST_F(Photographs, KeepTheirBoxes) {
   WriteMixed();
-  const Sequence listed = OpenSequence({.path = folder_.Path()});
+  const Sequence listed = OpenSequence({.path = folder_.Path(), .resize = "1"});
   std::string pixels;
   for (std::size_t i = 0; i < listed.frames.size(); ++i) {
     const cv::Mat shown = cv::imread(listed.frames[i].image_path.string(), cv::IMREAD_GRAYSCALE);
@@ -195,7 +196,8 @@ TEST_F(Photographs, KeepTheirMasks) {
   const cv::Mat sensor_mask = 255 - SensorPixels();
   cv::imwrite((folder_.Path() / "masks" / "all.png").string(), sensor_mask > 100);
   for (const char* mask : {"masks", "masks/all.png"}) {
-    for (const Frame& frame : Play(OpenSequence({.path = folder_.Path(), .mask = folder_.Path() / mask}))) {
+    for (const Frame& frame :
+         Play(OpenSequence({.path = folder_.Path(), .resize = "1", .mask = folder_.Path() / mask}))) {
       if (!frame.ignored.empty()) {
         EXPECT_EQ(BlockIn(frame.ignored), cv::Rect(6, 10, 20, 8)) << mask << frame.image_path;
       }
@@ -208,17 +210,21 @@ TEST_F(Photographs, TakeMostFrequentSize) {
   for (int i = 1; i < 5; ++i) {
     cv::imwrite((folder_.Path() / (std::to_string(i) + ".png")).string(), SensorPixels());
   }
-  EXPECT_EQ(OpenSequence({.path = folder_.Path()}).camera.width, 64);
+  EXPECT_EQ(OpenSequence({.path = folder_.Path(), .resize = "1"}).camera.width, 64);
 }
 
-TEST_F(Photographs, ShrinkTo1280PixelsByDefault) {
-  for (const cv::Size size : {cv::Size(1600, 1200), cv::Size(900, 1500), cv::Size(1280, 720)}) {
+TEST_F(Photographs, AreMappedAtUsualSizes) {
+  const std::vector<std::pair<cv::Size, cv::Size>> usual{{{1600, 1200}, {1280, 960}},
+                                                         {{900, 1500}, {768, 1280}},
+                                                         {{1280, 720}, {1280, 720}},
+                                                         {{320, 240}, {480, 360}},
+                                                         {{64, 48}, {128, 96}}};
+  for (const auto& [size, mapped] : usual) {
     const auto file = folder_.Path() / "0.png";
     cv::imwrite(file.string(), cv::Mat(size, CV_8UC3, cv::Scalar::all(90)));
     const Sequence sequence = OpenSequence({.path = folder_.Path()});
     const cv::Size frame(sequence.camera.width, sequence.camera.height);
-    EXPECT_EQ(std::max(frame.width, frame.height), 1280) << size;
-    EXPECT_NEAR(frame.width * size.height, frame.height * size.width, 0.5 * size.width) << size;
+    EXPECT_EQ(frame, mapped);
     EXPECT_EQ(Play(sequence).at(0).bgr.size(), frame) << size;
     EXPECT_EQ(FileSize(sequence), size);
     const Camera in_file = InFilePixels(sequence.camera, sequence);

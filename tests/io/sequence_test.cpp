@@ -104,7 +104,7 @@ TEST(Sequence, ListsFramesOfATumFolderWithItsBoxes) {
   folder.Write("camera.yaml", kCameraFile);
   folder.Write("rgb.txt", "# comment\r\n\r\n0.0 rgb/a b.png\r\n0.5\trgb/c.png\r\n");
   folder.Write("boxes.txt", "0.5 cup 0.9 1 2 10 12 7 0.5\n0.0 book 1 3 4 5 6\n");
-  const Sequence sequence = OpenSequence({.path = folder.Path()});
+  const Sequence sequence = OpenSequence({.path = folder.Path(), .resize = "1"});
   ASSERT_EQ(sequence.frames.size(), 2u);
   EXPECT_EQ(sequence.frames[0].image_path.filename(), "a b.png");
   EXPECT_EQ(sequence.frames[1].timestamp, 0.5);
@@ -129,7 +129,7 @@ TEST(Sequence, ReadsListsOfOtherPrograms) {
            "0 rgb/a, b.png\n1 rgb/b.png\n2 rgb/c.png\n",
        }) {
     folder.Write("rgb.txt", text);
-    const Sequence sequence = OpenSequence({.path = folder.Path()});
+    const Sequence sequence = OpenSequence({.path = folder.Path(), .resize = "1"});
     ASSERT_EQ(sequence.frames.size(), 3U) << text;
     EXPECT_EQ(sequence.frames[0].image_path, sequence.path / "rgb/a, b.png") << text;
     EXPECT_EQ(sequence.frames[2].image_path, sequence.path / "rgb/c.png") << text;
@@ -160,7 +160,7 @@ TEST(Sequence, TimesImageFolderByFrameRate) {
   folder.Write("notes.md", "x");
   const TemporaryFolder elsewhere;
   const auto camera = elsewhere.Write("c.yaml", std::string(kCameraFile) + "fps: 10\n");
-  const Sequence sequence = OpenSequence({.path = folder.Path(), .camera = camera.string()});
+  const Sequence sequence = OpenSequence({.path = folder.Path(), .camera = camera.string(), .resize = "1"});
   ASSERT_EQ(sequence.frames.size(), 2u);
   EXPECT_EQ(sequence.frames[0].image_path.filename(), "a.JPG");
   EXPECT_DOUBLE_EQ(sequence.frames[1].timestamp, 0.1);
@@ -171,7 +171,7 @@ TEST(Sequence, TakesFrameRateOfGuessedCameraFromTimestamps) {
   const TemporaryFolder folder;
   cv::imwrite((folder.Path() / "a.png").string(), cv::Mat(48, 64, CV_8UC3, cv::Scalar::all(7)));
   folder.Write("rgb.txt", "0.0 a.png\n0.2 a.png\n0.4 a.png\n1.9 a.png\n");
-  EXPECT_NEAR(OpenSequence({.path = folder.Path(), .camera = "auto"}).camera.fps, 5.0, 1e-9);
+  EXPECT_NEAR(OpenSequence({.path = folder.Path(), .camera = "auto", .resize = "1"}).camera.fps, 5.0, 1e-9);
 }
 
 TEST(Sequence, GuessesMissingCalibrationOfOwnPicturesOnly) {
@@ -180,7 +180,7 @@ TEST(Sequence, GuessesMissingCalibrationOfOwnPicturesOnly) {
   EXPECT_THAT(InputErrorOf([&] { OpenSequence({.path = folder.Path()}); }),
               HasSubstr("a.png: cannot be read"));
   cv::imwrite((folder.Path() / "a.png").string(), cv::Mat(48, 64, CV_8UC3, cv::Scalar::all(7)));
-  const Sequence guessed = OpenSequence({.path = folder.Path()});
+  const Sequence guessed = OpenSequence({.path = folder.Path(), .resize = "1"});
   EXPECT_EQ(guessed.camera.width, 64);
   EXPECT_FALSE(guessed.guessed_by.empty());
   folder.Write("rgb.txt", "0.0 a.png\n");

@@ -61,7 +61,7 @@ int LeftEdge(const Frame& frame) {
 }
 
 TEST_P(VideoTest, PlaysFramesInOrderWithTheirTimes) {
-  const Sequence sequence = OpenSequence({.path = Path()});
+  const Sequence sequence = OpenSequence({.path = Path(), .resize = "1"});
   EXPECT_EQ(sequence.format, SequenceFormat::kVideo);
   ASSERT_EQ(sequence.frames.size(), static_cast<std::size_t>(kFrames));
   FrameSource source(sequence);
@@ -77,7 +77,7 @@ TEST_P(VideoTest, PlaysFramesInOrderWithTheirTimes) {
 }
 
 TEST_P(VideoTest, PlaysFramesByStartAndStride) {
-  FrameSource source(OpenSequence({.path = Path()}), {.start = 3, .count = 3, .stride = 5});
+  FrameSource source(OpenSequence({.path = Path(), .resize = "1"}), {.start = 3, .count = 3, .stride = 5});
   for (const int index : {3, 8, 13}) {
     const std::optional<Frame> frame = source.Next();
     ASSERT_TRUE(frame);
@@ -88,7 +88,7 @@ TEST_P(VideoTest, PlaysFramesByStartAndStride) {
 }
 
 TEST_P(VideoTest, ScalesCalibrationOfSameAspectRatio) {
-  const Camera camera = OpenSequence({.path = Path(), .camera = "kinect-v1"}).camera;
+  const Camera camera = OpenSequence({.path = Path(), .camera = "kinect-v1", .resize = "1"}).camera;
   EXPECT_EQ(camera.width, 160);
   EXPECT_NEAR(camera.fx, 0.25 * ReadCamera(CameraFile("kinect-v1")).fx, 1e-9);
   const fs::path wide = Path().parent_path() / "wide.yaml";
@@ -106,7 +106,7 @@ TEST_P(VideoTest, PlaysFirstPartWhenCutOff) {
     return;
   }
   const CapturedLog log;
-  const Sequence sequence = OpenSequence({.path = Path()});
+  const Sequence sequence = OpenSequence({.path = Path(), .resize = "1"});
   FrameSource source(sequence);
   int count = 0;
   while (source.Next()) {

@@ -151,7 +151,7 @@ TEST(LearnCamera, TellsFisheyeLensFromUsualOne) {
   const auto learn = [](const Camera& camera, const std::vector<cv::Mat>& images) {
     const WrittenSequence written(camera, images);
     RunHost host;
-    return LearnCamera(OpenSequence({.path = written.Path(), .camera = "auto"}), {}, {}, host);
+    return LearnCamera(OpenSequence({.path = written.Path(), .camera = "auto", .resize = "1"}), {}, {}, host);
   };
   const AutoCamera fisheye = learn(lens, seen_wide);
   EXPECT_EQ(fisheye.camera.lens, LensModel::kFisheye);

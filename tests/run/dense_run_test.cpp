@@ -59,6 +59,7 @@ class DenseRunTest : public ::testing::Test {
   RunRequest Request() const {
     RunRequest request;
     request.sequence.path = sequence_.Path();
+    request.sequence.resize = "1";
     request.output = Result();
     request.options.vocabulary = "none";
     request.options.detection.network = "none";
