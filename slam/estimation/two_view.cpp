@@ -2,12 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <Eigen/SVD>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/eigen.hpp>
 
@@ -23,12 +26,7 @@ constexpr std::size_t kMinMatches = 20;
 constexpr double kVariance = 1.0;  // px^2, of a matched corner
 constexpr double kRansacConfidence = 0.999;
 constexpr double kMinTranslationFlow = 1.5;  // px, median flow after removing the best pure rotation
-constexpr double kHomographyShare = 0.45;    // of both scores, above which the homography is chosen
-constexpr double kMaxSecondBest = 0.75;      // share of the best solution's points: another one is ambiguous
-
-double HomographyError(const Eigen::Matrix3d& H21, const Eigen::Vector2d& p1, const Eigen::Vector2d& p2) {
-  return ((H21 * p1.homogeneous()).hnormalized() - p2).squaredNorm() / kVariance;
-}
+constexpr double kMaxSecondBest = 0.97;      // share of the best motion's score: another one is ambiguous
 
 double EpipolarError(const Eigen::Matrix3d& F21, const Eigen::Vector2d& p1, const Eigen::Vector2d& p2) {
   const Eigen::Vector3d line = F21 * p1.homogeneous();
@@ -36,20 +34,23 @@ double EpipolarError(const Eigen::Matrix3d& F21, const Eigen::Vector2d& p1, cons
   return d * d / line.head<2>().squaredNorm() / kVariance;
 }
 
-struct ModelSupport {
+// Matches that a motion explains, and its score: the sum of limit - error over them and both images.
+struct MotionSupport {
   double score = 0.0;
   std::vector<bool> inliers;
 };
 
-// The score sums kChi2TwoDof - error over both directions for errors below the limit. The threshold is the
-// same for both models, so that the scores are comparable.
-ModelSupport Score(const std::vector<TwoViewMatch>& matches, double limit, auto&& error) {
-  ModelSupport support{0.0, std::vector<bool>(matches.size(), false)};
+MotionSupport SupportOf(const Camera& camera, const std::vector<TwoViewMatch>& matches,
+                        const Rigid3d& T_2_1) {
+  const Eigen::Matrix3d K_inverse = camera.K().inverse();
+  const Eigen::Matrix3d E = Skew(T_2_1.translation) * T_2_1.RotationMatrix();
+  const Eigen::Matrix3d F21 = K_inverse.transpose() * E * K_inverse;
+  MotionSupport support{0.0, std::vector<bool>(matches.size(), false)};
   for (std::size_t i = 0; i < matches.size(); ++i) {
-    const auto [forward, backward] = error(matches[i]);
-    support.inliers[i] = forward <= limit && backward <= limit;
-    support.score += forward <= limit ? kChi2TwoDof - forward : 0.0;
-    support.score += backward <= limit ? kChi2TwoDof - backward : 0.0;
+    const double forward = EpipolarError(F21, matches[i].pixel1, matches[i].pixel2);
+    const double backward = EpipolarError(F21.transpose(), matches[i].pixel2, matches[i].pixel1);
+    support.inliers[i] = forward <= kChi2OneDof && backward <= kChi2OneDof;
+    support.score += support.inliers[i] ? 2.0 * kChi2OneDof - forward - backward : 0.0;
   }
   return support;
 }
@@ -57,8 +58,10 @@ ModelSupport Score(const std::vector<TwoViewMatch>& matches, double limit, auto&
 struct Candidate {
   Rigid3d T_camera2_camera1;
   std::vector<std::optional<Eigen::Vector3d>> points;
-  int good = 0;
-  int determined = 0;
+  int explained = 0;   // matches
+  int good = 0;        // of them
+  int determined = 0;  // of the good ones
+  double score = 0.0;  // of the good ones
 };
 
 // Returns the parallax, in radians, above which the noise of both pixels leaves a depth uncertain by less
@@ -69,19 +72,21 @@ double MinParallax(const Camera& camera) {
   return std::min(kWideParallax, std::sqrt(2.0 * kVariance) / camera.fx / kMaxDeviation);
 }
 
-// Triangulates the inliers. A point is good if it is in front of both cameras with a small reprojection
-// error, or so far away that its rays are parallel.
+// Triangulates the matches that the motion explains. A point is good if it is in front of both cameras with a
+// small reprojection error, or so far away that its rays are parallel.
 Candidate Reconstruct(const Camera& camera, const std::vector<TwoViewMatch>& matches,
-                      const std::vector<bool>& inliers, const Rigid3d& T_camera2_camera1) {
+                      const Rigid3d& T_camera2_camera1) {
   constexpr double kMaxSquaredError = 4.0 * kVariance;
   constexpr double kParallelCosine = 0.99998;
   const double min_parallax = MinParallax(camera);
+  const MotionSupport support = SupportOf(camera, matches, T_camera2_camera1);
   Candidate candidate{T_camera2_camera1, {}};
   candidate.points.resize(matches.size());
   for (std::size_t i = 0; i < matches.size(); ++i) {
-    if (!inliers[i]) {
+    if (!support.inliers[i]) {
       continue;
     }
+    ++candidate.explained;
     const Eigen::Vector3d ray1 = camera.Unproject(matches[i].pixel1);
     const Eigen::Vector3d ray2 = camera.Unproject(matches[i].pixel2);
     const double cosine = (T_camera2_camera1.rotation * ray1).normalized().dot(ray2.normalized());
@@ -100,6 +105,7 @@ Candidate Reconstruct(const Camera& camera, const std::vector<TwoViewMatch>& mat
     candidate.determined += std::acos(std::clamp(cosine, -1.0, 1.0)) >= min_parallax ? 1 : 0;
     candidate.points[i] = p;
   }
+  candidate.score = support.score * candidate.good / std::max(candidate.explained, 1);
   return candidate;
 }
 
@@ -114,36 +120,73 @@ double SampsonError(const Camera& camera, const TwoViewMatch& match, const Rigid
          std::sqrt(line2.head<2>().squaredNorm() + line1.head<2>().squaredNorm());
 }
 
+// Motion after small steps along its five degrees of freedom: two of the direction, three of the rotation.
+using MotionStep = Eigen::Matrix<double, 5, 1>;
+
+Rigid3d Moved(const Rigid3d& T, const MotionStep& step) {
+  const Eigen::Vector3d across1 = T.translation.unitOrthogonal();
+  const Eigen::Vector3d across2 = T.translation.cross(across1).normalized();
+  return {(ExpRotation(step.tail<3>()) * T.rotation).normalized(),
+          (T.translation + step[0] * across1 + step[1] * across2).normalized()};
+}
+
+// Information of matches on a motion, and their gradient: the normal equations of the squared Sampson errors.
+struct MotionInformation {
+  Eigen::Matrix<double, 5, 5> matrix = Eigen::Matrix<double, 5, 5>::Zero();
+  MotionStep gradient = MotionStep::Zero();
+};
+
+MotionInformation InformationOn(const Camera& camera, const std::vector<TwoViewMatch>& matches,
+                                const Rigid3d& T, auto&& is_used) {
+  constexpr double kStep = 1e-5;  // rad
+  std::array<Rigid3d, 5> moved;
+  for (int k = 0; k < 5; ++k) {
+    moved[k] = Moved(T, kStep * MotionStep::Unit(k));
+  }
+  MotionInformation information;
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    if (is_used(i)) {
+      const double error = SampsonError(camera, matches[i], T);
+      MotionStep derivative;
+      for (int k = 0; k < 5; ++k) {
+        derivative[k] = (SampsonError(camera, matches[i], moved[k]) - error) / kStep;
+      }
+      information.matrix += derivative * derivative.transpose() / kVariance;
+      information.gradient += derivative * error / kVariance;
+    }
+  }
+  return information;
+}
+
 // Returns the standard deviation of the direction of the translation, from the information that the points of
 // the candidate hold on all five degrees of freedom.
 double DirectionDeviation(const Camera& camera, const std::vector<TwoViewMatch>& matches,
                           const Candidate& candidate) {
-  constexpr double kStep = 1e-5;  // rad
-  const Rigid3d& T = candidate.T_camera2_camera1;
-  const Eigen::Vector3d across1 = T.translation.unitOrthogonal();
-  const Eigen::Vector3d across2 = T.translation.cross(across1).normalized();
-  std::vector<Rigid3d> moved;
-  for (const Eigen::Vector3d& across : {across1, across2}) {
-    moved.push_back({T.rotation, (T.translation + kStep * across).normalized()});
-  }
-  for (int axis = 0; axis < 3; ++axis) {
-    const Eigen::AngleAxisd turn(kStep, Eigen::Vector3d::Unit(axis));
-    moved.push_back({(Eigen::Quaterniond(turn) * T.rotation).normalized(), T.translation});
-  }
-  Eigen::Matrix<double, 5, 5> information = Eigen::Matrix<double, 5, 5>::Zero();
-  for (std::size_t i = 0; i < matches.size(); ++i) {
-    if (!candidate.points[i]) {
-      continue;
-    }
-    const double error = SampsonError(camera, matches[i], T);
-    Eigen::Matrix<double, 5, 1> gradient;
-    for (int k = 0; k < 5; ++k) {
-      gradient[k] = (SampsonError(camera, matches[i], moved[k]) - error) / kStep;
-    }
-    information += gradient * gradient.transpose() / kVariance;
-  }
-  const Eigen::Matrix<double, 5, 5> covariance = information.inverse();
+  const MotionInformation information =
+      InformationOn(camera, matches, candidate.T_camera2_camera1,
+                    [&](std::size_t i) { return candidate.points[i].has_value(); });
+  const Eigen::Matrix<double, 5, 5> covariance = information.matrix.inverse();
   return std::sqrt(covariance(0, 0) + covariance(1, 1));
+}
+
+// Improves a motion by all matches that it explains, and by those that it then explains, until the score no
+// longer grows.
+Rigid3d Refined(const Camera& camera, const std::vector<TwoViewMatch>& matches, const Rigid3d& T_2_1) {
+  constexpr int kMaxSteps = 10;
+  Rigid3d best = T_2_1;
+  MotionSupport support = SupportOf(camera, matches, best);
+  for (int i = 0; i < kMaxSteps; ++i) {
+    const MotionInformation information =
+        InformationOn(camera, matches, best, [&](std::size_t k) { return support.inliers[k]; });
+    const Rigid3d next = Moved(best, -information.matrix.ldlt().solve(information.gradient));
+    MotionSupport better = SupportOf(camera, matches, next);
+    if (!(better.score > support.score)) {
+      break;
+    }
+    best = next;
+    support = std::move(better);
+  }
+  return best;
 }
 
 // Scales the translation to unit length.
@@ -173,32 +216,42 @@ std::vector<Rigid3d> MotionsFromEssential(const cv::Mat& E) {
   return {MotionOf(R1, t), MotionOf(R1, -t), MotionOf(R2, t), MotionOf(R2, -t)};
 }
 
+// Returns true if the directions of two motions differ by more than noise explains.
+bool IsOther(const Candidate& a, const Candidate& b) {
+  constexpr double kMinAngle = 0.35;  // rad
+  return a.T_camera2_camera1.translation.dot(b.T_camera2_camera1.translation) < std::cos(kMinAngle);
+}
+
 TwoViewReport ChooseMotion(const Camera& camera, const std::vector<TwoViewMatch>& matches,
-                           const std::vector<bool>& inliers, const std::vector<Rigid3d>& motions,
-                           bool from_homography, const TwoViewOptions& options) {
-  std::vector<Candidate> candidates =
-      ToVector(motions, [&](const Rigid3d& motion) { return Reconstruct(camera, matches, inliers, motion); });
-  std::ranges::stable_sort(candidates, std::greater{}, [](const Candidate& candidate) {
-    return std::pair(candidate.determined, candidate.good);
-  });
+                           const std::vector<Rigid3d>& motions, const TwoViewOptions& options) {
+  constexpr double kMinGoodShare = 0.5;  // of the matches that a motion explains, to be worth refining
+  std::vector<Candidate> candidates;
+  for (const Rigid3d& motion : motions) {
+    Candidate candidate = Reconstruct(camera, matches, motion);
+    candidates.push_back(candidate.good > kMinGoodShare * candidate.explained
+                             ? Reconstruct(camera, matches, Refined(camera, matches, motion))
+                             : std::move(candidate));
+  }
+  std::ranges::stable_sort(candidates, std::greater{}, &Candidate::score);
   if (candidates.empty() || candidates.front().good == 0) {
     return {std::nullopt, "the motion has no translation (pure rotation or static camera)"};
   }
   const Candidate& best = candidates.front();
-  const auto num_inliers = std::ranges::count(inliers, true);
   TwoViewReport report;
   if (best.determined < options.min_points) {
     report.refusal = fmt::format(
         "too little parallax: {} points have enough to determine their depth, at least {} needed (the camera "
         "must translate, not only rotate)",
         best.determined, options.min_points);
-  } else if (best.good < 0.8 * static_cast<double>(num_inliers)) {
+  } else if (best.good < 0.8 * static_cast<double>(best.explained)) {
     report.refusal = "too few points could be triangulated";
-  } else if (candidates.size() > 1 && candidates[1].determined > kMaxSecondBest * best.determined) {
+  } else if (std::ranges::any_of(candidates, [&](const Candidate& other) {
+               return IsOther(best, other) && other.score > kMaxSecondBest * best.score;
+             })) {
     report.refusal = "the motion is ambiguous (a plane seen from afar)";
   } else {
     report.geometry = TwoViewGeometry{best.T_camera2_camera1, best.points, best.determined,
-                                      DirectionDeviation(camera, matches, best), from_homography};
+                                      DirectionDeviation(camera, matches, best)};
   }
   return report;
 }
@@ -336,36 +389,17 @@ TwoViewReport EstimateTwoView(const Camera& camera, const std::vector<TwoViewMat
   cv::eigen2cv(K, K_cv);
   const cv::Mat H_cv = cv::findHomography(points1, points2, cv::RANSAC, std::sqrt(kChi2TwoDof * kVariance));
   const cv::Mat E_cv = FindEssential(points1, points2, K_cv);
-  ModelSupport homography;
-  ModelSupport fundamental;
+  std::vector<Rigid3d> motions;
   if (!H_cv.empty()) {
-    Eigen::Matrix3d H;
-    cv::cv2eigen(H_cv, H);
-    const Eigen::Matrix3d H_inverse = H.inverse();
-    homography = Score(matches, kChi2TwoDof, [&](const TwoViewMatch& m) {
-      return std::pair(HomographyError(H, m.pixel1, m.pixel2),
-                       HomographyError(H_inverse, m.pixel2, m.pixel1));
-    });
+    motions = MotionsFromHomography(H_cv, K_cv);
   }
   if (E_cv.rows >= 3) {
-    Eigen::Matrix3d E;
-    cv::cv2eigen(E_cv.rowRange(0, 3), E);
-    const Eigen::Matrix3d F = K.inverse().transpose() * E * K.inverse();
-    fundamental = Score(matches, kChi2OneDof, [&](const TwoViewMatch& m) {
-      return std::pair(EpipolarError(F, m.pixel1, m.pixel2),
-                       EpipolarError(F.transpose(), m.pixel2, m.pixel1));
-    });
+    std::ranges::copy(MotionsFromEssential(E_cv.rowRange(0, 3)), std::back_inserter(motions));
   }
-  const double both = homography.score + fundamental.score;
-  if (both <= 0.0) {
+  if (motions.empty()) {
     return {std::nullopt, "no motion explains the matches between two frames"};
   }
-  if (fundamental.inliers.empty() || homography.score / both > kHomographyShare) {
-    return ChooseMotion(camera, matches, homography.inliers, MotionsFromHomography(H_cv, K_cv), true,
-                        options);
-  }
-  return ChooseMotion(camera, matches, fundamental.inliers, MotionsFromEssential(E_cv.rowRange(0, 3)), false,
-                      options);
+  return ChooseMotion(camera, matches, motions, options);
 }
 
 Eigen::Vector3d Triangulate(const Rigid3d& T_camera1_map, const Eigen::Vector3d& ray1,

@@ -27,7 +27,6 @@ struct TwoViewGeometry {
   // Standard deviation of the direction of the translation for one pixel of noise, rad: large where a
   // rotation explains the matches nearly as well, as for a plane.
   double direction_deviation = std::numeric_limits<double>::infinity();
-  bool from_homography = false;
 };
 
 struct TwoViewReport {
@@ -52,11 +51,12 @@ struct EpipolarSupport {
 // Returns the matches that the best essential matrix explains, or a rotation; none if there are too few.
 EpipolarSupport FindEpipolarSupport(const Camera& camera, const std::vector<TwoViewMatch>& matches);
 
-// Estimates relative pose and structure of two views, with the model selection of ORB-SLAM (Mur-Artal et al.
-// 2015, section IV): a homography (planar scenes, small parallax) and a fundamental matrix are scored by
-// their symmetric transfer errors; the better one gives the pose. Refused if too few points have enough
-// parallax to determine their depth, or if a second solution explains the matches nearly as well. Most of a
-// scene may be too far away for that, as for a car that drives forward: such points fit any depth.
+// Estimates relative pose and structure of two views. The motions of the best homography (planar scenes,
+// small parallax) and of the best essential matrix compete, as in ORB-SLAM (Mur-Artal et al. 2015, section
+// IV), but by the epipolar errors of all matches, each after refinement: a homography has two motions, and
+// the points of its plane fit both. Refused if too few points have enough parallax to determine their depth,
+// or if another motion explains the matches nearly as well. Most of a scene may be too far away for that, as
+// for a car that drives forward: such points fit any depth.
 TwoViewReport EstimateTwoView(const Camera& camera, const std::vector<TwoViewMatch>& matches,
                               const TwoViewOptions& options);
 
