@@ -64,4 +64,7 @@ int OptimizePose(const Camera& camera, std::vector<PointObservation>& observatio
 double CornerDeviation(const Camera& camera, const Rigid3d& T_camera_map,
                        const std::vector<Eigen::Vector3d>& p_map);
 
+// px: less certain poses draw the map that continues from them to a wrong place and scale.
+inline constexpr double kMaxCornerDeviation = 2.0;
+
 }  // namespace sqslam

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <ranges>
 
+#include "slam/estimation/reprojection_error.h"
 #include "slam/mapping/local_mapping.h"
 #include "slam/mapping/mapper.h"
 #include "slam/tracking/initializer.h"
@@ -176,7 +177,6 @@ bool Mapper::PlaceLeftovers(const Completion& completion, Submap& submap, Comple
 bool Mapper::PlaceOnce(Submap& submap, const Completion& completion, Kind kind,
                        CompletionAttempts& attempts) {
   constexpr std::size_t kMinShared = 8;
-  constexpr double kMaxDeviation = 2.0;  // px in the corners of the image, for one pixel of noise
   std::vector<std::pair<std::int64_t, SharedPoints>> ranked;
   for (const std::int64_t index : leftovers_.Indices()) {
     SharedPoints shared = completion.PointsShared(submap.Map(), index);
@@ -192,7 +192,7 @@ bool Mapper::PlaceOnce(Submap& submap, const Completion& completion, Kind kind,
     const std::optional<TrackedFrame> frame = attempts.Try(
         kind, submap.Number(), index, static_cast<int>(shared.matches.size()), [&, &common = shared] {
           return kind == Kind::kTwoViews ? completion.LocateByTwoViews(submap.Map(), leftover)
-                 : kind == Kind::kLocate ? completion.Locate(*view, common, leftover, kMaxDeviation)
+                 : kind == Kind::kLocate ? completion.Locate(*view, common, leftover, kMaxCornerDeviation)
                                          : completion.Locate(*view, common, leftover);
         });
     if (!frame) {

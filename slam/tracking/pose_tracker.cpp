@@ -297,6 +297,16 @@ bool PoseTracker::IsChance(const TrackingView& view, const TrackedFrame& frame,
   return alike < kMinAlikeShare * found;
 }
 
+bool PoseTracker::IsDetermined(const TrackingView& view, const TrackedFrame& frame) const {
+  std::vector<Eigen::Vector3d> p_map;
+  for (const PointId point : frame.points) {
+    if (point != kNoPoint) {
+      p_map.push_back(view.Point(point).p_map);
+    }
+  }
+  return CornerDeviation(camera_, frame.T_camera_map, p_map) <= kMaxCornerDeviation;
+}
+
 void PoseTracker::RecheckWideStep(const TrackingView& view, const TrackedFrame& last, TrackedFrame& frame,
                                   SeenPoints& seen) const {
   constexpr double kMaxStep = 0.03;        // of the image width

@@ -97,6 +97,9 @@ class PoseTracker {
   // view find some keypoint that is alike enough for a search around it.
   bool IsChance(const TrackingView& view, const TrackedFrame& frame, const SeenPoints& seen) const;
 
+  // Returns true if the frame's points determine its pose, not only in their part of the image.
+  bool IsDetermined(const TrackingView& view, const TrackedFrame& frame) const;
+
   // Checks a suspicious step: if the image moved far since `last` and few of the visible points were found,
   // the search around a wrong prediction may have matched only distant points, which hardly move. Tries
   // without a prediction too and keeps the better pose.

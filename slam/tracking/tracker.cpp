@@ -178,6 +178,7 @@ bool Tracker::EstimatePose(TrackingReport& report) {
     pose_tracker_.RecheckWideStep(*view_, *last_, current_, report.seen);
   }
   tracked = tracked || (last_ && pose_tracker_.TrackWithoutPrediction(*view_, *last_, current_, report.seen));
+  tracked = tracked && pose_tracker_.IsDetermined(*view_, current_);
   if (tracked) {
     motion_ = Motion();
     if (motion_) {
