@@ -213,7 +213,7 @@ TEST_F(Photographs, TakeMostFrequentSize) {
   EXPECT_EQ(OpenSequence({.path = folder_.Path(), .resize = "1"}).camera.width, 64);
 }
 
-TEST_F(Photographs, AreMappedAtUsualSizes) {
+TEST_F(Photographs, TakeUsualSizes) {
   const std::vector<std::pair<cv::Size, cv::Size>> usual{{{1600, 1200}, {1280, 960}},
                                                          {{900, 1500}, {768, 1280}},
                                                          {{1280, 720}, {1280, 720}},
