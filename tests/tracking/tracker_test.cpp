@@ -16,7 +16,7 @@ using testing::HandHeldPath;
 using testing::TexturedWorld;
 using testing::ThroughLens;
 
-constexpr int kFrames = 60;
+constexpr int kFrames = 90;
 
 // Rendered once for all tests.
 const std::vector<Frame>& Frames() {
