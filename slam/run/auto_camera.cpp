@@ -89,33 +89,48 @@ class LearningRun {
   std::int64_t played_ = 0;
 };
 
-// Returns true if the lens sees so much that a fisheye lens differs from the usual one.
-bool IsWide(const Camera& camera) {
+// Returns true if a fisheye lens differs from the usual one: it sees much, and is nearer to an equidistant
+// lens, whose k1 is 0, than to a perspective one, which is r = f tan(theta) = f (theta + theta^3 / 3 + ...).
+bool IsFisheye(const Camera& camera) {
   constexpr double kMinDiagonal = 1.75;  // rad, 100 degrees
-  return std::hypot(camera.width, camera.height) / camera.fx > kMinDiagonal;
+  constexpr double kMaxRadial = 1.0 / 6.0;
+  return std::hypot(camera.width, camera.height) / camera.fx > kMinDiagonal &&
+         camera.distortion[0] < kMaxRadial;
 }
 
 // Maps the first frames with both lenses again and again, for the first maps are made with a guess. Returns
-// the likelier lens. A fisheye lens must be wide, map as many frames with smaller errors, and settle.
+// the likelier lens. A fisheye lens must differ, map as many frames with smaller errors, and be as well
+// determined: a wrong lens bends to fit a map, differently in each half of it.
 AutoCamera LikelierLens(LearningRun& run, const LearningFrames& frames, AutoCamera usual,
                         AutoCamera fisheye) {
   constexpr double kMinMapped = 0.9;                 // of the frames that the usual lens maps
-  constexpr double kMaxChange = 0.03;                // of the focal length, in the last pass
   constexpr std::array kMaxError = {1.1, 1.1, 0.9};  // of the mean squared one, by pass
-  AutoCamera before;
   for (const double max_error : kMaxError) {
-    before = fisheye;
     const LearningResult first = run.Map(frames.first, run.Played() + 2 * frames.first.count, usual);
     const LearningResult second =
         run.Map(frames.first, run.Played() + frames.first.count, fisheye, first.completed);
-    if (!IsWide(fisheye.camera) ||
+    if (!IsFisheye(fisheye.camera) ||
         static_cast<double>(second.mapped) < kMinMapped * static_cast<double>(first.mapped) ||
         second.mean_squared_error >= max_error * first.mean_squared_error) {
       return usual;
     }
   }
-  const double change = std::abs(std::log(fisheye.camera.fx / before.camera.fx));
-  return change < kMaxChange ? fisheye : usual;
+  return fisheye.deviation <= usual.deviation ? fisheye : usual;
+}
+
+// Maps the second frames again and again, until the camera settles or they were played often enough. Returns
+// the mean squared error of the last map.
+double MapUntilSettled(LearningRun& run, const LearningFrames& frames, const RunHost& host,
+                       AutoCamera& camera) {
+  const std::int64_t played = run.Played();
+  double mean_squared_error = std::numeric_limits<double>::infinity();
+  for (bool settled = false; !settled && !host.Stopped() && frames.Allow(run.Played() - played);) {
+    const AutoCamera before = camera;
+    mean_squared_error =
+        run.Map(frames.second, run.Played() + frames.second.count, camera).mean_squared_error;
+    settled = IsSettled(before, camera);
+  }
+  return mean_squared_error;
 }
 
 }  // namespace
@@ -188,6 +203,14 @@ AutoCamera WithFisheyeLens(AutoCamera camera) {
   return camera;
 }
 
+AutoCamera WithWideLens(AutoCamera camera) {
+  constexpr double kFocal = 0.55;  // of the longer side: 85 degrees, as drones and action cameras have
+  camera.guess.fx = camera.guess.fy = kFocal * std::max(camera.guess.width, camera.guess.height);
+  camera.guessed_by = "a wide field of view of 85 degrees";
+  camera.camera = camera.guess;
+  return camera;
+}
+
 bool IsSettled(const AutoCamera& before, const AutoCamera& after) {
   constexpr double kMaxChange = 0.5;  // deviations; as much again may still be missing
   const Camera& camera = before.camera;
@@ -220,14 +243,15 @@ AutoCamera LearnCamera(const Sequence& sequence, const FrameRange& range, const 
   const Stopwatch stopwatch;
   const LearningFrames frames = ChooseLearningFrames(range, available, sequence.camera.fps);
   LearningRun run(sequence, options, host);
-  if (result.guess_deviation > kVagueGuess) {
+  const bool vague_guess = result.guess_deviation > kVagueGuess;
+  AutoCamera wide = WithWideLens(result);
+  if (vague_guess) {
     result = LikelierLens(run, frames, result, WithFisheyeLens(result));
   }
-  const std::int64_t played = run.Played();
-  for (bool settled = false; !settled && !host.Stopped() && frames.Allow(run.Played() - played);) {
-    const AutoCamera before = result;
-    run.Map(frames.second, run.Played() + frames.second.count, result);
-    settled = IsSettled(before, result);
+  const double error = MapUntilSettled(run, frames, host, result);
+  if (vague_guess && result.IsVague() && MapUntilSettled(run, frames, host, wide) < error &&
+      wide.deviation < result.deviation) {
+    result = wide;
   }
   host.EndProgress();
   if (!host.Stopped()) {

@@ -49,6 +49,9 @@ LearningFrames ChooseLearningFrames(const FrameRange& range, std::int64_t availa
 // Returns the guess with a fisheye lens instead.
 AutoCamera WithFisheyeLens(AutoCamera camera);
 
+// Returns the guess with a wider lens instead.
+AutoCamera WithWideLens(AutoCamera camera);
+
 // Returns true if rays through the border of the image moved so little that another map would move them by
 // less than the focal length's deviation. A map that was made with a wrong camera holds back the estimate.
 bool IsSettled(const AutoCamera& before, const AutoCamera& after);
@@ -56,7 +59,7 @@ bool IsSettled(const AutoCamera& before, const AutoCamera& after);
 // Returns the sequence's camera or, if it is a guess, an estimate from the images: maps some frames without
 // objects, first with the usual and with a fisheye lens if nothing is known about it, then again with the
 // focal length and coefficients that the last map made most likely, until they settle or the film's time is
-// over. Deterministic.
+// over. What is still vague is tried once more from a wider guess. Deterministic.
 AutoCamera LearnCamera(const Sequence& sequence, const FrameRange& range, const SystemOptions& options,
                        RunHost& host);
 

@@ -135,6 +135,13 @@ TEST(WithFisheyeLens, SeesThroughWholeImage) {
   EXPECT_THAT(fisheye.Text(), HasSubstr("fisheye lens, focal length 224.0 px (163.7 degrees across)"));
 }
 
+TEST(WithWideLens, SeesAsMuchAsActionCamera) {
+  const AutoCamera wide = WithWideLens(Guess());
+  EXPECT_EQ(wide.camera.lens, LensModel::kRadialTangential);
+  EXPECT_NEAR(HorizontalFieldOfView(wide.camera), 85.0 * 3.14159265 / 180.0, 0.01);
+  EXPECT_THAT(wide.Text(), HasSubstr("a guess from a wide field of view of 85 degrees"));
+}
+
 // From images alone: a fisheye lens of 141 degrees, and the pinhole camera that sees the same world.
 TEST(LearnCamera, TellsFisheyeLensFromUsualOne) {
   Camera lens{320, 240, 130.0, 130.0, 159.5, 119.5};
