@@ -215,6 +215,28 @@ void CornerDetector::DetectWeak(const cv::Mat& image, const cv::Rect& inner, con
   }
 }
 
+bool IsOnEdge(const cv::Mat& image, const cv::Point& pixel) {
+  constexpr int kRadius = 3;
+  constexpr double kHarris = 0.04;
+  const auto step = static_cast<std::ptrdiff_t>(image.step);
+  int xx = 0;
+  int xy = 0;
+  int yy = 0;
+  for (int y = pixel.y - kRadius; y <= pixel.y + kRadius; ++y) {
+    const std::uint8_t* row = image.ptr<std::uint8_t>(y) + pixel.x;
+    for (int x = -kRadius; x <= kRadius; ++x) {
+      const int dx = row[x + 1] - row[x - 1];
+      const int dy = row[x + step] - row[x - step];
+      xx += dx * dx;
+      xy += dx * dy;
+      yy += dy * dy;
+    }
+  }
+  const double determinant = static_cast<double>(xx) * yy - static_cast<double>(xy) * xy;
+  const double trace = static_cast<double>(xx) + yy;
+  return determinant <= kHarris * trace * trace;
+}
+
 cv::Point2f RefineCorner(const cv::Mat& image, const cv::Point& corner) {
   const auto step = static_cast<std::ptrdiff_t>(image.step);
   const std::uint8_t* first = image.ptr<std::uint8_t>(corner.y - 1) + corner.x - 1;

@@ -28,6 +28,12 @@ class CornerDetector {
   std::vector<char> filled_;  // cells, row by row
 };
 
+// Returns true if a pixel, at least four from the edges of an 8 bit image, lies on a straight edge: by the
+// criterion of Harris and Stephens (1988), det(A) <= 0.04 trace(A)^2 for the structure tensor A of its 7x7
+// neighbourhood. FAST finds corners along edges that are neither quite horizontal nor vertical; they slide
+// along them as the camera moves, agree with each other, and pull the scale of the map.
+bool IsOnEdge(const cv::Mat& image, const cv::Point& pixel);
+
 // Returns the offset in pixels, at most kMaxCornerOffset along each axis, from a FAST corner to the sub-pixel
 // maximum of its score. FAST only returns integer pixels, and on a coarse pyramid level half a pixel is
 // several pixels of the image. The score is that of FAST-9/16 (Rosten and Drummond 2006): the greatest

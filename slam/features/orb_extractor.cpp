@@ -60,6 +60,8 @@ std::vector<cv::KeyPoint> OrbExtractor::DetectLevel(std::size_t octave, const cv
       return ignored.at<std::uint8_t>(cvRound(place.y()), cvRound(place.x())) != 0;
     });
   }
+  std::erase_if(
+      found, [&](const cv::KeyPoint& corner) { return IsOnEdge(image, cv::Point(corner.pt) + inner.tl()); });
   std::vector<cv::KeyPoint> corners =
       DistributeByQuadtree(std::move(found), inner.size(), features_per_level_[octave]);
   for (cv::KeyPoint& corner : corners) {

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <vector>
 
 #include "slam/features/corners.h"
 
@@ -11,17 +12,36 @@ namespace {
 constexpr int kSize = 40;
 const cv::Point kMiddle(20, 20);
 
-// A bright quadrant whose corner lies at `corner`, blurred by a lens; drawn eight times too large and
-// averaged.
-cv::Mat Quadrant(const cv::Point2d& corner) {
+// Something bright within a polygon, blurred by a lens; drawn eight times too large and averaged.
+cv::Mat Bright(const std::vector<cv::Point2d>& polygon) {
   constexpr int kFiner = 8;
   cv::Mat fine(kSize * kFiner, kSize * kFiner, CV_8UC1, cv::Scalar(60));
-  const cv::Point begin(cvRound((corner.x + 0.5) * kFiner), cvRound((corner.y + 0.5) * kFiner));
-  cv::rectangle(fine, begin, {fine.cols - 1, fine.rows - 1}, cv::Scalar(180), cv::FILLED);
+  std::vector<cv::Point> corners;
+  for (const cv::Point2d& corner : polygon) {
+    corners.emplace_back((corner + cv::Point2d(0.5, 0.5)) * kFiner);
+  }
+  cv::fillConvexPoly(fine, corners, cv::Scalar(180));
   cv::GaussianBlur(fine, fine, {}, kFiner);
   cv::Mat image;
   cv::resize(fine, image, {kSize, kSize}, 0, 0, cv::INTER_AREA);
   return image;
+}
+
+cv::Mat Quadrant(const cv::Point2d& corner) {
+  return Bright({corner, {2.0 * kSize, corner.y}, {2.0 * kSize, 2.0 * kSize}, {corner.x, 2.0 * kSize}});
+}
+
+TEST(IsOnEdge, TellsEdgesOfAnyDirectionFromCorners) {
+  EXPECT_FALSE(IsOnEdge(Quadrant({19.0, 19.0}), kMiddle));
+  for (double angle = 0.0; angle < 3.14; angle += 0.2) {
+    constexpr double kLength = 100.0;
+    const cv::Point2d along(kLength * std::cos(angle), kLength * std::sin(angle));
+    const cv::Point2d across(-along.y, along.x);
+    const cv::Point2d middle(kMiddle);
+    EXPECT_TRUE(IsOnEdge(
+        Bright({middle - along, middle + along, middle + along + across, middle - along + across}), kMiddle))
+        << angle;
+  }
 }
 
 TEST(RefineCorner, FollowsCornerBetweenPixels) {
