@@ -22,6 +22,8 @@ ROOT = Path(__file__).resolve().parent.parent
 WIDTH, HEIGHT, FPS = 640, 480, 30.0
 KNOWN = ["redkitchen", "blender_desk_a", "blender_room_c", "tsukuba", "footage/hololens", "footage/street",
          "footage/brighton"]
+# By COLMAP 3.8 from all 18 photographs, with a free focal length; their camera.yaml says 339.4 px.
+BETTER_KNOWN = {"brighton": 421.8}
 INTERVAL = re.compile(r"camera: (?:fisheye lens, )?focal length ([\d.]+) px .*95 %: ([\d.]+) to ([\d.]+) px")
 PLAYED = re.compile(r"from (\d+) frames in (\d+) s")
 
@@ -98,6 +100,7 @@ def measure(arguments, name, folder):
         return None
     focal, low, high = map(float, said[-1])
     truth, k1 = true_camera(folder)
+    truth = BETTER_KNOWN.get(name, truth)
     frames, seconds = map(float, PLAYED.findall(run.stderr)[-1])
     images = [line for line in (folder / "rgb.txt").read_text().splitlines() if line and line[0] != "#"] if (
         folder / "rgb.txt").exists() else [path for path in folder.iterdir() if path.suffix.lower() in (".jpg", ".png")]

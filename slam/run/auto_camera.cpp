@@ -89,8 +89,17 @@ class LearningRun {
   std::int64_t played_ = 0;
 };
 
-// Returns true if a fisheye lens differs from the usual one: it sees much, and is nearer to an equidistant
-// lens, whose k1 is 0, than to a perspective one, which is r = f tan(theta) = f (theta + theta^3 / 3 + ...).
+// Begins anew with a focal length, given in lengths of the image's longer side.
+AutoCamera WithGuess(AutoCamera camera, double focal, std::string guessed_by) {
+  camera.guess.fx = camera.guess.fy = focal * std::max(camera.guess.width, camera.guess.height);
+  camera.guessed_by = std::move(guessed_by);
+  camera.camera = camera.guess;
+  return camera;
+}
+
+// Returns true if a lens that was estimated as a fisheye lens is one: it sees much, and is nearer to an
+// equidistant lens, r = f theta, than to a perspective one, r = f tan(theta) = f (theta + theta^3 / 3 + ...),
+// which a fisheye lens with a k1 of 1/3 imitates.
 bool IsFisheye(const Camera& camera) {
   constexpr double kMinDiagonal = 1.75;  // rad, 100 degrees
   constexpr double kMaxRadial = 1.0 / 6.0;
@@ -99,7 +108,7 @@ bool IsFisheye(const Camera& camera) {
 }
 
 // Maps the first frames with both lenses again and again, for the first maps are made with a guess. Returns
-// the likelier lens. A fisheye lens must differ, map as many frames with smaller errors, and be as well
+// the likelier lens. A fisheye lens must be one, map as many frames with smaller errors, and be as well
 // determined: a wrong lens bends to fit a map, differently in each half of it.
 AutoCamera LikelierLens(LearningRun& run, const LearningFrames& frames, AutoCamera usual,
                         AutoCamera fisheye) {
@@ -197,18 +206,12 @@ LearningFrames ChooseLearningFrames(const FrameRange& range, std::int64_t availa
 AutoCamera WithFisheyeLens(AutoCamera camera) {
   constexpr double kFocal = 0.35;  // of the longer side: 164 degrees; lenses have 0.27 to 0.5
   camera.guess.lens = LensModel::kFisheye;
-  camera.guess.fx = camera.guess.fy = kFocal * std::max(camera.guess.width, camera.guess.height);
-  camera.guessed_by = "a fisheye lens of 164 degrees";
-  camera.camera = camera.guess;
-  return camera;
+  return WithGuess(std::move(camera), kFocal, "a fisheye lens of 164 degrees");
 }
 
 AutoCamera WithWideLens(AutoCamera camera) {
   constexpr double kFocal = 0.55;  // of the longer side: 85 degrees, as drones and action cameras have
-  camera.guess.fx = camera.guess.fy = kFocal * std::max(camera.guess.width, camera.guess.height);
-  camera.guessed_by = "a wide field of view of 85 degrees";
-  camera.camera = camera.guess;
-  return camera;
+  return WithGuess(std::move(camera), kFocal, "a wide field of view of 85 degrees");
 }
 
 bool IsSettled(const AutoCamera& before, const AutoCamera& after) {
