@@ -113,7 +113,7 @@ bool IsFisheye(const Camera& camera) {
 AutoCamera LikelierLens(LearningRun& run, const LearningFrames& frames, AutoCamera usual,
                         AutoCamera fisheye) {
   constexpr double kMinMapped = 0.9;                 // of the frames that the usual lens maps
-  constexpr std::array kMaxError = {1.1, 1.1, 0.9};  // of the mean squared one, by pass
+  constexpr std::array kMaxError = {1.1, 1.1, 0.7};  // of the mean squared one, by pass
   for (const double max_error : kMaxError) {
     const LearningResult first = run.Map(frames.first, run.Played() + 2 * frames.first.count, usual);
     const LearningResult second =
