@@ -278,23 +278,9 @@ bool PoseTracker::ConfirmPose(const TrackingView& view, int min_inliers, Tracked
   return TrackLocalMap(view, wide, frame, seen) && TrackLocalMap(view, again, frame, seen);
 }
 
-bool PoseTracker::IsChance(const TrackingView& view, const TrackedFrame& frame,
-                           const SeenPoints& seen) const {
-  // Of ten sequences, right poses have at least .08 and .17, never both; wrong ones at most .09 and .14.
-  constexpr double kMinFoundShare = 0.15;  // of the visible points
-  constexpr double kMinAlikeShare = 0.2;   // of the points found
-  const auto found = static_cast<double>(seen.found.size());
-  if (found >= kMinFoundShare * static_cast<double>(seen.visible.size())) {
-    return false;
-  }
-  int alike = 0;
-  for (std::size_t i = 0; i < frame.points.size(); ++i) {
-    if (const PointId point = frame.points[i]; point != kNoPoint) {
-      const int distance = HammingDistance(view.Point(point).descriptor, frame.features->descriptors[i]);
-      alike += distance <= kMaxUnguidedDistance ? 1 : 0;
-    }
-  }
-  return alike < kMinAlikeShare * found;
+bool PoseTracker::IsChance(const SeenPoints& seen) {
+  constexpr double kMinFoundShare = 0.15;
+  return static_cast<double>(seen.found.size()) < kMinFoundShare * static_cast<double>(seen.visible.size());
 }
 
 bool PoseTracker::IsDetermined(const TrackingView& view, const TrackedFrame& frame) const {
@@ -402,7 +388,7 @@ std::vector<TrackedFrame> TrackBackward(const PoseTracker& tracker, const Tracki
     const bool found = (tracker.TrackMotion(view, last, velocity.value_or(Rigid3d{}), current) ||
                         tracker.TrackReferenceKeyframe(view, last, current)) &&
                        tracker.TrackLocalMap(view, {.min_inliers = min_inliers}, current, seen) &&
-                       !tracker.IsChance(view, current, seen);
+                       !PoseTracker::IsChance(seen);
     if (!found) {
       velocity.reset();
       if (++failures == kMaxFailures) {

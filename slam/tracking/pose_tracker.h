@@ -92,10 +92,9 @@ class PoseTracker {
   bool LocateFrom(const TrackingView& view, const std::vector<std::pair<PointId, int>>& matches,
                   KeyframeId reference, int min_inliers, TrackedFrame& frame) const;
 
-  // Returns true if chance explains the matches of a tracked pose: few of the visible points were found, and
-  // few of those look as alike as without a prediction. Near a wrong prediction, a tenth of the points in
-  // view find some keypoint that is alike enough for a search around it.
-  bool IsChance(const TrackingView& view, const TrackedFrame& frame, const SeenPoints& seen) const;
+  // Returns true if chance may explain the matches of a tracked pose: few of the visible points were found.
+  // Near a wrong prediction, a tenth of them find some keypoint that is alike enough for a search around it.
+  static bool IsChance(const SeenPoints& seen);
 
   // Returns true if the frame's points determine its pose, not only in their part of the image.
   bool IsDetermined(const TrackingView& view, const TrackedFrame& frame) const;

@@ -172,7 +172,7 @@ bool Tracker::EstimatePose(TrackingReport& report) {
     }
     tracked =
         pose_tracker_.TrackLocalMap(*view_, {.min_inliers = options_.min_inliers}, current_, report.seen) &&
-        !pose_tracker_.IsChance(*view_, current_, report.seen);
+        !PoseTracker::IsChance(report.seen);
   }
   if (tracked) {
     pose_tracker_.RecheckWideStep(*view_, *last_, current_, report.seen);
