@@ -10,6 +10,7 @@
 
 #include "slam/io/result_files.h"
 #include "slam/util/error.h"
+#include "tests/io/temporary_folder.h"
 
 namespace sqslam {
 namespace {
@@ -102,7 +103,8 @@ TEST(Evaluate, RejectsGroundTruthOfShorterSequence) {
 }
 
 TEST(Evaluate, WritesValuesOfTableToJson) {
-  const fs::path path = fs::path(testing::TempDir()) / "eval.json";
+  const TemporaryFolder folder;
+  const fs::path path = folder.Path() / "eval.json";
   const Evaluation evaluation =
       Evaluate(Path(20), {Box(3, {0, 0, 0}), Box(4, {0.02, 0, 0}), Box(5, {9, 9, 9})}, TwoBoxes(), {});
   WriteEvaluation(path, evaluation);
@@ -137,11 +139,10 @@ TEST(Evaluate, ScoresGroundTruthAsNearlyPerfect) {
     copy.superquadric = {{solid.half_size, solid.e1, solid.e2}, solid.T_map_object};
     mapped.push_back(copy);
   }
-  const fs::path result = fs::path(testing::TempDir()) / "desk_truth";
-  fs::create_directories(result);
-  WriteTrajectory(result / "trajectory.txt", trajectory);
-  WriteObjects(result / "objects.json", mapped);
-  const Evaluation evaluation = EvaluateResult(result, sequence);
+  const TemporaryFolder result;
+  WriteTrajectory(result.Path() / "trajectory.txt", trajectory);
+  WriteObjects(result.Path() / "objects.json", mapped);
+  const Evaluation evaluation = EvaluateResult(result.Path(), sequence);
   EXPECT_EQ(evaluation.objects.matches.size(), truth.objects.size());
   for (const ObjectMatch& match : evaluation.objects.matches) {
     EXPECT_EQ(match.mapped, match.truth);

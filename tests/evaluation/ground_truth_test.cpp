@@ -5,10 +5,10 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 
 #include "slam/util/error.h"
 #include "slam/util/limits.h"
+#include "tests/io/temporary_folder.h"
 
 namespace sqslam {
 namespace {
@@ -18,24 +18,13 @@ using testing::HasSubstr;
 
 class GroundTruthTest : public testing::Test {
  protected:
-  fs::path Write(const std::string& name, const std::string& text) {
-    fs::create_directories(folder_);
-    std::ofstream(folder_ / name) << text;
-    return folder_ / name;
-  }
-  void TearDown() override { fs::remove_all(folder_); }
+  fs::path Write(const std::string& name, const std::string& text) { return folder_.Write(name, text); }
 
   std::string MessageOf(const std::string& objects) {
-    try {
-      ReadGroundTruthObjects(Write("objects_gt.json", objects));
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "";
+    return InputErrorOf([&] { ReadGroundTruthObjects(Write("objects_gt.json", objects)); });
   }
 
-  fs::path folder_ =
-      fs::path(testing::TempDir()) / testing::UnitTest::GetInstance()->current_test_info()->name();
+  TemporaryFolder folder_;
 };
 
 constexpr const char* kRows = R"([[0,-1,0,1],[1,0,0,2],[0,0,1,3],[0,0,0,1]])";
@@ -92,17 +81,17 @@ TEST_F(GroundTruthTest, CountsBoxesByTheirObjectId) {
   Write("objects_gt.json", "[" + Entry(kRows) + "]");
   Write("boxes.txt",
         "0.0 cup 0.9 1 2 3 4 4\n0.0 cup 0.9 1 2 3 4 7\n0.1 cup 0.9 1 2 3 4 4 0.5\n0.1 cup 0.9 1 2 3 4\n");
-  const GroundTruth truth = ReadGroundTruth(folder_);
+  const GroundTruth truth = ReadGroundTruth(folder_.Path());
   EXPECT_EQ(truth.frames, 2);
   EXPECT_TRUE(truth.has_detection_counts);
   EXPECT_EQ(truth.objects.at(0).detections, 2);
 }
 
 TEST_F(GroundTruthTest, NamesMissingFiles) {
-  EXPECT_THROW(ReadGroundTruth(folder_ / "nowhere"), InputError);
+  EXPECT_THROW(ReadGroundTruth(folder_.Path() / "nowhere"), InputError);
   Write("rgb.txt", "0.0 a.png\n");
   try {
-    ReadGroundTruth(folder_);
+    ReadGroundTruth(folder_.Path());
     FAIL();
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(), HasSubstr("groundtruth.txt"));

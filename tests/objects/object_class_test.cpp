@@ -3,20 +3,19 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <fstream>
 
 #include "slam/objects/landmark_estimation.h"
 #include "slam/objects/reliability.h"
 #include "slam/util/data_path.h"
 #include "slam/util/error.h"
+#include "tests/io/temporary_folder.h"
 
 namespace sqslam {
 namespace {
 
-std::filesystem::path FileWith(const std::string& text) {
-  const std::filesystem::path path = std::filesystem::path(::testing::TempDir()) / "classes.yaml";
-  std::ofstream(path) << text;
-  return path;
+ClassTable TableOf(const std::string& text) {
+  const TemporaryFolder folder;
+  return ClassTable::Named(folder.Write("classes.yaml", text));
 }
 
 TEST(ClassTable, KnowsBundledClasses) {
@@ -46,8 +45,7 @@ TEST(ClassTable, AcceptsScreenWithItsFoot) {
 }
 
 TEST(BackOf, KeepsWidthAndHeightAtAFifthOfTheDepth) {
-  const ObjectClass chair =
-      ClassTable::Named(FileWith("chair: {size: [0.5, 0.4, 0.9], back: true}\n")).Of("chair");
+  const ObjectClass chair = TableOf("chair: {size: [0.5, 0.4, 0.9], back: true}\n").Of("chair");
   EXPECT_TRUE(chair.back);
   const ObjectClass back = BackOf(chair);
   EXPECT_NEAR(back.log_width_ratio, std::log(0.5 / 0.08), 1e-12);
@@ -60,7 +58,7 @@ TEST(BackOf, KeepsWidthAndHeightAtAFifthOfTheDepth) {
 TEST(ClassTable, ReportsLineOfUnreadableEntry) {
   const auto message = [](const std::string& text) -> std::string {
     try {
-      ClassTable::Named(FileWith(text));
+      TableOf(text);
     } catch (const std::exception& e) {
       return e.what();
     }

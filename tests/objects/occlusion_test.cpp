@@ -1,8 +1,5 @@
 #include <gtest/gtest.h>
 
-#include <filesystem>
-#include <fstream>
-
 #include "flat_surface.h"
 #include "seen_landmark.h"
 #include "slam/objects/landmark_estimation.h"
@@ -10,6 +7,7 @@
 #include "slam/objects/landmark_refinement.h"
 #include "table_scene.h"
 #include "test_camera.h"
+#include "tests/io/temporary_folder.h"
 
 namespace sqslam {
 namespace {
@@ -86,9 +84,8 @@ TEST(ApplyFit, KeepsDepthWhenSeenWholeOrOfUnknownClass) {
 // Returns the depth of the visible part of a chair of which the boxes show the back over the table's far rim.
 // `classes`: the text of a file of classes.
 double DepthSeenOverTheTable(const std::string& classes_text) {
-  const std::filesystem::path path = std::filesystem::path(::testing::TempDir()) / "chairs.yaml";
-  std::ofstream(path) << classes_text;
-  const ClassTable classes = ClassTable::Named(path);
+  const TemporaryFolder folder;
+  const ClassTable classes = ClassTable::Named(folder.Write("chairs.yaml", classes_text));
   const PosedSuperquadric back = Box({0.1, 2.8, 0.44}, {0.22, 0.03, 0.44});
   const PosedSuperquadric shown = StretchedTo(back, kTableTop - 0.1);
   Landmark landmark;

@@ -6,13 +6,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <numbers>
 
 #include "slam/objects/object_class.h"
 #include "slam/util/data_path.h"
 #include "slam/util/error.h"
+#include "tests/io/temporary_folder.h"
 
 namespace sqslam {
 namespace {
@@ -173,15 +173,14 @@ TEST(PartTemplates, KeepLegsSquare) {
 }
 
 TEST(PartTemplates, BoundTheNumberOfTheirParts) {
-  const std::filesystem::path path = std::filesystem::path(::testing::TempDir()) / "parts.yaml";
   const std::string four = "{x: [0.5, 1], y: [0.5, 1], z: [-1, 1], mirror: xy}";
-  const auto write = [&](const std::string& solids) {
-    std::ofstream(path) << "chair: {size: [1, 1, 1], parts: [{solids: [" + solids + "]}]}\n";
+  const auto table = [](const std::string& solids) {
+    const TemporaryFolder folder;
+    return ClassTable::Named(
+        folder.Write("parts.yaml", "chair: {size: [1, 1, 1], parts: [{solids: [" + solids + "]}]}\n"));
   };
-  write(four + ", " + four);
-  EXPECT_THAT(ClassTable::Named(path).Of("chair").parts.front().parts, SizeIs(8));
-  write(four + ", " + four + ", " + four);
-  EXPECT_ANY_THROW(ClassTable::Named(path));
+  EXPECT_THAT(table(four + ", " + four).Of("chair").parts.front().parts, SizeIs(8));
+  EXPECT_ANY_THROW(table(four + ", " + four + ", " + four));
 }
 
 TEST(PartTemplates, MayHaveSizeOfTheirOwn) {
@@ -196,10 +195,9 @@ TEST(PartTemplates, MayHaveSizeOfTheirOwn) {
 
 TEST(PartTemplates, ReportLineOfBadEntry) {
   const auto message = [](const std::string& parts) -> std::string {
-    const std::filesystem::path path = std::filesystem::path(::testing::TempDir()) / "parts.yaml";
-    std::ofstream(path) << "chair: {size: [1, 1, 1],\n  parts: " + parts + "}\n";
+    const TemporaryFolder folder;
     try {
-      ClassTable::Named(path);
+      ClassTable::Named(folder.Write("parts.yaml", "chair: {size: [1, 1, 1],\n  parts: " + parts + "}\n"));
     } catch (const std::exception& e) {
       return e.what();
     }

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "slam/snapshot/recording.h"
+#include "tests/io/temporary_folder.h"
 
 namespace sqslam {
 namespace {
@@ -114,7 +115,8 @@ TEST(SurfaceMesh, SimplifiesToMaxTriangles) {
 TEST(SurfaceMesh, ReturnsNothingForEmptyVolume) { EXPECT_TRUE(MarchSurface({}, Whole()).triangles.empty()); }
 
 TEST(SurfaceMesh, MarksFirstDepthMapThatShowsEachPart) {
-  const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / "seen.sqmap";
+  const TemporaryFolder folder;
+  const std::filesystem::path file = folder.Path() / "seen.sqmap";
   RecordingWriter(file, {}).Add({});
   {
     DepthRecording depths(file, DepthRecording::Access::kWrite);
@@ -142,7 +144,6 @@ TEST(SurfaceMesh, MarksFirstDepthMapThatShowsEachPart) {
   }
   mesh.vertices.emplace_back(0.0F, 0.0F, 1.0F);  // before the wall, on no map
   MarkFirstSeen(DepthRecording(file), mesh);
-  std::filesystem::remove(file);
   for (std::size_t i = 0; i + 1 < mesh.vertices.size(); ++i) {
     EXPECT_EQ(mesh.frames[i], mesh.vertices[i].x() < -0.01F ? 5 : 9) << mesh.vertices[i].transpose();
   }
