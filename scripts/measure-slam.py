@@ -13,8 +13,9 @@ A name like redkitchen:20 means every 20th frame of a sequence, similar to photo
 "strides" means all of these. redkitchen:shuffled shows every 15th frame in random order. "footage" means the folders
 below DATA/footage: other people's films and photographs. "scenes" means those of make-scenes.py (street-1, ...): streets,
 flights, photographs round a table and walks that no constant was tuned on. "faults" means films of redkitchen with a planted fault
-(faults:cut, ...): their ATE shows wrong poses, and the note has the warnings that name frames. Runs of one sequence use
-the seeds 1, 2, 3, ...
+(faults:cut, ...): their ATE shows wrong poses, and the note has the warnings that name frames. "encodings" means
+hololens and street as JPEG of several qualities, darker or smaller (street:q80, ...); they need python3-opencv. Runs of
+one sequence use the seeds 1, 2, 3, ...
 """
 import argparse
 import json
@@ -37,7 +38,9 @@ STRIDES = [("redkitchen", 10), ("redkitchen", 15), ("redkitchen", 20), ("tsukuba
 SHUFFLED = {"redkitchen": 15, "tsukuba": 6, "blender_desk_a": 10}  # every so many frames, in random order
 FAULTS = ["cut", "freeze", "mixed", "splice"]  # planted into the first 400 frames of redkitchen, see planted()
 FOOTAGE = ["hololens", "street", "brighton", "lund", "motorway", "robot"]
+ENCODINGS = {"hololens": ["q85", "dark", "w480"], "street": ["q95", "q92", "q80", "q60", "half"]}
 SCENES = [f"{kind}-{seed}" for kind in ("street", "bend", "flight", "orbit", "hall") for seed in (1, 2, 3)]
+ENCODED = [f"{name}:{encoding}" for name, encodings in ENCODINGS.items() for encoding in encodings]
 FPS = 30.0
 SAMPLE_INTERVAL = 1.0  # s, between two looks at a run's memory
 
@@ -92,6 +95,38 @@ def write_variant(source, target, order, black=()):
     (target / "rgb.txt").write_text("".join(rgb))
     (target / "groundtruth.txt").write_text("".join(truth))
     (target / "boxes.txt").write_text("".join(detections))
+    return target
+
+
+def write_encoding(source, target, encoding):
+    """The images of a folder encoded again: JPEG of a quality, 20 % darker, 480 px wide, or at half size."""
+    if (target / "camera.yaml").exists():
+        return target
+    import cv2
+
+    images = read_rows(source / "rgb.txt")
+    width = cv2.imread(str(source / images[0][1])).shape[1]
+    scale = {"w480": 480 / width, "half": 0.5}.get(encoding, 1.0)
+    suffix = ".jpg" if encoding.startswith("q") else ".png"
+    target.mkdir(parents=True)
+    for stamp, name in images:
+        image = cv2.imread(str(source / name))
+        if encoding == "dark":
+            image = cv2.convertScaleAbs(image, alpha=0.8)
+        if scale != 1.0:
+            image = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+        quality = [cv2.IMWRITE_JPEG_QUALITY, int(encoding[1:])] if suffix == ".jpg" else []
+        cv2.imwrite(str(target / f"{stamp}{suffix}"), image, quality)
+    (target / "rgb.txt").write_text("".join(f"{stamp} {stamp}{suffix}\n" for stamp, _ in images))
+    shutil.copy(source / "groundtruth.txt", target)
+    camera = (source / "camera.yaml").read_text()
+    for key in ("width", "height"):
+        camera = re.sub(rf"\b({key}: *)(\d+)", lambda m: f"{m[1]}{round(int(m[2]) * scale)}", camera)
+    for key in ("fx", "fy"):
+        camera = re.sub(rf"\b({key}: *)([\d.]+)", lambda m: f"{m[1]}{float(m[2]) * scale}", camera)
+    for key in ("cx", "cy"):
+        camera = re.sub(rf"\b({key}: *)([\d.]+)", lambda m: f"{m[1]}{(float(m[2]) + 0.5) * scale - 0.5}", camera)
+    (target / "camera.yaml").write_text(camera)  # last: a folder that has it is complete
     return target
 
 
@@ -184,6 +219,10 @@ def make_sequences(arguments):
         if f"faults:{fault}" in arguments.only and folders["redkitchen"].exists():
             order = planted(fault, 400)
             folders[f"faults:{fault}"] = write_variant(folders["redkitchen"], work / f"faults-{fault}", order)
+    for name, encoding in (name.split(":") for name in ENCODED if name in arguments.only):
+        source = data / "footage" / name
+        if source.exists():
+            folders[f"{name}:{encoding}"] = write_encoding(source, work / f"{name}-{encoding}", encoding)
     for kind, seed in (name.split("-") for name in SCENES if name in arguments.only):
         command = [ROOT / "scripts/make-scenes.py", work, "--kinds", kind, "--seeds", f"{seed}:{int(seed) + 1}"]
         subprocess.run(command + ["--sqslam", arguments.sqslam], check=True)
@@ -373,7 +412,8 @@ def parse_arguments():
     strides = [f"{name}:{stride}" for name, stride in STRIDES]
     shuffled = [f"{name}:shuffled" for name in SHUFFLED]
     faults = [f"faults:{fault}" for fault in FAULTS]
-    names = plain + strides + ["strides", "turns", "alike", "footage", "faults", "scenes"] + shuffled + FOOTAGE + faults + SCENES
+    names = plain + strides + ["strides", "turns", "alike", "footage", "faults", "scenes", "encodings"]
+    names += shuffled + FOOTAGE + faults + SCENES + ENCODED
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("data", type=Path, help="folder that holds the sequence folders")
     parser.add_argument("work", type=Path, help="folder for variants and results")
@@ -384,7 +424,8 @@ def parse_arguments():
                         help=f"sequences: {', '.join(names)} (default: the first {len(plain)})")
     parser.add_argument("options", nargs="*", help="options of sqslam run, after --")
     arguments = parser.parse_intermixed_args()  # else options after --only and its names are refused
-    groups = {"strides": strides + shuffled, "faults": faults, "footage": FOOTAGE, "scenes": SCENES}
+    groups = {"strides": strides + shuffled, "faults": faults, "footage": FOOTAGE, "scenes": SCENES,
+              "encodings": ENCODED}
     arguments.only = [name for group in arguments.only for name in groups.get(group, [group])]
     return arguments
 
