@@ -107,24 +107,28 @@ bool IsFisheye(const Camera& camera) {
          camera.distortion[0] < kMaxRadial;
 }
 
-// Maps the first frames with both lenses again and again, for the first maps are made with a guess. Returns
-// the likelier lens. A fisheye lens must be one, map as many frames with smaller errors, and be as well
-// determined: a wrong lens bends to fit a map, differently in each half of it.
+// Maps the first frames with both lenses three times, for the first maps are made with a guess. Returns the
+// likelier lens. A fisheye lens must be one each time, and in the end map as many frames with clearly smaller
+// errors and be as well determined: a wrong lens bends to fit a map, differently in each half of it.
 AutoCamera LikelierLens(LearningRun& run, const LearningFrames& frames, AutoCamera usual,
                         AutoCamera fisheye) {
-  constexpr double kMinMapped = 0.9;                 // of the frames that the usual lens maps
-  constexpr std::array kMaxError = {1.1, 1.1, 0.7};  // of the mean squared one, by pass
-  for (const double max_error : kMaxError) {
-    const LearningResult first = run.Map(frames.first, run.Played() + 2 * frames.first.count, usual);
-    const LearningResult second =
-        run.Map(frames.first, run.Played() + frames.first.count, fisheye, first.completed);
-    if (!IsFisheye(fisheye.camera) ||
-        static_cast<double>(second.mapped) < kMinMapped * static_cast<double>(first.mapped) ||
-        second.mean_squared_error >= max_error * first.mean_squared_error) {
+  constexpr int kPasses = 3;
+  constexpr double kMinMapped = 0.9;  // frames, of those that the usual lens maps
+  constexpr double kMaxError = 0.7;   // the mean squared one, of the usual lens's
+  LearningResult first;
+  LearningResult second;
+  for (int pass = 0; pass < kPasses; ++pass) {
+    first = run.Map(frames.first, run.Played() + 2 * frames.first.count, usual);
+    second = run.Map(frames.first, run.Played() + frames.first.count, fisheye, first.completed);
+    if (!IsFisheye(fisheye.camera)) {
       return usual;
     }
   }
-  return fisheye.deviation <= usual.deviation ? fisheye : usual;
+  return second.mapped >= kMinMapped * first.mapped &&
+                 second.mean_squared_error < kMaxError * first.mean_squared_error &&
+                 fisheye.deviation <= usual.deviation
+             ? fisheye
+             : usual;
 }
 
 // Maps the second frames again and again, until the camera settles or they were played often enough. Returns
