@@ -109,19 +109,10 @@ std::optional<TrackedFrame> Completion::Locate(const TrackingView& view, const S
                                                const LeftoverFrame& leftover, double max_deviation) const {
   constexpr int kMinInliers = 20;  // map points that must confirm the pose
   TrackedFrame frame = Untracked(leftover);
-  if (shared.reference == kNoKeyframe ||
-      !tracker_.LocateFrom(view, shared.matches, shared.reference, kMinInliers, frame)) {
-    return std::nullopt;
-  }
-  std::vector<Eigen::Vector3d> p_map;
-  for (const PointId point : frame.points) {
-    if (point != kNoPoint) {
-      p_map.push_back(view.Point(point).p_map);
-    }
-  }
-  return CornerDeviation(camera_, frame.T_camera_map, p_map) <= max_deviation
-             ? std::optional(std::move(frame))
-             : std::nullopt;
+  const bool located = shared.reference != kNoKeyframe &&
+                       tracker_.LocateFrom(view, shared.matches, shared.reference, kMinInliers, frame) &&
+                       tracker_.IsDetermined(view, frame, max_deviation);
+  return located ? std::optional(std::move(frame)) : std::nullopt;
 }
 
 std::optional<TrackedFrame> Completion::LocateByTwoViews(const Map& map,

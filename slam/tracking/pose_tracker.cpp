@@ -6,7 +6,6 @@
 #include <ranges>
 
 #include "slam/estimation/absolute_pose.h"
-#include "slam/estimation/reprojection_error.h"
 #include "slam/util/statistics.h"
 
 namespace sqslam {
@@ -283,14 +282,15 @@ bool PoseTracker::IsChance(const SeenPoints& seen) {
   return static_cast<double>(seen.found.size()) < kMinFoundShare * static_cast<double>(seen.visible.size());
 }
 
-bool PoseTracker::IsDetermined(const TrackingView& view, const TrackedFrame& frame) const {
+bool PoseTracker::IsDetermined(const TrackingView& view, const TrackedFrame& frame,
+                               double max_deviation) const {
   std::vector<Eigen::Vector3d> p_map;
   for (const PointId point : frame.points) {
     if (point != kNoPoint) {
       p_map.push_back(view.Point(point).p_map);
     }
   }
-  return CornerDeviation(camera_, frame.T_camera_map, p_map) <= kMaxCornerDeviation;
+  return CornerDeviation(camera_, frame.T_camera_map, p_map) <= max_deviation;
 }
 
 void PoseTracker::RecheckWideStep(const TrackingView& view, const TrackedFrame& last, TrackedFrame& frame,
@@ -388,7 +388,7 @@ std::vector<TrackedFrame> TrackBackward(const PoseTracker& tracker, const Tracki
     const bool found = (tracker.TrackMotion(view, last, velocity.value_or(Rigid3d{}), current) ||
                         tracker.TrackReferenceKeyframe(view, last, current)) &&
                        tracker.TrackLocalMap(view, {.min_inliers = min_inliers}, current, seen) &&
-                       !PoseTracker::IsChance(seen);
+                       !PoseTracker::IsChance(seen) && tracker.IsDetermined(view, current);
     if (!found) {
       velocity.reset();
       if (++failures == kMaxFailures) {

@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "slam/estimation/reprojection_error.h"
 #include "slam/features/matching.h"
 #include "slam/geometry/camera.h"
 #include "slam/map/map.h"
@@ -96,8 +97,10 @@ class PoseTracker {
   // Near a wrong prediction, a tenth of them find some keypoint that is alike enough for a search around it.
   static bool IsChance(const SeenPoints& seen);
 
-  // Returns true if the frame's points determine its pose, not only in their part of the image.
-  bool IsDetermined(const TrackingView& view, const TrackedFrame& frame) const;
+  // Returns true if the frame's points determine its pose, not only in their part of the image: it leaves the
+  // corners no more uncertain than `max_deviation` (CornerDeviation()).
+  bool IsDetermined(const TrackingView& view, const TrackedFrame& frame,
+                    double max_deviation = kMaxCornerDeviation) const;
 
   // Checks a suspicious step: if the image moved far since `last` and few of the visible points were found,
   // the search around a wrong prediction may have matched only distant points, which hardly move. Tries
