@@ -134,9 +134,8 @@ int ApplyBundle(const BundleProblem& problem, Map& map) {
   return outliers;
 }
 
-std::vector<KeyframeId> LocalWindow(const Map& map, KeyframeId center,
-                                    const BundleAdjustmentOptions& options) {
-  std::vector<KeyframeId> window = map.At(center).BestCovisible(options.max_keyframes - 1);
+std::vector<KeyframeId> LocalWindow(const Map& map, KeyframeId center, int size) {
+  std::vector<KeyframeId> window = map.At(center).BestCovisible(size - 1);
   window.push_back(center);
   return window;
 }

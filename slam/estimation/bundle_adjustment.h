@@ -151,9 +151,8 @@ struct JointObjects {
   JointObjectOptions options;
 };
 
-// Returns a keyframe and its most covisible neighbours.
-std::vector<KeyframeId> LocalWindow(const Map& map, KeyframeId center,
-                                    const BundleAdjustmentOptions& options);
+// Returns a keyframe and its most covisible neighbours, `size` in all.
+std::vector<KeyframeId> LocalWindow(const Map& map, KeyframeId center, int size);
 
 // Minimises the reprojection error over a window of keyframes and all points they see; keyframes that see
 // these points from outside stay fixed (the local bundle adjustment of ORB-SLAM, Mur-Artal et al. 2015,

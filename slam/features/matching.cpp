@@ -120,11 +120,11 @@ struct RankedPair {
 
 // Returns the two of the others that are nearest to descriptor `i`, and updates the nearest to each of them.
 // The processor's own bit count takes a third of the time of a call for each pair; loops without conditions
-// fill its wide registers.
-SQSLAM_WIDE_REGISTERS RankedPair NearestOf(const DescriptorWords& a, std::uint32_t i,
-                                           const std::vector<DescriptorWords>& others,
-                                           std::vector<RankedDistance>& to_others,
-                                           std::vector<RankedDistance>& nearest_of_others) {
+// fill its wide registers, and where these count bits, it takes an eighth.
+SQSLAM_WIDE_INTEGERS RankedPair NearestOf(const DescriptorWords& a, std::uint32_t i,
+                                          const std::vector<DescriptorWords>& others,
+                                          std::vector<RankedDistance>& to_others,
+                                          std::vector<RankedDistance>& nearest_of_others) {
   const auto count = static_cast<std::uint32_t>(others.size());
   for (std::uint32_t j = 0; j < count; ++j) {
     const DescriptorWords& b = others[j];

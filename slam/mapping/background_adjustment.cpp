@@ -27,6 +27,10 @@ std::optional<BackgroundAdjustment::Job> BackgroundAdjustment::TakeFinished() {
   return due ? running_.get() : std::nullopt;
 }
 
+std::optional<BackgroundAdjustment::Job> BackgroundAdjustment::Wait() {
+  return running_.valid() ? running_.get() : std::nullopt;
+}
+
 void BackgroundAdjustment::Stop() {
   if (running_.valid()) {
     stop_ = true;

@@ -37,6 +37,10 @@ class BackgroundAdjustment {
   // Returns the solution once, when it is finished. Rethrows the solver's exception.
   std::optional<Job> TakeFinished();
 
+  // Waits for the solution and returns it; empty if no adjustment is running. Rethrows the solver's
+  // exception.
+  std::optional<Job> Wait();
+
   // Cancels the running adjustment and discards its result or error.
   void Stop();
 

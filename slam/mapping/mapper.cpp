@@ -81,10 +81,10 @@ void Mapper::MapKeyframe(const TrackingReport& report, bool begins) {
   if (begins) {
     outputs_.publish_snapshot(MakeSnapshot());  // two keyframes are better than none if the run ends here
   }
-  OptimizeAround(newest);                  // VI-D
-  CullKeyframesAround(newest);             // VI-E
-  const bool adjusted = TakeAdjustment();  // before CloseLoop(), which makes it obsolete
-  const bool closed = CloseLoop(newest);   // VII
+  OptimizeAround(newest, options_.mapping.bundle_adjustment.max_keyframes);  // VI-D
+  CullKeyframesAround(newest);                                               // VI-E
+  const bool adjusted = ApplyAdjusted(adjustment_.TakeFinished());           // CloseLoop() makes it obsolete
+  const bool closed = CloseLoop(newest);                                     // VII
   KeepUpright(false);
   active_->RefineFrames(camera_, options_.tracking.min_inliers, kUnrefinedFrames);
   MapObjects(adjusted || closed);
@@ -266,8 +266,8 @@ void Mapper::CountReturn(KeyframeId id) {
   returned_ = between >= kMinBetween;
 }
 
-void Mapper::OptimizeAround(KeyframeId keyframe) {
-  OptimizeWindow(LocalWindow(active_->Map(), keyframe, options_.mapping.bundle_adjustment));
+void Mapper::OptimizeAround(KeyframeId keyframe, int window_size) {
+  OptimizeWindow(LocalWindow(active_->Map(), keyframe, window_size));
 }
 
 void Mapper::OptimizeWindow(const std::vector<KeyframeId>& window) {
@@ -327,7 +327,7 @@ bool Mapper::CloseLoop(KeyframeId keyframe) {
     MergeSubmaps(*loop, known);
     ++counters_.merges;
   }
-  AdjustInBackground();
+  AdjustInBackground(options_.mapping.loops.bundle_iterations);
   return true;
 }
 
@@ -341,9 +341,9 @@ void Mapper::MergeSubmaps(const LoopCandidate& loop, Submap& known) {
   const std::int64_t number = dropped.Number();
   // Chosen before the maps are one: afterwards, the neighbours of either side would be mostly those of one
   // map.
-  const BundleAdjustmentOptions& adjustment = options_.mapping.bundle_adjustment;
-  std::vector<KeyframeId> window = LocalWindow(active_->Map(), loop.current, adjustment);
-  std::ranges::copy(LocalWindow(known.Map(), loop.known, adjustment), std::back_inserter(window));
+  const int size = options_.mapping.bundle_adjustment.max_keyframes;
+  std::vector<KeyframeId> window = LocalWindow(active_->Map(), loop.current, size);
+  std::ranges::copy(LocalWindow(known.Map(), loop.known, size), std::back_inserter(window));
   dropped.Deform([&](Map& map) { map.Transform(S_kept_dropped); });
   kept.Absorb(std::move(dropped));
   kept.Map().Reroot(keep_known ? loop.current : loop.known, keep_known ? loop.known : loop.current);
@@ -391,8 +391,7 @@ bool Mapper::TieToOthers(std::int64_t submap) {
 }
 
 // Adjusts a copy of the whole map while mapping continues.
-void Mapper::AdjustInBackground() {
-  const int iterations = options_.mapping.loops.bundle_iterations;
+void Mapper::AdjustInBackground(int iterations) {
   if (iterations > 0) {
     adjustment_.Start({active_->Number(), atlas_.origins.at(active_->Number()).S_map_origin,
                        ExtractBundleProblem(active_->Map(), camera_)},
@@ -400,9 +399,8 @@ void Mapper::AdjustInBackground() {
   }
 }
 
-// Takes the result of the background bundle adjustment. Returns true if the active map changed.
-bool Mapper::TakeAdjustment() {
-  std::optional<BackgroundAdjustment::Job> job = adjustment_.TakeFinished();
+// Takes over the result of a background bundle adjustment, if any. Returns true if the active map changed.
+bool Mapper::ApplyAdjusted(std::optional<BackgroundAdjustment::Job> job) {
   if (!job) {
     return false;
   }

@@ -84,6 +84,7 @@ class Mapper {
   RunCounters Counters() const { return counters_; }   // resets, loops, returns and merges
 
  private:
+  static constexpr int kFinalIterations = 10;    // of the bundle adjustment over a whole submap
   static constexpr int kMinSubmapKeyframes = 5;  // one with fewer is dropped, unless there is no other
 
   void MapKeyframe(const TrackingReport& report, bool begins);
@@ -99,15 +100,15 @@ class Mapper {
   KeyframeId AddKeyframe(const TrackedFrame& frame, std::vector<FrameMatch> matches,
                          const Completion* completion = nullptr);
   void CountReturn(KeyframeId keyframe);
-  void OptimizeAround(KeyframeId keyframe);
+  void OptimizeAround(KeyframeId keyframe, int window_size);
   void OptimizeWindow(const std::vector<KeyframeId>& window);
   void OptimizeGlobally(bool with_objects, bool with_frames = false);
   std::vector<const Map*> MapsActiveFirst() const;
   Submap& SubmapWith(KeyframeId keyframe);
   bool CloseLoop(KeyframeId keyframe);
   void MergeSubmaps(const LoopCandidate& loop, Submap& known);
-  void AdjustInBackground();
-  bool TakeAdjustment();
+  void AdjustInBackground(int iterations);
+  bool ApplyAdjusted(std::optional<BackgroundAdjustment::Job> job);
   void KeepUpright(bool last);
   void MoveOrigins(std::int64_t submap, const Sim3d& S_new_old, std::int64_t new_submap);
   bool HasFrame(std::int64_t index) const;  // in any submap

@@ -150,25 +150,38 @@ void Mapper::DissolveSmallSubmaps() {
   }
 }
 
-// Places frames in the submap, each new keyframe helps the next; adjusts all of it whenever it has grown. The
-// strongest evidence comes first: a frame in a wrong place draws its neighbours there. Points in a thirtieth
-// of an image placed one 50 degrees off that two-view geometry with its neighbour places rightly.
+// Places frames in the submap, each new keyframe helps the next. Whenever it has grown, adjusts all of it
+// while further frames are placed; the result is taken after a fixed number of them, so that runs can be
+// repeated. The strongest evidence comes first: a frame in a wrong place draws its neighbours there. Points
+// in a thirtieth of an image placed one 50 degrees off that two-view geometry with its neighbour places
+// rightly.
 bool Mapper::PlaceLeftovers(const Completion& completion, Submap& submap, CompletionAttempts& attempts) {
-  constexpr double kGrowth = 1.2;  // of the number of keyframes, until all are adjusted
+  constexpr double kGrowth = 1.1;  // of the number of keyframes, until an adjustment begins or ends
   active_ = &submap;
   bool any = false;
   bool progress = true;
-  std::size_t adjusted = submap.Map().Keyframes().size();
+  auto keyframes = static_cast<double>(submap.Map().Keyframes().size());
+  bool adjusting = false;
   while (progress) {
     progress = PlaceOnce(submap, completion, Kind::kLocate, attempts) ||
                PlaceOnce(submap, completion, Kind::kTwoViews, attempts) ||
                PlaceOnce(submap, completion, Kind::kLocateLoosely, attempts);
     any = any || progress;
-    if (static_cast<double>(submap.Map().Keyframes().size()) > kGrowth * static_cast<double>(adjusted)) {
-      submap.Deform([this](Map&) { OptimizeGlobally(false); });
-      adjusted = submap.Map().Keyframes().size();
+    const auto now = static_cast<double>(submap.Map().Keyframes().size());
+    if (now > kGrowth * keyframes) {
+      keyframes = now;
+      if (adjusting) {
+        ApplyAdjusted(adjustment_.Wait());
+      } else {
+        AdjustInBackground(kFinalIterations);
+      }
+      adjusting = !adjusting;
     }
   }
+  if (leftovers_.ByIndex().empty()) {
+    adjustment_.Stop();  // all is adjusted again when the map is finished
+  }
+  ApplyAdjusted(adjustment_.Wait());
   return any;
 }
 
@@ -177,6 +190,8 @@ bool Mapper::PlaceLeftovers(const Completion& completion, Submap& submap, Comple
 bool Mapper::PlaceOnce(Submap& submap, const Completion& completion, Kind kind,
                        CompletionAttempts& attempts) {
   constexpr std::size_t kMinShared = 8;
+  constexpr int kWindow =
+      8;  // keyframes that are adjusted with a new one: all are, whenever the map has grown
   std::vector<std::pair<std::int64_t, SharedPoints>> ranked;
   for (const std::int64_t index : leftovers_.Indices()) {
     SharedPoints shared = completion.PointsShared(submap.Map(), index);
@@ -202,7 +217,7 @@ bool Mapper::PlaceOnce(Submap& submap, const Completion& completion, Kind kind,
     const bool adds = kind == Kind::kTwoViews || AddsToMap(submap.Map(), *frame);
     if (adds) {
       const KeyframeId id = AddKeyframe(*frame, matches, &completion);
-      OptimizeAround(id);
+      OptimizeAround(id, kWindow);
       CloseLoopByViews(completion, id);
     } else {  // which leaves the map as it is
       submap.RecordFrame(index, frame->timestamp, frame->anchor, matches);
@@ -227,6 +242,7 @@ bool Mapper::CloseLoopByViews(const Completion& completion, KeyframeId keyframe)
        completion.LoopsAt(active_->Map(), keyframe) | std::views::take(kMaxAttempts)) {
     const std::optional<LoopCandidate> loop = places_.Verify(active_->Map(), keyframe, known);
     if (loop) {
+      adjustment_.Stop();
       last_loop_ = keyframe;
       active_->Deform([&](Map& map) { CorrectLoop(map, camera_, *loop, loop_edges_); });
       active_->Deform([this](Map&) { OptimizeGlobally(false); });

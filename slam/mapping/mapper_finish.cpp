@@ -9,11 +9,7 @@
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
-namespace {
-
-constexpr int kFinalIterations = 10;  // of the bundle adjustment over a whole submap
-
-}  // namespace
+namespace {}  // namespace
 
 // Returns all submaps, the one with the most frames first.
 std::vector<Submap*> Mapper::RankedSubmaps() {

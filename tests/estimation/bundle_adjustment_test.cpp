@@ -94,8 +94,8 @@ TEST(LocalBundleAdjustment, RestoresPosesAndPoints) {
   Disturb(world, 0.005);
   BundleAdjustmentOptions options;
   options.iterations = 20;
-  const BundleAdjustmentReport report =
-      LocalBundleAdjustment(world.map, world.camera, LocalWindow(world.map, 5, options), options, {});
+  const BundleAdjustmentReport report = LocalBundleAdjustment(
+      world.map, world.camera, LocalWindow(world.map, 5, options.max_keyframes), options, {});
   EXPECT_FALSE(report.interrupted);
   for (const auto& [id, keyframe] : world.map.Keyframes()) {
     EXPECT_LT(
@@ -116,7 +116,8 @@ TEST(LocalBundleAdjustment, RemovesWrongObservations) {
   map.RemoveObservation(20, 4);
   map.AddObservation(10, 4, 20);
   map.AddObservation(20, 4, 10);
-  LocalBundleAdjustment(map, world.camera, LocalWindow(map, 5, {}), {}, {});
+  LocalBundleAdjustment(map, world.camera, LocalWindow(map, 5, BundleAdjustmentOptions{}.max_keyframes), {},
+                        {});
   EXPECT_EQ(map.At(4).points[10], kNoPoint);
   EXPECT_EQ(map.At(4).points[20], kNoPoint);
   EXPECT_TRUE(map.IsAlive(10));
@@ -126,9 +127,10 @@ TEST(LocalBundleAdjustment, RemovesWrongObservations) {
 TEST(LocalBundleAdjustment, StopsWhenInterrupted) {
   SyntheticMap world = MakeSyntheticMap({});
   Disturb(world, 0.01);
-  EXPECT_TRUE(LocalBundleAdjustment(world.map, world.camera, LocalWindow(world.map, 5, {}), {}, [] {
-                return true;
-              }).interrupted);
+  EXPECT_TRUE(LocalBundleAdjustment(world.map, world.camera,
+                                    LocalWindow(world.map, 5, BundleAdjustmentOptions{}.max_keyframes), {},
+                                    [] { return true; })
+                  .interrupted);
 }
 
 // Distances between points, which no choice of the map frame changes, against the truth in the unit of length

@@ -76,6 +76,16 @@ TEST(BackgroundAdjustment, FinishesAtFixedCallInStep) {
   EXPECT_TRUE(adjustment.TakeFinished());
 }
 
+TEST(BackgroundAdjustment, GivesSolutionThatIsWaitedForOnce) {
+  SyntheticMap world = MakeSyntheticMap({});
+  Disturb(world.map);
+  BackgroundAdjustment adjustment(true);
+  EXPECT_FALSE(adjustment.Wait());
+  adjustment.Start({0, {}, ExtractBundleProblem(world.map, world.camera)}, {10, 10});
+  EXPECT_TRUE(adjustment.Wait());
+  EXPECT_FALSE(adjustment.Wait());
+}
+
 TEST(BackgroundAdjustment, DiscardsResultWhenStopped) {
   SyntheticMap world = MakeSyntheticMap({});
   Disturb(world.map);
