@@ -25,7 +25,7 @@ namespace {
 constexpr const char* kDoctorNotes = R"(
 Maps the video for trial, thinned out to about ten frames a second, and lists, with times, what makes mapping
 hard: the camera stands still, only turns or moves too fast; the images are blurred, too dark, too bright or lack
-texture. A video is suitable if the trial maps at least 60 % of the frames. Exits with 0 if it is, otherwise with 3.
+texture. A video is suitable if the trial maps at least half of the frames. Exits with 0 if it is, otherwise with 3.
 
 Examples:
   sqslam doctor film.mp4
