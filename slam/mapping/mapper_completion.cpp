@@ -161,7 +161,6 @@ bool Mapper::PlaceLeftovers(const Completion& completion, Submap& submap, Comple
   bool any = false;
   bool progress = true;
   auto keyframes = static_cast<double>(submap.Map().Keyframes().size());
-  bool adjusting = false;
   while (progress) {
     progress = PlaceOnce(submap, completion, Kind::kLocate, attempts) ||
                PlaceOnce(submap, completion, Kind::kTwoViews, attempts) ||
@@ -170,12 +169,9 @@ bool Mapper::PlaceLeftovers(const Completion& completion, Submap& submap, Comple
     const auto now = static_cast<double>(submap.Map().Keyframes().size());
     if (now > kGrowth * keyframes) {
       keyframes = now;
-      if (adjusting) {
-        ApplyAdjusted(adjustment_.Wait());
-      } else {
+      if (!ApplyAdjusted(adjustment_.Wait())) {
         AdjustInBackground(kFinalIterations);
       }
-      adjusting = !adjusting;
     }
   }
   if (leftovers_.ByIndex().empty()) {
@@ -190,8 +186,7 @@ bool Mapper::PlaceLeftovers(const Completion& completion, Submap& submap, Comple
 bool Mapper::PlaceOnce(Submap& submap, const Completion& completion, Kind kind,
                        CompletionAttempts& attempts) {
   constexpr std::size_t kMinShared = 8;
-  constexpr int kWindow =
-      8;  // keyframes that are adjusted with a new one: all are, whenever the map has grown
+  constexpr int kWindow = 8;  // keyframes adjusted for a new one: all are, whenever the map has grown
   std::vector<std::pair<std::int64_t, SharedPoints>> ranked;
   for (const std::int64_t index : leftovers_.Indices()) {
     SharedPoints shared = completion.PointsShared(submap.Map(), index);

@@ -9,7 +9,6 @@
 #include "slam/util/to_vector.h"
 
 namespace sqslam {
-namespace {}  // namespace
 
 // Returns all submaps, the one with the most frames first.
 std::vector<Submap*> Mapper::RankedSubmaps() {
