@@ -32,7 +32,7 @@ struct SystemOptions {
   DenseOptions dense;  // of `sqslam densify` and run --dense
   // Shared by systems that map the same images, to compare each two of them once; null: not shared. Cannot be
   // set by a configuration.
-  std::shared_ptr<PutativeMatches> putative;
+  std::shared_ptr<FeatureDatabase> database;
 
   void VisitFields(auto&& visit) {
     visit("deterministic", deterministic);

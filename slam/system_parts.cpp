@@ -13,7 +13,7 @@ namespace sqslam {
 MapperOptions OptionsOfMapper(const SystemOptions& options) {
   return {options.deterministic, options.in_step,  static_cast<std::uint64_t>(options.seed),
           options.gravity,       options.tracking, options.mapping,
-          options.objects,       options.putative};
+          options.objects,       options.database};
 }
 
 std::shared_ptr<const Vocabulary> LoadVocabulary(const SystemOptions& options) {

@@ -371,6 +371,22 @@ EpipolarSupport FindEpipolarSupport(const Camera& camera, const std::vector<TwoV
   return support;
 }
 
+std::size_t FundamentalSupport(const std::vector<TwoViewMatch>& raw_matches) {
+  if (raw_matches.size() < kMinMatches) {
+    return 0;
+  }
+  cv::UsacParams params;
+  params.confidence = kRansacConfidence;
+  params.threshold = 3.0;  // px, for lenses bend epipolar lines
+  params.maxIterations = 1000;
+  params.score = cv::SCORE_METHOD_MSAC;
+  params.loMethod = cv::LOCAL_OPTIM_INNER_LO;
+  const auto [points1, points2] = PixelsOf(raw_matches);
+  std::vector<uchar> inliers;
+  cv::findFundamentalMat(points1, points2, inliers, params);
+  return static_cast<std::size_t>(std::ranges::count_if(inliers, [](uchar inlier) { return inlier != 0; }));
+}
+
 double FlowWithoutRotation(const Camera& camera, const std::vector<TwoViewMatch>& matches) {
   return UpperMedian(FitRotation(camera, matches).residuals);
 }

@@ -51,6 +51,10 @@ struct EpipolarSupport {
 // Returns the matches that the best essential matrix explains, or a rotation; none if there are too few.
 EpipolarSupport FindEpipolarSupport(const Camera& camera, const std::vector<TwoViewMatch>& matches);
 
+// Returns how many matches of distorted pixels one fundamental matrix explains, roughly: where they are few,
+// no camera's essential matrix explains more, and a tenth of the time tells.
+std::size_t FundamentalSupport(const std::vector<TwoViewMatch>& raw_matches);
+
 // Estimates relative pose and structure of two views. The motions of the best homography (planar scenes,
 // small parallax) and of the best essential matrix compete, as in ORB-SLAM (Mur-Artal et al. 2015, section
 // IV), but by the epipolar errors of all matches, each after refinement: a homography has two motions, and

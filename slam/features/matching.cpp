@@ -178,52 +178,82 @@ std::vector<std::pair<int, int>> MatchAll(const FrameFeatures& a, const FrameFea
 
 namespace {
 
-// Keypoints of one image and their epipolar lines in another one (with a unit normal), coordinate by
-// coordinate: a loop over them fills wide registers.
-struct LinesOfKeypoints {
-  std::vector<float> x, y, line_x, line_y, line_1;
+// A line of an image, n . p + d = 0 with a unit normal n, and a pixel.
+struct PixelAndLine {
+  float x = 0.0F, y = 0.0F;
+  float n_x = 0.0F, n_y = 0.0F, d = std::numeric_limits<float>::infinity();
+};
 
-  LinesOfKeypoints(const FrameFeatures& features, const Eigen::Matrix3d& F) {
-    for (const Keypoint& keypoint : features.keypoints) {
-      const Eigen::Vector3d line = F * keypoint.pixel.homogeneous();
-      const double norm = line.head<2>().norm();
-      x.push_back(static_cast<float>(keypoint.pixel.x()));
-      y.push_back(static_cast<float>(keypoint.pixel.y()));
-      line_x.push_back(static_cast<float>(line.x() / norm));
-      line_y.push_back(static_cast<float>(line.y() / norm));
-      line_1.push_back(static_cast<float>(line.z() / norm));
-    }
-  }
+PixelAndLine EpipolarLineOf(const Keypoint& keypoint, const Eigen::Matrix3d& F) {
+  const Eigen::Vector3d line = F * keypoint.pixel.homogeneous();
+  const Eigen::Vector3f unit = (line / line.head<2>().norm()).cast<float>();
+  return {static_cast<float>(keypoint.pixel.x()), static_cast<float>(keypoint.pixel.y()), unit.x(), unit.y(),
+          unit.z()};
+}
 
-  // Computes, for each keypoint, the greater of two distances, px: of `pixel` from the keypoint's line, and
-  // of the keypoint from `line`.
-  void GapsTo(const Eigen::Vector2f& pixel, const Eigen::Vector3f& line, std::vector<float>& gaps) const {
-    for (std::size_t j = 0; j < x.size(); ++j) {
-      gaps[j] = std::max(std::abs(line_x[j] * pixel.x() + line_y[j] * pixel.y() + line_1[j]),
-                         std::abs(line.x() * x[j] + line.y() * y[j] + line.z()));
-    }
+// Sixteen keypoints of one image and their epipolar lines in another one, coordinate by coordinate: a loop
+// over them fills wide registers.
+struct KeypointBlock {
+  static constexpr int kSize = 16;
+  std::array<float, kSize> x, y, n_x, n_y, d;
+
+  void Set(int k, const PixelAndLine& keypoint) {
+    x[k] = keypoint.x;
+    y[k] = keypoint.y;
+    n_x[k] = keypoint.n_x;
+    n_y[k] = keypoint.n_y;
+    d[k] = keypoint.d;
   }
 };
+
+std::vector<KeypointBlock> BlocksOf(const FrameFeatures& features, const Eigen::Matrix3d& F) {
+  constexpr std::size_t kSize = KeypointBlock::kSize;
+  std::vector<KeypointBlock> blocks((features.Size() + kSize - 1) / kSize);
+  for (std::size_t i = 0; i < blocks.size() * kSize; ++i) {
+    const bool is_keypoint = i < features.Size();  // the last block is filled with lines infinitely far away
+    blocks[i / kSize].Set(static_cast<int>(i % kSize),
+                          is_keypoint ? EpipolarLineOf(features.keypoints[i], F) : PixelAndLine());
+  }
+  return blocks;
+}
+
+// Lists the keypoints of the blocks that lie within `max_gap` px of the other keypoint's line, as that does
+// of theirs.
+SQSLAM_WIDE_REGISTERS void ListNear(const std::vector<KeypointBlock>& blocks, const PixelAndLine& other,
+                                    float max_gap, std::vector<int>& near) {
+  near.clear();
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    const KeypointBlock& block = blocks[b];
+    std::array<float, KeypointBlock::kSize> gaps;
+    int count = 0;
+    for (int k = 0; k < KeypointBlock::kSize; ++k) {
+      gaps[k] = std::max(std::abs(block.n_x[k] * other.x + block.n_y[k] * other.y + block.d[k]),
+                         std::abs(other.n_x * block.x[k] + other.n_y * block.y[k] + other.d));
+      count += gaps[k] <= max_gap ? 1 : 0;
+    }
+    for (int k = 0; count > 0 && k < KeypointBlock::kSize; ++k) {
+      if (gaps[k] <= max_gap) {
+        near.push_back(static_cast<int>(b) * KeypointBlock::kSize + k);
+      }
+    }
+  }
+}
 
 }  // namespace
 
 std::vector<std::pair<int, int>> MatchAlongEpipolarLines(const FrameFeatures& a, const FrameFeatures& b,
                                                          const Eigen::Matrix3d& F_ba, double max_error,
                                                          int max_distance, double ratio) {
-  const LinesOfKeypoints lines_in_a(b, F_ba.transpose());
+  const std::vector<KeypointBlock> blocks_of_b = BlocksOf(b, F_ba.transpose());
   std::vector<NearestTwo> nearest_of_a(a.Size());
   std::vector<NearestTwo> nearest_of_b(b.Size());
-  std::vector<float> gaps(b.Size());
+  std::vector<int> near;
   for (std::size_t i = 0; i < a.Size(); ++i) {
-    const Eigen::Vector2f p_a = a.keypoints[i].pixel.cast<float>();
-    const Eigen::Vector3d line = F_ba * a.keypoints[i].pixel.homogeneous();
-    lines_in_a.GapsTo(p_a, (line / line.head<2>().norm()).cast<float>(), gaps);
-    for (std::size_t j = 0; j < b.Size(); ++j) {
-      if (gaps[j] <= max_error) {
-        const int distance = HammingDistance(a.descriptors[i], b.descriptors[j]);
-        nearest_of_a[i].Add(distance, static_cast<int>(j));
-        nearest_of_b[j].Add(distance, static_cast<int>(i));
-      }
+    ListNear(blocks_of_b, EpipolarLineOf(a.keypoints[i], F_ba), static_cast<float>(max_error), near);
+    for (const int j : near) {
+      const int distance = HammingDistance(a.descriptors[i], b.descriptors[j]);
+      nearest_of_a[i].Add(distance, j);
+      nearest_of_b[j].Add(distance, static_cast<int>(i));
     }
   }
   std::vector<std::pair<int, int>> matches;

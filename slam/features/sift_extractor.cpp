@@ -32,6 +32,11 @@ Descriptor Binarize(const float* bins) {
 
 FrameFeatures SiftExtractor::Extract(const cv::Mat& bgr, const Camera& camera, const ScaleLevels& levels,
                                      const cv::Mat& ignored) const {
+  return Undistorted(ExtractRaw(bgr, levels, ignored), camera);
+}
+
+FrameFeatures SiftExtractor::ExtractRaw(const cv::Mat& bgr, const ScaleLevels& levels,
+                                        const cv::Mat& ignored) const {
   constexpr double kContrast = 0.02;     // half of OpenCV's: COLMAP's threshold
   constexpr float kSmallestSize = 2.0F;  // px, diameter of a keypoint of level 0
   cv::Mat gray;
@@ -52,16 +57,27 @@ FrameFeatures SiftExtractor::Extract(const cv::Mat& bgr, const Camera& camera, c
   features.kind = FeatureKind::kSift;
   for (int i = 0; i < static_cast<int>(found.size()); ++i) {
     const Eigen::Vector2d place(found[i].pt.x, found[i].pt.y);
-    const Eigen::Vector2d undistorted = camera.Undistort(place);
-    if (!IsInReach(undistorted)) {
-      continue;
-    }
     const int octave = levels.PredictOctave(kSmallestSize, found[i].size);
-    features.keypoints.push_back({undistorted, place, found[i].angle, octave});
+    features.keypoints.push_back({place, place, found[i].angle, octave});
     features.descriptors.push_back(Binarize(bins.ptr<float>(i)));
     const auto& color = bgr.at<cv::Vec3b>(std::clamp(cvRound(place.y()), 0, bgr.rows - 1),
                                           std::clamp(cvRound(place.x()), 0, bgr.cols - 1));
     features.colors.push_back({color[2], color[1], color[0]});
+  }
+  return features;
+}
+
+FrameFeatures Undistorted(const FrameFeatures& raw, const Camera& camera) {
+  FrameFeatures features;
+  features.kind = raw.kind;
+  for (std::size_t i = 0; i < raw.Size(); ++i) {
+    Keypoint keypoint = raw.keypoints[i];
+    keypoint.pixel = camera.Undistort(keypoint.raw_pixel);
+    if (IsInReach(keypoint.pixel)) {
+      features.keypoints.push_back(keypoint);
+      features.descriptors.push_back(raw.descriptors[i]);
+      features.colors.push_back(raw.colors[i]);
+    }
   }
   features.grid = KeypointGrid(features.keypoints, camera.width, camera.height);
   return features;

@@ -27,8 +27,14 @@ class SiftExtractor {
   FrameFeatures Extract(const cv::Mat& bgr, const Camera& camera, const ScaleLevels& levels,
                         const cv::Mat& ignored = {}) const;
 
+  // Returns the features of any camera's image for Undistorted(): their `pixel` is the raw one.
+  FrameFeatures ExtractRaw(const cv::Mat& bgr, const ScaleLevels& levels, const cv::Mat& ignored = {}) const;
+
  private:
   SiftOptions options_;
 };
+
+// Returns the features with undistorted pixels, without those out of reach (IsInReach).
+FrameFeatures Undistorted(const FrameFeatures& raw, const Camera& camera);
 
 }  // namespace sqslam

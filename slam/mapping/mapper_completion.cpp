@@ -24,7 +24,7 @@ bool AddsToMap(const Map& map, const TrackedFrame& frame) {
 }  // namespace
 
 ViewGraph Mapper::MakeViewGraph() const {
-  ViewGraph views(camera_, places_, options_.putative);
+  ViewGraph views(camera_, places_, options_.database);
   for (const auto& [number, submap] : submaps_) {
     for (const auto& [id, keyframe] : submap.Map().Keyframes()) {
       views.Add(keyframe.frame_index, keyframe.features, number);

@@ -4,6 +4,7 @@
 #include <ranges>
 
 #include "slam/features/sift_extractor.h"
+#include "slam/mapping/feature_database.h"
 #include "slam/mapping/mapper.h"
 #include "slam/util/parallel.h"
 #include "slam/util/to_vector.h"
@@ -45,10 +46,15 @@ std::vector<LeftoverFrame> Mapper::ImagesWithSift(const std::function<bool()>& s
   for (std::size_t begin = 0; begin < images.size() && !(stop && stop()); begin += kPart) {
     ParallelFor(std::min(kPart, images.size() - begin), 0, [&](std::size_t k) {
       LeftoverFrame& image = images[begin + k];
-      const cv::Mat bgr = outputs_.read_image(image.image_path, true);
-      image.features = std::make_shared<const FrameFeatures>(
-          bgr.empty() ? FrameFeatures()
-                      : extractor.Extract(bgr, camera_, pose_tracker_.Levels(), image.ignored));
+      const auto extract = [&] {
+        const cv::Mat bgr = outputs_.read_image(image.image_path, true);
+        return bgr.empty() ? FrameFeatures()
+                           : extractor.ExtractRaw(bgr, pose_tracker_.Levels(), image.ignored);
+      };
+      const bool shared = options_.database && image.ignored.empty();
+      const FrameFeaturesPtr raw = shared ? options_.database->FeaturesOf(image.image_path, extract)
+                                          : std::make_shared<const FrameFeatures>(extract());
+      image.features = std::make_shared<const FrameFeatures>(Undistorted(*raw, camera_));
     });
   }
   return images;

@@ -61,7 +61,7 @@ struct MappingOptions {
   }
 };
 
-class PutativeMatches;
+class FeatureDatabase;
 
 // The options of the mapping thread.
 struct MapperOptions {
@@ -72,7 +72,7 @@ struct MapperOptions {
   TrackingOptions tracking;      // for backward tracking and frame refinement
   MappingOptions mapping;
   ObjectOptions objects;
-  std::shared_ptr<PutativeMatches> putative;  // see SystemOptions
+  std::shared_ptr<FeatureDatabase> database;  // see SystemOptions
 };
 
 }  // namespace sqslam

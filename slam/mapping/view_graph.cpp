@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <iterator>
-#include <string_view>
 
 #include "slam/estimation/two_view.h"
 #include "slam/features/matching.h"
@@ -10,42 +9,11 @@
 #include "slam/util/parallel.h"
 
 namespace sqslam {
-namespace {
-
-constexpr double kRatio = 0.85;  // of the distances of the best and the second match
-
-std::size_t HashOf(const std::vector<Descriptor>& descriptors) {
-  return std::hash<std::string_view>()(
-      {reinterpret_cast<const char*>(descriptors.data()), descriptors.size() * sizeof(Descriptor)});
-}
-
-}  // namespace
-
-ImageMatches PutativeMatches::Of(const FrameFeatures& a, const FrameFeatures& b) {
-  constexpr int kMaxDistance = 64;  // bits
-  const std::pair key(HashOf(a.descriptors), HashOf(b.descriptors));
-  {
-    const std::lock_guard lock(mutex_);
-    if (const auto known = found_.find(key); known != found_.end()) {
-      return known->second;
-    }
-  }
-  ImageMatches found = MatchAll(a, b, {}, {}, kMaxDistance, kRatio);
-  const std::lock_guard lock(mutex_);
-  return found_.emplace(key, std::move(found)).first->second;
-}
-
-std::size_t PutativeMatches::Searched() const {
-  const std::lock_guard lock(mutex_);
-  return found_.size();
-}
-
 ImageMatches MatchImages(const Camera& camera, const FrameFeatures& a, const FrameFeatures& b,
-                         PutativeMatches& putative, bool& only_turns) {
+                         FeatureDatabase& database, bool& only_turns) {
   constexpr double kMaxLineError = 3.0;     // px, of more matches along the lines that the first ones give
-  constexpr std::size_t kMinSupport = 16;   // of those lines
   constexpr std::size_t kMaxSupport = 200;  // more matches than that are enough
-  const ImageMatches pairs = putative.Of(a, b);
+  const ImageMatches pairs = database.MatchesOf(a, b);
   std::vector<TwoViewMatch> pixels;
   for (const auto& [i, j] : pairs) {
     pixels.push_back({a.keypoints[i].pixel, b.keypoints[j].pixel});
@@ -56,9 +24,9 @@ ImageMatches MatchImages(const Camera& camera, const FrameFeatures& a, const Fra
   for (const int i : support.inliers) {
     matches.push_back(pairs[i]);
   }
-  if (!support.F21.isZero() && matches.size() >= kMinSupport && matches.size() <= kMaxSupport) {
+  if (!support.F21.isZero() && matches.size() >= kMinImageMatches && matches.size() <= kMaxSupport) {
     ImageMatches more =
-        MatchAlongEpipolarLines(a, b, support.F21, kMaxLineError, kMaxUnguidedDistance, kRatio);
+        MatchAlongEpipolarLines(a, b, support.F21, kMaxLineError, kMaxUnguidedDistance, kMaxDistanceRatio);
     if (more.size() > matches.size()) {
       return more;
     }
@@ -121,10 +89,9 @@ std::set<ViewGraph::ImagePair> ViewGraph::Candidates() const {
 }
 
 ViewGraph::Comparison ViewGraph::Compare(const FrameFeatures& a, const FrameFeatures& b) const {
-  constexpr std::size_t kMinMatches = 16;
   Comparison comparison;
-  comparison.matches = MatchImages(camera_, a, b, *putative_, comparison.only_turns);
-  if (comparison.matches.size() < kMinMatches) {
+  comparison.matches = MatchImages(camera_, a, b, *database_, comparison.only_turns);
+  if (comparison.matches.size() < kMinImageMatches) {
     comparison.matches.clear();
   }
   return comparison;

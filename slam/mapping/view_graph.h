@@ -5,40 +5,21 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <set>
 #include <utility>
 #include <vector>
 
 #include "slam/features/frame_features.h"
 #include "slam/geometry/camera.h"
+#include "slam/mapping/feature_database.h"
 #include "slam/mapping/place_recognizer.h"
 
 namespace sqslam {
 
-// Pairs (keypoint of one image, keypoint of the other).
-using ImageMatches = std::vector<std::pair<int, int>>;
-
-// Putative matches: keypoints of two images whose descriptors are alike, found once for each two images.
-// Descriptors do not depend on the camera: where images are mapped again and again to learn it, the search of
-// all pairs would take half of the time. May be used by several threads.
-class PutativeMatches {
- public:
-  ImageMatches Of(const FrameFeatures& a, const FrameFeatures& b);
-
-  std::size_t Searched() const;  // pairs of images
-
- private:
-  using Hash = std::size_t;  // of an image's descriptors
-
-  mutable std::mutex mutex_;
-  std::map<std::pair<Hash, Hash>, ImageMatches> found_;  // guarded by mutex_
-};
-
 // Returns the matches of two images that one motion explains (FindEpipolarSupport). `only_turns`: set if a
 // rotation explains nearly all of them.
 ImageMatches MatchImages(const Camera& camera, const FrameFeatures& a, const FrameFeatures& b,
-                         PutativeMatches& putative, bool& only_turns);
+                         FeatureDatabase& database, bool& only_turns);
 
 // Images and the matches of their keypoints, without any pose: what structure from motion starts from
 // (Schoenberger and Frahm 2016, Structure-from-motion revisited, section 4.1). Two images are compared if
@@ -46,12 +27,12 @@ ImageMatches MatchImages(const Camera& camera, const FrameFeatures& a, const Fra
 // keypoints.
 class ViewGraph {
  public:
-  // `putative`: shared with other graphs of the same images; null: its own.
+  // `database`: shared with other graphs of the same images; null: its own.
   ViewGraph(const Camera& camera, const PlaceRecognizer& places,
-            std::shared_ptr<PutativeMatches> putative = nullptr)
+            std::shared_ptr<FeatureDatabase> database = nullptr)
       : camera_(camera),
         places_(places),
-        putative_(putative ? std::move(putative) : std::make_shared<PutativeMatches>()) {}
+        database_(database ? std::move(database) : std::make_shared<FeatureDatabase>()) {}
 
   // `group`: images of one group have poses in one map already and are not compared; negative: none.
   void Add(std::int64_t index, FrameFeaturesPtr features, std::int64_t group = -1);
@@ -83,7 +64,7 @@ class ViewGraph {
 
   Camera camera_;
   const PlaceRecognizer& places_;
-  std::shared_ptr<PutativeMatches> putative_;
+  std::shared_ptr<FeatureDatabase> database_;
   std::map<std::int64_t, Image> images_;  // by index
 };
 

@@ -124,10 +124,10 @@ StepEvidence CompareImages(const Sequence& sequence, const Camera& camera, const
   if (!depths || !a || !b) {
     return StepEvidence::kNone;
   }
-  PutativeMatches putative;
+  FeatureDatabase database;
   bool only_turns = false;
   std::vector<TwoViewMatch> matches;
-  for (const auto& [i, j] : MatchImages(camera, *a, *b, putative, only_turns)) {
+  for (const auto& [i, j] : MatchImages(camera, *a, *b, database, only_turns)) {
     matches.push_back({a->keypoints[i].pixel, b->keypoints[j].pixel});
   }
   return JudgeStep(camera, matches, after.T_map_camera.Inverse() * before.T_map_camera, depths->nearest,

@@ -302,7 +302,7 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
   const Stopwatch stopwatch;
   SystemOptions options = request.options;
   options.in_step = !request.HasRealClock();  // a recording
-  options.putative = std::make_shared<PutativeMatches>();
+  options.database = std::make_shared<FeatureDatabase>();
   AutoCamera camera = LearnCamera(input.sequence, request.range, options, host);
   RefineGuess(camera, options);
   Recorder recorder(request.output / "map.sqmap",

@@ -113,6 +113,22 @@ TEST_F(TwoViewTest, EpipolarSupportTellsRotation) {
   EXPECT_TRUE(support.F21.isZero());
 }
 
+TEST_F(TwoViewTest, FundamentalSupportCountsMatchesOfDistortedPixels) {
+  std::vector<TwoViewMatch> matches = Project(Cloud(), T_2_1_);
+  Camera lens = camera_;
+  lens.distortion = {-0.1, 0.02, 0.0, 0.0, 0.0};
+  for (TwoViewMatch& match : matches) {
+    match = {lens.ProjectDistorted(camera_.Unproject(match.pixel1)),
+             lens.ProjectDistorted(camera_.Unproject(match.pixel2))};
+  }
+  EXPECT_GT(FundamentalSupport(matches), matches.size() / 2);
+  matches.resize(100);
+  for (TwoViewMatch& match : matches) {
+    match.pixel2 = {320.0 + 320.0 * uniform_(random_), 240.0 + 240.0 * uniform_(random_)};
+  }
+  EXPECT_LT(FundamentalSupport(matches), 20);
+}
+
 TEST_F(TwoViewTest, ToleratesWrongMatches) {
   std::vector<TwoViewMatch> matches = Project(Cloud(), T_2_1_);
   for (std::size_t i = 0; i < matches.size() / 5; ++i) {

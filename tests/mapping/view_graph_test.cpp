@@ -2,10 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cstdint>
 #include <memory>
-#include <utility>
 #include <vector>
 
 #include "tests/support/synthetic_map.h"
@@ -29,18 +27,18 @@ FrameFeaturesPtr Moved(const FrameFeaturesPtr& features) {
 TEST(ViewGraph, SearchesPairsOnceForAllCameras) {
   const SyntheticMap world = MakeSyntheticMap({});
   const PlaceRecognizer places(world.camera, {}, nullptr);
-  const auto putative = std::make_shared<PutativeMatches>();
+  const auto database = std::make_shared<FeatureDatabase>();
   std::vector<FrameFeaturesPtr> images;
   for (const std::uint64_t seed : {1, 2, 3}) {
     images.push_back(
         world.See(PoseOnArc(seed), {.pixel_noise = 0.2, .flipped_bits = 10, .seed = seed}).features);
   }
-  ViewGraph first(world.camera, places, putative);
+  ViewGraph first(world.camera, places, database);
   ViewGraph alone(world.camera, places);
   Camera longer = world.camera;
   longer.fx *= 1.01;
   longer.fy *= 1.01;
-  ViewGraph second(longer, places, putative);
+  ViewGraph second(longer, places, database);
   for (std::size_t i = 0; i < images.size(); ++i) {
     first.Add(static_cast<std::int64_t>(i), images[i]);
     alone.Add(static_cast<std::int64_t>(i), images[i]);
@@ -48,29 +46,14 @@ TEST(ViewGraph, SearchesPairsOnceForAllCameras) {
   }
   first.Match();
   alone.Match();
-  EXPECT_EQ(putative->Searched(), 3);
+  EXPECT_EQ(database->Searched(), 3);
   second.Match();
-  EXPECT_EQ(putative->Searched(), 3) << "the same descriptors";
+  EXPECT_EQ(database->Searched(), 3) << "the same descriptors";
   for (std::int64_t i = 0; i < 3; ++i) {
     EXPECT_EQ(first.MatchesOf(i), alone.MatchesOf(i));
     EXPECT_EQ(first.MatchesOf(i).size(), 2);
     EXPECT_EQ(second.MatchesOf(i).size(), 2);
   }
-}
-
-TEST(PutativeMatches, TellsImagesApart) {
-  const SyntheticMap world = MakeSyntheticMap({});
-  const FrameFeaturesPtr a = world.See(PoseOnArc(0.0), {.flipped_bits = 10, .seed = 1}).features;
-  const FrameFeaturesPtr b = world.See(PoseOnArc(1.0), {.flipped_bits = 10, .seed = 2}).features;
-  PutativeMatches putative;
-  const ImageMatches forward = putative.Of(*a, *b);
-  ImageMatches backward = putative.Of(*b, *a);
-  EXPECT_EQ(putative.Searched(), 2) << "the order of two images counts";
-  for (auto& [i, j] : backward) {
-    std::swap(i, j);
-  }
-  EXPECT_TRUE(std::ranges::is_permutation(forward, backward));
-  EXPECT_FALSE(forward.empty());
 }
 
 }  // namespace
