@@ -17,6 +17,7 @@
 #include <string>
 #include <string_view>
 #include <thread>
+#include <utility>
 
 #include "slam/io/image_files.h"
 #include "slam/io/image_header.h"
@@ -184,7 +185,7 @@ struct FrameSource::Impl {
 
   // Returns the mask in the size of the frame, with 255 where it is black. `image`: size of the shown image,
   // which a mask has, or that of the turned one, if it is the mask of all images.
-  static cv::Mat Ignored(const Frame& frame, const std::filesystem::path& file, cv::Size image) {
+  cv::Mat Ignored(const Frame& frame, const std::filesystem::path& file, cv::Size image) const {
     if (file.empty()) {
       return {};
     }
@@ -192,15 +193,22 @@ struct FrameSource::Impl {
     if (mask.size() == image) {
       mask = Turned(mask, frame.quarter_turns);
     } else if (mask.size() != Turned(image, frame.quarter_turns)) {
-      spdlog::warn("frame {} has no mask: {} {}", frame.index, file.string(),
-                   mask.empty() ? "cannot be read"
-                                : fmt::format("is {}x{}, expected the image's {}x{}", mask.cols, mask.rows,
-                                              image.width, image.height));
+      Warn("frame {} has no mask: {} {}", frame.index, file.string(),
+           mask.empty() ? "cannot be read"
+                        : fmt::format("is {}x{}, expected the image's {}x{}", mask.cols, mask.rows,
+                                      image.width, image.height));
       return {};
     }
     cv::Mat ignored;
     cv::resize(mask == 0, ignored, frame.bgr.size(), 0.0, 0.0, cv::INTER_NEAREST);
     return ignored;
+  }
+
+  template <typename... Args>
+  void Warn(fmt::format_string<Args...> format, Args&&... args) const {
+    if (!muted) {
+      spdlog::warn(format, std::forward<Args>(args)...);
+    }
   }
 
   void Run(const std::stop_token& stop) {
@@ -215,15 +223,14 @@ struct FrameSource::Impl {
         changed.notify_all();
       }
       if (VideoEnded()) {
-        spdlog::warn("{}: ends after {} of its {} frames; it may be damaged or cut off",
-                     sequence.video_path.string(), video ? video->Decoded() : 0, sequence.frames.size());
+        Warn("{}: ends after {} of its {} frames; it may be damaged or cut off", sequence.video_path.string(),
+             video ? video->Decoded() : 0, sequence.frames.size());
         skipped += static_cast<int>(size - i);
         break;
       }
     }
     for (const auto& [kind, frames] : problems) {
-      spdlog::warn("{}{}", frames.first,
-                   frames.count > 1 ? fmt::format(" ({} such frames)", frames.count) : "");
+      Warn("{}{}", frames.first, frames.count > 1 ? fmt::format(" ({} such frames)", frames.count) : "");
     }
     const std::lock_guard lock(mutex);
     finished = true;
@@ -248,6 +255,7 @@ struct FrameSource::Impl {
   std::unique_ptr<VideoReader> video;             // decoding thread only; null for image files
   std::map<std::string, SkippedFrames> problems;  // decoding thread only; by kind
   std::atomic<int> skipped = 0;
+  std::atomic<bool> muted = false;
   std::mutex mutex;
   std::condition_variable_any changed;
   std::deque<Frame> queue;  // guarded by mutex
@@ -260,5 +268,6 @@ FrameSource::FrameSource(const Sequence& sequence, const FrameRange& range, int 
 FrameSource::~FrameSource() = default;
 std::optional<Frame> FrameSource::Next() { return impl_->Next(); }
 int FrameSource::Skipped() const { return impl_->skipped; }
+void FrameSource::Mute() { impl_->muted = true; }
 
 }  // namespace sqslam

@@ -48,6 +48,7 @@ class FrameStream {
 // in order. A photograph taken with the camera turned is turned back (QuarterTurnsTo). Images
 // that are missing, unreadable or not of the camera's size are skipped, with one warning at the end for each
 // kind of problem; a video that ends early causes one warning, and its missing frames count as skipped.
+// Mute() leaves the warnings to another source of the same frames.
 //
 //   FrameSource source(sequence, {.start = 0, .count = 100});
 //   while (std::optional<Frame> frame = source.Next()) { ... }
@@ -59,6 +60,7 @@ class FrameSource : public FrameStream {
   std::optional<Frame> Next() override;
   int Skipped() const override;
   int Dropped() const override { return 0; }  // a recording waits
+  void Mute();
 
  private:
   struct Impl;

@@ -64,6 +64,7 @@ class LearningRun {
     options.mapping.completion.max_frames *= complete ? 1 : 0;
     System system(camera.camera, options, [](const MapSnapshotPtr&) {});
     FrameSource source(sequence_, frames);
+    source.Mute();  // the run itself warns of the same frames
     FramesAhead ahead(source, system, false);
     while (const std::optional<Frame> frame = host_.Stopped() ? std::nullopt : ahead.Next()) {
       system.Process(*frame);

@@ -88,6 +88,16 @@ TEST_F(FrameSourceTest, SkipsFolderInPlaceOfImage) {
   EXPECT_THAT(log.Text(), HasSubstr("frame 1 skipped"));
 }
 
+TEST_F(FrameSourceTest, LeavesWarningsToAnotherSource) {
+  sequence_.frames[1].image_path = sequence_.frames[1].image_path.parent_path();
+  const CapturedLog log;
+  FrameSource source(sequence_);
+  source.Mute();
+  EXPECT_THAT(Play(source), ElementsAre(0, 2, 3, 4, 5, 6, 7));
+  EXPECT_EQ(source.Skipped(), 1);
+  EXPECT_EQ(log.Text(), "");
+}
+
 TEST_F(FrameSourceTest, SkipsDevicesAndEndlessFiles) {
   sequence_.frames[1].image_path = "/dev/null";  // as /dev/zero, which would take all memory
   std::filesystem::resize_file(sequence_.frames[2].image_path, kMaxFileBytes + 1);  // of zeros
