@@ -258,8 +258,8 @@ std::vector<std::string> CheckPath(const Sequence& sequence, const Camera& camer
     }
   };
   warn(StepEvidence::kNone, "the camera's path jumps", "the map may be wrong there");
-  warn(StepEvidence::kCut, "the film is cut",
-       "its parts are joined because they seem to show the same place; check that they do");
+  warn(StepEvidence::kCut, "the view changes completely",
+       "both sides are in one map because they seem to show the same place; check that they do");
   warn(StepEvidence::kContradicted, "the path jumps, but not the images,", "the map is wrong on one side");
   const std::vector<std::size_t> wrong = PosesThatContradict(jumps, map.trajectory.size());
   if (wrong.empty()) {
