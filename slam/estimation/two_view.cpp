@@ -280,8 +280,6 @@ cv::Mat FindEssential(const std::vector<cv::Point2d>& points1, const std::vector
   return cv::findEssentialMat(points1, points2, K, cv::USAC_MAGSAC, kRansacConfidence, std::sqrt(kVariance));
 }
 
-// Few of the iterations that a share of inliers of a third would take: enough where the likelier matches come
-// first.
 cv::UsacParams FastParams(double threshold, int iterations) {
   cv::UsacParams params;
   params.confidence = kRansacConfidence;
@@ -307,7 +305,8 @@ std::vector<int> LikelierFirst(const std::vector<TwoViewMatch>& matches) {
   return order;
 }
 
-// Samples the likelier matches, which come first, before the others (PROSAC, Chum and Matas 2005).
+// Samples the likelier matches, which come first, before the others (PROSAC, Chum and Matas 2005). Without
+// that order, a share of inliers of a third would take 1,700 samples.
 cv::Mat FindEssentialFast(const std::vector<cv::Point2d>& points1, const std::vector<cv::Point2d>& points2,
                           const cv::Mat& K, std::vector<uchar>& inliers) {
   cv::UsacParams params = FastParams(std::sqrt(kVariance), 200);
