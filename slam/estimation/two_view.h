@@ -38,9 +38,6 @@ struct TwoViewReport {
 // best-fitting rotation: near the noise for a purely rotating camera, whatever the scene.
 double FlowWithoutRotation(const Camera& camera, const std::vector<TwoViewMatch>& matches);
 
-// Fewer matches of one motion do not show that two images share a view.
-inline constexpr std::size_t kMinSharedMatches = 16;
-
 // Matches of two images that one motion of the camera explains.
 struct EpipolarSupport {
   std::vector<int> inliers;                       // indices of the matches
@@ -53,6 +50,10 @@ struct EpipolarSupport {
 
 // Returns the matches that the best essential matrix explains, or a rotation; none if there are too few.
 EpipolarSupport FindEpipolarSupport(const Camera& camera, const std::vector<TwoViewMatch>& matches);
+
+// Returns how many matches of distorted pixels one fundamental matrix explains, roughly: where they are few,
+// no camera's essential matrix explains more, and a tenth of the time tells.
+std::size_t FundamentalSupport(const std::vector<TwoViewMatch>& raw_matches);
 
 // Estimates relative pose and structure of two views. The motions of the best homography (planar scenes,
 // small parallax) and of the best essential matrix compete, as in ORB-SLAM (Mur-Artal et al. 2015, section

@@ -2,7 +2,9 @@
 
 #include <string_view>
 
+#include "slam/estimation/two_view.h"
 #include "slam/features/matching.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 namespace {
@@ -41,6 +43,12 @@ ImageMatches FeatureDatabase::MatchesOf(const FrameFeatures& a, const FrameFeatu
     }
   }
   ImageMatches found = MatchAll(a, b, {}, {}, kMaxDistance, kMaxDistanceRatio);
+  const std::vector<TwoViewMatch> raw = ToVector(found, [&](const auto& match) {
+    return TwoViewMatch{a.keypoints[match.first].raw_pixel, b.keypoints[match.second].raw_pixel};
+  });
+  if (FundamentalSupport(raw) < kMinImageMatches) {
+    found.clear();
+  }
   const std::lock_guard lock(mutex_);
   return matches_.emplace(key, std::move(found)).first->second;
 }

@@ -18,6 +18,9 @@ inline constexpr double kMaxDistanceRatio = 0.85;
 // Pairs (keypoint of one image, keypoint of the other).
 using ImageMatches = std::vector<std::pair<int, int>>;
 
+// Fewer matches do not show that two images share a view.
+inline constexpr std::size_t kMinImageMatches = 16;
+
 // What does not depend on the camera, found once where images are mapped again and again to learn it (as in
 // COLMAP's database): wide-baseline features of an image, and the putative matches of two images, keypoints
 // whose descriptors are alike. May be used by several threads.
@@ -27,6 +30,7 @@ class FeatureDatabase {
   FrameFeaturesPtr FeaturesOf(const std::filesystem::path& image,
                               const std::function<FrameFeatures()>& extract);
 
+  // Returns none if no fundamental matrix explains enough of them.
   ImageMatches MatchesOf(const FrameFeatures& a, const FrameFeatures& b);
 
   std::size_t Searched() const;  // pairs of images

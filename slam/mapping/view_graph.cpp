@@ -24,7 +24,7 @@ ImageMatches MatchImages(const Camera& camera, const FrameFeatures& a, const Fra
   for (const int i : support.inliers) {
     matches.push_back(pairs[i]);
   }
-  if (!support.F21.isZero() && matches.size() >= kMinSharedMatches && matches.size() <= kMaxSupport) {
+  if (!support.F21.isZero() && matches.size() >= kMinImageMatches && matches.size() <= kMaxSupport) {
     ImageMatches more =
         MatchAlongEpipolarLines(a, b, support.F21, kMaxLineError, kMaxUnguidedDistance, kMaxDistanceRatio);
     if (more.size() > matches.size()) {
@@ -91,7 +91,7 @@ std::set<ViewGraph::ImagePair> ViewGraph::Candidates() const {
 ViewGraph::Comparison ViewGraph::Compare(const FrameFeatures& a, const FrameFeatures& b) const {
   Comparison comparison;
   comparison.matches = MatchImages(camera_, a, b, *database_, comparison.only_turns);
-  if (comparison.matches.size() < kMinSharedMatches) {
+  if (comparison.matches.size() < kMinImageMatches) {
     comparison.matches.clear();
   }
   return comparison;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <random>
 #include <utility>
 
 #include "tests/support/synthetic_map.h"
@@ -44,6 +45,20 @@ TEST(FeatureDatabase, TellsImagesApart) {
   }
   EXPECT_TRUE(std::ranges::is_permutation(forward, backward));
   EXPECT_FALSE(forward.empty());
+}
+
+TEST(FeatureDatabase, DropsMatchesThatNoFundamentalMatrixExplains) {
+  const SyntheticMap world = MakeSyntheticMap({});
+  const FrameFeaturesPtr a = world.See(PoseOnArc(0.0), {.flipped_bits = 10, .seed = 1}).features;
+  FrameFeatures scattered = *world.See(PoseOnArc(1.0), {.flipped_bits = 10, .seed = 2}).features;
+  scattered.keypoints.resize(100);
+  scattered.descriptors.resize(100);
+  std::mt19937_64 random(3);
+  for (Keypoint& keypoint : scattered.keypoints) {
+    keypoint.raw_pixel = {std::uniform_real_distribution(0.0, 640.0)(random),
+                          std::uniform_real_distribution(0.0, 480.0)(random)};
+  }
+  EXPECT_TRUE(FeatureDatabase().MatchesOf(*a, scattered).empty());
 }
 
 }  // namespace
