@@ -1,7 +1,9 @@
 #include <benchmark/benchmark.h>
 
 #include <opencv2/imgproc.hpp>
+#include <random>
 
+#include "slam/features/matching.h"
 #include "slam/features/orb_extractor.h"
 #include "tests/support/textured_world.h"
 
@@ -40,6 +42,34 @@ void BM_Extract(benchmark::State& state) {
   state.counters["features"] = static_cast<double>(features);
 }
 BENCHMARK(BM_Extract)->Arg(1000)->Arg(2000)->Unit(benchmark::kMillisecond);
+
+// Keypoints all over a photograph, with random descriptors.
+FrameFeatures ScatteredFeatures(int count, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> x(0.0, 1280.0);
+  std::uniform_real_distribution<double> y(0.0, 960.0);
+  FrameFeatures features;
+  for (int i = 0; i < count; ++i) {
+    const Eigen::Vector2d pixel(x(random), y(random));
+    features.keypoints.push_back({pixel, pixel});
+    for (std::uint8_t& byte : features.descriptors.emplace_back()) {
+      byte = static_cast<std::uint8_t>(random());
+    }
+  }
+  return features;
+}
+
+void BM_MatchAlongEpipolarLines(benchmark::State& state) {
+  const auto count = static_cast<int>(state.range(0));
+  const FrameFeatures a = ScatteredFeatures(count, 1);
+  const FrameFeatures b = ScatteredFeatures(count, 2);
+  Eigen::Matrix3d F;  // of a camera that moved sideways and forward
+  F << 0.0, -0.3, 130.0, 0.3, 0.0, -900.0, -140.0, 880.0, 300.0;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(MatchAlongEpipolarLines(a, b, F, 3.0, kMaxUnguidedDistance, 0.85));
+  }
+}
+BENCHMARK(BM_MatchAlongEpipolarLines)->Arg(1000)->Arg(5000)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace sqslam
