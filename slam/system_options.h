@@ -30,8 +30,8 @@ struct SystemOptions {
   MappingOptions mapping;
   ObjectOptions objects;
   DenseOptions dense;  // of `sqslam densify` and run --dense
-  // Shared by systems that map the same images, to compare each two of them once; null: not shared. Cannot be
-  // set by a configuration.
+  // Shared by systems that map the same images one after the other, so that features and matches are found
+  // once; null: not shared. Cannot be set by a configuration.
   std::shared_ptr<FeatureDatabase> database;
 
   void VisitFields(auto&& visit) {

@@ -18,7 +18,6 @@ std::size_t HashOf(const std::vector<Descriptor>& descriptors) {
 
 FrameFeaturesPtr FeatureDatabase::FeaturesOf(const std::filesystem::path& image,
                                              const std::function<FrameFeatures()>& extract) {
-  constexpr std::size_t kMaxImages = 60;  // 25 MB: as many as are mapped repeatedly
   {
     const std::lock_guard lock(mutex_);
     if (const auto known = features_.find(image); known != features_.end()) {
@@ -27,7 +26,7 @@ FrameFeaturesPtr FeatureDatabase::FeaturesOf(const std::filesystem::path& image,
   }
   auto features = std::make_shared<const FrameFeatures>(extract());
   const std::lock_guard lock(mutex_);
-  if (features_.size() < kMaxImages) {
+  if (features_.size() < std::size_t{kMaxImages}) {
     features_.emplace(image, features);
   }
   return features;

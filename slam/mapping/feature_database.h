@@ -21,12 +21,15 @@ using ImageMatches = std::vector<std::pair<int, int>>;
 // Fewer matches do not show that two images share a view.
 inline constexpr std::size_t kMinImageMatches = 16;
 
-// What does not depend on the camera, found once where images are mapped again and again to learn it (as in
-// COLMAP's database): wide-baseline features of an image, and the putative matches of two images, keypoints
-// whose descriptors are alike. May be used by several threads.
+// Keeps what does not depend on the camera, for images that are mapped again and again to learn it (as
+// COLMAP's database does): wide-baseline features of an image, and the putative matches of two images,
+// keypoints whose descriptors are alike. May be used by several threads.
 class FeatureDatabase {
  public:
-  // Returns what `extract` returned for that image: features in distorted pixels.
+  static constexpr int kMaxImages = 60;  // whose features are kept: 25 MB
+
+  // Returns what `extract` returned for that image: features in distorted pixels. Those of further
+  // images than kMaxImages are not kept.
   FrameFeaturesPtr FeaturesOf(const std::filesystem::path& image,
                               const std::function<FrameFeatures()>& extract);
 

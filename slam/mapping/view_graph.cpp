@@ -9,6 +9,7 @@
 #include "slam/util/parallel.h"
 
 namespace sqslam {
+
 ImageMatches MatchImages(const Camera& camera, const FrameFeatures& a, const FrameFeatures& b,
                          FeatureDatabase& database, bool& only_turns) {
   constexpr double kMaxLineError = 3.0;     // px, of more matches along the lines that the first ones give

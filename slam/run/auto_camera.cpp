@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "slam/mapping/feature_database.h"
 #include "slam/run/frames_ahead.h"
 #include "slam/system.h"
 #include "slam/util/stopwatch.h"
@@ -32,7 +33,7 @@ std::string IntervalText(double focal, double deviation) {
 // many frames that were lost: a set of photographs needs it, a film has others. Half of the images are
 // enough.
 SystemOptions LearningOptions(SystemOptions options, const AutoCamera& camera) {
-  constexpr int kMaxCompleted = 60;
+  constexpr int kMaxCompleted = FeatureDatabase::kMaxImages;
   constexpr double kMinMapped = 0.5;
   options.in_step = true;
   options.mapping.camera.what = LearntPart::kFocalAndRadial;

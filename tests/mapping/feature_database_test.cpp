@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <random>
+#include <string>
 #include <utility>
 
 #include "tests/support/synthetic_map.h"
@@ -30,6 +31,21 @@ TEST(FeatureDatabase, ExtractsImageOnce) {
   EXPECT_EQ(extracted, 1);
   EXPECT_NE(database.FeaturesOf("b.png", extract), first);
   EXPECT_EQ(extracted, 2);
+}
+
+TEST(FeatureDatabase, KeepsFeaturesOfFirstImages) {
+  FeatureDatabase database;
+  int extracted = 0;
+  const auto extract = [&] {
+    ++extracted;
+    return FrameFeatures();
+  };
+  for (int pass = 0; pass < 2; ++pass) {
+    for (int i = 0; i <= FeatureDatabase::kMaxImages; ++i) {
+      database.FeaturesOf(std::to_string(i), extract);
+    }
+  }
+  EXPECT_EQ(extracted, FeatureDatabase::kMaxImages + 2);
 }
 
 TEST(FeatureDatabase, TellsImagesApart) {
