@@ -5,7 +5,7 @@
 #   modules    modules include only lower layers, without cycles (scripts/check-modules.py)
 #   words      names of tests and constants, subjects of commits (scripts/check-words.py)
 #   options    docs/options.md is up to date (scripts/list-options.py)
-#   asan-slam  the unit tests of slam/ under AddressSanitizer and the cheaper checks of UBSan
+#   asan-readers  tests of the modules that read files, under AddressSanitizer and the cheaper checks of UBSan
 # Not part of CI, as they take hours:
 #   tidy       clang-tidy over all sources
 #   asan       all tests under AddressSanitizer and UBSan
@@ -37,19 +37,11 @@ check_options() {
   scripts/list-options.py --check
 }
 
-check_asan-slam() {
-  scripts/build.sh asan-slam
-  # One process per test program: with its libraries sanitized, each start takes half a second. The slowest programs
-  # come first, so that no core waits for them at the end. Left out are suites that map whole scenes, estimate depth maps
-  # or solve large problems: they take four fifths of the time, and the others run the same code. `asan` runs them too.
-  local long='ObjectPipeline.*:Representation.*:ObjectMapper.*:System.*:DenseRunTest.*:OwnDetectorTest.*:LearnCamera.*'
-  long+=':FitSuperquadric.*:Boards/CalibrationTest.*:Calibration.*:EvidenceTest.*'
-  local programs
-  programs=$(printf 'bin/%s_test\n' system run objects evaluation mapping dense
-    ninja -C build/asan-slam -t targets all | grep -o '^bin/[a-z_0-9]*_test\b')
-  programs=$(awk '!seen[$0]++' <<<"$programs")
+check_asan-readers() {
+  local programs=(util geometry snapshot io detection features recognition map)
+  scripts/build.sh asan-slam --target "${programs[@]/%/_test}"
   LSAN_OPTIONS="suppressions=$PWD/scripts/leak-sanitizer.supp:print_suppressions=0" \
-    xargs --max-procs "$(nproc)" -I{} env build/asan-slam/{} --gtest_brief=1 --gtest_filter="-$long" <<<"$programs"
+    xargs --max-procs "$(nproc)" -I{} env build/asan-slam/bin/{}_test --gtest_brief=1 <<<"$(printf '%s\n' "${programs[@]}")"
 }
 
 check_asan() {
