@@ -72,6 +72,15 @@ double MinParallax(const Camera& camera) {
   return std::min(kWideParallax, std::sqrt(2.0 * kVariance) / camera.fx / kMaxDeviation);
 }
 
+// Returns true if the rays are nearest to each other in front of both cameras. Of the motions that a matrix
+// decomposes into, most points of the wrong ones are told by this, without a triangulation.
+bool MeetInFront(const Rigid3d& T_2_1, const Eigen::Vector3d& ray1, const Eigen::Vector3d& ray2) {
+  const Eigen::Vector3d turned = T_2_1.rotation * ray1;
+  const double a = turned.squaredNorm(), b = turned.dot(ray2), c = ray2.squaredNorm();
+  const double d = turned.dot(T_2_1.translation), e = ray2.dot(T_2_1.translation);
+  return b * e > c * d && a * e > b * d;  // both depths, times the determinant a c - b^2 of their equations
+}
+
 // Triangulates the matches that the motion explains. A point is good if it is in front of both cameras with a
 // small reprojection error, or so far away that its rays are parallel.
 Candidate Reconstruct(const Camera& camera, const std::vector<TwoViewMatch>& matches,
@@ -92,6 +101,9 @@ Candidate Reconstruct(const Camera& camera, const std::vector<TwoViewMatch>& mat
     const double cosine = (T_camera2_camera1.rotation * ray1).normalized().dot(ray2.normalized());
     if (cosine > kParallelCosine) {
       ++candidate.good;
+      continue;
+    }
+    if (!MeetInFront(T_camera2_camera1, ray1, ray2)) {
       continue;
     }
     const Eigen::Vector3d p = Triangulate({}, ray1, T_camera2_camera1, ray2);
@@ -279,14 +291,15 @@ cv::Mat FindEssential(const std::vector<cv::Point2d>& points1, const std::vector
   return cv::findEssentialMat(points1, points2, K, cv::USAC_MAGSAC, kRansacConfidence, std::sqrt(kVariance));
 }
 
-// The same with a shorter refinement: as accurate where there are enough matches, in a third of the time.
+// With a simpler score and a shorter refinement: it tells which matches agree as well, in a fifth of the
+// time.
 cv::Mat FindEssentialFast(const std::vector<cv::Point2d>& points1, const std::vector<cv::Point2d>& points2,
                           const cv::Mat& K, std::vector<uchar>& inliers) {
   cv::UsacParams params;
   params.confidence = kRansacConfidence;
   params.threshold = std::sqrt(kVariance);
   params.maxIterations = 1000;
-  params.score = cv::SCORE_METHOD_MAGSAC;
+  params.score = cv::SCORE_METHOD_MSAC;
   params.loMethod = cv::LOCAL_OPTIM_INNER_LO;
   return cv::findEssentialMat(points1, points2, K, K, cv::noArray(), cv::noArray(), inliers, params);
 }
