@@ -93,8 +93,9 @@ struct ObjectTerm {
 };
 
 struct BundleSolverOptions {
-  int iterations = 5;        // of the first round, which is robust (Huber)
-  int final_iterations = 6;  // of the second round, after outliers are marked
+  int iterations = 5;            // of the first round, which is robust (Huber)
+  int final_iterations = 6;      // of the second round, after outliers are marked
+  double cost_tolerance = 1e-5;  // share of the cost: an iteration that gains less is the last of its round
 };
 
 // Extracts the keyframes `free` (variable) and `fixed`, every point that a free one sees, and all

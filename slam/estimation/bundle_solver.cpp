@@ -39,7 +39,7 @@ class BundleSolver {
   }
 
   // Returns false if the solver was interrupted.
-  bool Round(int iterations, bool robust, const std::function<bool()>& stop) {
+  bool Round(int iterations, double cost_tolerance, bool robust, const std::function<bool()>& stop) {
     ceres::Problem::Options problem_options;
     problem_options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;  // it would keep a tree of them
     problem_options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
@@ -58,7 +58,7 @@ class BundleSolver {
     options.linear_solver_type = free < 40 ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
     options.max_num_iterations = iterations;
     options.num_threads = 1;
-    options.function_tolerance = 1e-5;
+    options.function_tolerance = cost_tolerance;
     options.logging_type = ceres::SILENT;
     Interrupter interrupter(stop);
     options.callbacks.push_back(&interrupter);
@@ -150,8 +150,8 @@ class BundleSolver {
 bool SolveBundle(BundleProblem& problem, const BundleSolverOptions& options,
                  const std::function<bool()>& stop) {
   BundleSolver solver(problem);
-  const bool finished =
-      solver.Round(options.iterations, true, stop) && solver.Round(options.final_iterations, false, stop);
+  const bool finished = solver.Round(options.iterations, options.cost_tolerance, true, stop) &&
+                        solver.Round(options.final_iterations, options.cost_tolerance, false, stop);
   solver.KeepObjectImprovements();
   return finished;
 }

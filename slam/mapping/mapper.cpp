@@ -81,10 +81,10 @@ void Mapper::MapKeyframe(const TrackingReport& report, bool begins) {
   if (begins) {
     outputs_.publish_snapshot(MakeSnapshot());  // two keyframes are better than none if the run ends here
   }
-  OptimizeAround(newest, options_.mapping.bundle_adjustment.max_keyframes);  // VI-D
-  CullKeyframesAround(newest);                                               // VI-E
-  const bool adjusted = ApplyAdjusted(adjustment_.TakeFinished());           // CloseLoop() makes it obsolete
-  const bool closed = CloseLoop(newest);                                     // VII
+  OptimizeAround(newest, options_.mapping.bundle_adjustment);       // VI-D
+  CullKeyframesAround(newest);                                      // VI-E
+  const bool adjusted = ApplyAdjusted(adjustment_.TakeFinished());  // CloseLoop() makes it obsolete
+  const bool closed = CloseLoop(newest);                            // VII
   KeepUpright(false);
   active_->RefineFrames(camera_, options_.tracking.min_inliers, kUnrefinedFrames);
   MapObjects(adjusted || closed);
@@ -266,19 +266,18 @@ void Mapper::CountReturn(KeyframeId id) {
   returned_ = between >= kMinBetween;
 }
 
-void Mapper::OptimizeAround(KeyframeId keyframe, int window_size) {
-  OptimizeWindow(LocalWindow(active_->Map(), keyframe, window_size));
+void Mapper::OptimizeAround(KeyframeId keyframe, const BundleAdjustmentOptions& options) {
+  OptimizeWindow(LocalWindow(active_->Map(), keyframe, options.max_keyframes), options);
 }
 
-void Mapper::OptimizeWindow(const std::vector<KeyframeId>& window) {
+void Mapper::OptimizeWindow(const std::vector<KeyframeId>& window, const BundleAdjustmentOptions& options) {
   const StageTimes::Scope timer(times_, "mapping.bundle_adjustment");
   if (active_->Map().Keyframes().size() > 2) {
     const JointObjectOptions& joint = options_.mapping.joint_objects;
     const std::vector<ObjectTerm> terms =
         joint.Local() ? active_->ObjectTerms(joint) : std::vector<ObjectTerm>();
-    const BundleAdjustmentReport report =
-        LocalBundleAdjustment(active_->Map(), camera_, window, options_.mapping.bundle_adjustment,
-                              outputs_.keyframe_waiting, {terms, joint});
+    const BundleAdjustmentReport report = LocalBundleAdjustment(active_->Map(), camera_, window, options,
+                                                                outputs_.keyframe_waiting, {terms, joint});
     active_->CorrectObjects(report.objects, camera_);
   }
 }
@@ -353,7 +352,7 @@ void Mapper::MergeSubmaps(const LoopCandidate& loop, Submap& known) {
   active_ = &kept;
   loop_edges_.insert(std::minmax(loop.current, loop.known));
   FuseLoop(active_->Map(), camera_, loop);
-  OptimizeWindow(window);
+  OptimizeWindow(window, options_.mapping.bundle_adjustment);
 }
 
 // Merges at the keyframe that confirms most points of another submap.

@@ -100,8 +100,8 @@ class Mapper {
   KeyframeId AddKeyframe(const TrackedFrame& frame, std::vector<FrameMatch> matches,
                          const Completion* completion = nullptr);
   void CountReturn(KeyframeId keyframe);
-  void OptimizeAround(KeyframeId keyframe, int window_size);
-  void OptimizeWindow(const std::vector<KeyframeId>& window);
+  void OptimizeAround(KeyframeId keyframe, const BundleAdjustmentOptions& options);
+  void OptimizeWindow(const std::vector<KeyframeId>& window, const BundleAdjustmentOptions& options);
   void OptimizeGlobally(bool with_objects, bool with_frames = false);
   std::vector<const Map*> MapsActiveFirst() const;
   Submap& SubmapWith(KeyframeId keyframe);

@@ -186,7 +186,10 @@ bool Mapper::PlaceLeftovers(const Completion& completion, Submap& submap, Comple
 bool Mapper::PlaceOnce(Submap& submap, const Completion& completion, Kind kind,
                        CompletionAttempts& attempts) {
   constexpr std::size_t kMinShared = 8;
-  constexpr int kWindow = 8;  // keyframes adjusted for a new one: all are, whenever the map has grown
+  // Roughly, as all keyframes are adjusted whenever the map has grown.
+  BundleAdjustmentOptions rough = options_.mapping.bundle_adjustment;
+  rough.max_keyframes = 8;
+  rough.cost_tolerance = 1e-3;
   std::vector<std::pair<std::int64_t, SharedPoints>> ranked;
   for (const std::int64_t index : leftovers_.Indices()) {
     SharedPoints shared = completion.PointsShared(submap.Map(), index);
@@ -212,7 +215,7 @@ bool Mapper::PlaceOnce(Submap& submap, const Completion& completion, Kind kind,
     const bool adds = kind == Kind::kTwoViews || AddsToMap(submap.Map(), *frame);
     if (adds) {
       const KeyframeId id = AddKeyframe(*frame, matches, &completion);
-      OptimizeAround(id, kWindow);
+      OptimizeAround(id, rough);
       CloseLoopByViews(completion, id);
     } else {  // which leaves the map as it is
       submap.RecordFrame(index, frame->timestamp, frame->anchor, matches);

@@ -108,6 +108,24 @@ TEST(LocalBundleAdjustment, RestoresPosesAndPoints) {
   }
 }
 
+TEST(LocalBundleAdjustment, EndsAtCostTolerance) {
+  const auto error_with = [](double cost_tolerance) {
+    SyntheticMap world = MakeSyntheticMap({});
+    Disturb(world, 0.005);
+    BundleAdjustmentOptions options;
+    options.iterations = 20;
+    options.cost_tolerance = cost_tolerance;
+    LocalBundleAdjustment(world.map, world.camera, LocalWindow(world.map, 5, options.max_keyframes), options,
+                          {});
+    double sum = 0.0;
+    for (const MapPoint& point : world.map.Points()) {
+      sum += (point.p_map - world.points[static_cast<std::size_t>(point.id)]).norm();
+    }
+    return sum;
+  };
+  EXPECT_GT(error_with(1.0), 2.0 * error_with(1e-5));
+}
+
 TEST(LocalBundleAdjustment, RemovesWrongObservations) {
   SyntheticMap world = MakeSyntheticMap({});
   // Two points trade places in one keyframe.
