@@ -17,11 +17,11 @@ if [ -z "$demo" ]; then
   "$sqslam" demo --output "$demo" --deterministic --no-video --quiet
 fi
 
-# The growing map, close to the objects: one picture per state; the last one is held for two seconds.
+# The growing map, close to the objects, in the time of the recording; the last picture is held for two seconds.
 objects=$(python3 -c 'import json, sys
 centers = [o["center"] for o in json.load(open(sys.argv[1]))["objects"]]
 print(",".join(f"{sum(axis) / len(axis):.2f}" for axis in zip(*centers)))' "$demo/result/objects.json")
-"$sqslam" render "$demo/result" --growth --output "$work/growth/{frame:04}.png" --resolution 960,400 --quiet \
+"$sqslam" render "$demo/result" --growth --output "$work/growth/{frame:04}.png" --fps 6 --resolution 960,400 --quiet \
   --camera-focal-point "$objects" --camera-zoom-factor 1.5
 ffmpeg -loglevel error -framerate 6 -i "$work/growth/%04d.png" -vf "tpad=stop_mode=clone:stop_duration=2,
   split[a][b];[a]palettegen=max_colors=144[p];[b][p]paletteuse=dither=bayer:bayer_scale=4:diff_mode=rectangle" \
