@@ -291,15 +291,15 @@ cv::Mat FindEssential(const std::vector<cv::Point2d>& points1, const std::vector
   return cv::findEssentialMat(points1, points2, K, cv::USAC_MAGSAC, kRansacConfidence, std::sqrt(kVariance));
 }
 
-// With a simpler score and a shorter refinement: it tells which matches agree as well, in a fifth of the
-// time.
+// The same with a shorter refinement: as accurate where there are enough matches, in a third of the time.
+// MSAC scores faster still, but with it a fisheye lens of 213 degrees was taken for a usual one.
 cv::Mat FindEssentialFast(const std::vector<cv::Point2d>& points1, const std::vector<cv::Point2d>& points2,
                           const cv::Mat& K, std::vector<uchar>& inliers) {
   cv::UsacParams params;
   params.confidence = kRansacConfidence;
   params.threshold = std::sqrt(kVariance);
   params.maxIterations = 1000;
-  params.score = cv::SCORE_METHOD_MSAC;
+  params.score = cv::SCORE_METHOD_MAGSAC;
   params.loMethod = cv::LOCAL_OPTIM_INNER_LO;
   return cv::findEssentialMat(points1, points2, K, K, cv::noArray(), cv::noArray(), inliers, params);
 }
