@@ -5,7 +5,8 @@
 #   modules    modules include only lower layers, without cycles (scripts/check-modules.py)
 #   words      names of tests and constants, subjects of commits (scripts/check-words.py)
 #   options    docs/options.md is up to date (scripts/list-options.py)
-#   asan-readers  tests of the modules that read files, under AddressSanitizer and the cheaper checks of UBSan
+#   asan-readers  the readers of images, videos, boxes and recordings, and the modules below them, under AddressSanitizer
+#              and the cheaper checks of UBSan
 # Not part of CI, as they take hours:
 #   tidy       clang-tidy over all sources
 #   asan       all tests under AddressSanitizer and UBSan
