@@ -19,7 +19,7 @@ void AddFrames(std::span<const BundleFrame> frames, BundleProblem& problem) {
       if (point != problem.points.end() && point->id == match.point) {
         problem.observations.push_back({problem.poses.size(),
                                         static_cast<std::size_t>(point - problem.points.begin()), match.pixel,
-                                        match.sigma, true});
+                                        match.sigma, true, match.pixel, match.detected_sigma});
       }
     }
     problem.poses.push_back({kNoKeyframe, false, frame.T_camera_map});
@@ -68,8 +68,8 @@ BundleProblem ExtractBundleProblem(const Map& map, const Camera& camera, const s
       }
       const Keypoint& keypoint = map.KeypointOf(o);
       problem.observations.push_back({static_cast<std::size_t>(pose - problem.poses.begin()),
-                                      problem.points.size() - 1, keypoint.pixel,
-                                      map.Levels().Scale(keypoint.octave), true, keypoint.raw_pixel});
+                                      problem.points.size() - 1, keypoint.pixel, map.Levels().Sigma(keypoint),
+                                      true, keypoint.raw_pixel, map.Levels().Scale(keypoint.octave)});
     }
   }
   return problem;

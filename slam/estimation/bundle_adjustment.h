@@ -33,6 +33,9 @@ struct BundleObservation {
   double sigma = 1.0;     // standard deviation of the pixel, px
   bool inlier = true;
   Eigen::Vector2d raw_pixel = pixel;  // as in the image
+  // Before alignment. Outliers are told by it: a map may be wrong by more than an aligned keypoint, and would
+  // lose a third of its points.
+  double detected_sigma = sigma;
 };
 
 // An object of a bundle adjustment, as a value.
@@ -93,7 +96,7 @@ struct ObjectTerm {
 };
 
 struct BundleSolverOptions {
-  int iterations = 5;            // of the first round, which is robust (Huber)
+  int iterations = 5;            // of the first round; both are robust (Huber)
   int final_iterations = 6;      // of the second round, after outliers are marked
   double cost_tolerance = 1e-5;  // share of the cost: an iteration that gains less is the last of its round
 };
@@ -110,8 +113,9 @@ BundleProblem ExtractBundleProblem(const Map& map, const Camera& camera);
 struct BundleFrame {
   struct Match {
     PointId point = kNoPoint;
-    Eigen::Vector2d pixel;  // undistorted
-    double sigma = 1.0;     // standard deviation of the pixel, px
+    Eigen::Vector2d pixel;          // undistorted
+    double sigma = 1.0;             // standard deviation of the pixel, px
+    double detected_sigma = sigma;  // see BundleObservation
   };
   Rigid3d T_camera_map;
   std::vector<Match> matches;

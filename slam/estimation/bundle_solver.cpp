@@ -39,7 +39,7 @@ class BundleSolver {
   }
 
   // Returns false if the solver was interrupted.
-  bool Round(int iterations, double cost_tolerance, bool robust, const std::function<bool()>& stop) {
+  bool Round(int iterations, double cost_tolerance, const std::function<bool()>& stop) {
     ceres::Problem::Options problem_options;
     problem_options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;  // it would keep a tree of them
     problem_options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
@@ -50,7 +50,7 @@ class BundleSolver {
     ceres::Problem problem(problem_options);
     ceres::Solver::Options options;
     options.linear_solver_ordering = AddParameterBlocks(problem, manifold);
-    AddResiduals(problem, robust ? &huber : nullptr);
+    AddResiduals(problem, &huber);
     objects_.AddTo(problem, *options.linear_solver_ordering);
     const auto object_costs = OwnCostsOfObjects(problem);
     options.max_num_line_search_step_size_iterations = 0;  // steps are clamped to the bounds of the exponents
@@ -131,7 +131,7 @@ class BundleSolver {
         continue;
       }
       o.inlier = SquaredError(bundle_.camera, bundle_.poses[o.pose].T_camera_map * point.p_map, o.pixel,
-                              o.sigma * o.sigma) <= kChi2TwoDof;
+                              o.detected_sigma * o.detected_sigma) <= kChi2TwoDof;
       seen[o.point] += o.inlier ? 1 : 0;
     }
     for (std::size_t i = 0; i < seen.size(); ++i) {
@@ -150,8 +150,8 @@ class BundleSolver {
 bool SolveBundle(BundleProblem& problem, const BundleSolverOptions& options,
                  const std::function<bool()>& stop) {
   BundleSolver solver(problem);
-  const bool finished = solver.Round(options.iterations, options.cost_tolerance, true, stop) &&
-                        solver.Round(options.final_iterations, options.cost_tolerance, false, stop);
+  const bool finished = solver.Round(options.iterations, options.cost_tolerance, stop) &&
+                        solver.Round(options.final_iterations, options.cost_tolerance, stop);
   solver.KeepObjectImprovements();
   return finished;
 }

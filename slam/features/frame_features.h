@@ -16,6 +16,18 @@ struct Keypoint {
   Eigen::Vector2d raw_pixel;  // distorted, as in the image
   float angle = 0.0F;         // orientation of the patch, degrees in [0, 360)
   int octave = 0;             // pyramid level, 0 = full resolution
+  float sigma = 1.0F;         // standard deviation, px of its level: 1 as detected, less once it is aligned
+
+  bool IsAligned() const { return sigma < 1.0F; }  // see AlignObservations()
+};
+
+// Grey values around a keypoint at its pyramid level, by which its position is aligned with other images.
+struct KeypointPatch {
+  static constexpr int kRadius = 9;
+  static constexpr int kSide = 2 * kRadius + 1;
+
+  Eigen::Vector2f raw_middle;                     // raw pixel of the middle
+  std::array<std::uint8_t, kSide * kSide> grays;  // row by row
 };
 
 // Largest coordinate of a keypoint in a saved map, undistorted px: twice the side of the largest image.
@@ -87,8 +99,9 @@ enum class FeatureKind : std::uint8_t { kOrb, kSift };
 struct FrameFeatures {
   FeatureKind kind = FeatureKind::kOrb;
   std::vector<Keypoint> keypoints;
-  std::vector<Descriptor> descriptors;              // one per keypoint
-  std::vector<std::array<std::uint8_t, 3>> colors;  // RGB, one per keypoint
+  std::vector<Descriptor> descriptors;                        // one per keypoint
+  std::vector<std::array<std::uint8_t, 3>> colors;            // RGB, one per keypoint
+  std::shared_ptr<const std::vector<KeypointPatch>> patches;  // one per keypoint; null: none
   KeypointGrid grid;
 
   std::size_t Size() const { return keypoints.size(); }

@@ -19,6 +19,18 @@ Eigen::Vector2d InFullImage(const cv::Point2f& place, const cv::Size& level, con
           (place.y + 0.5) * full.height / level.height - 0.5};
 }
 
+// `raw_middle`: of `pixel`, in the full image.
+KeypointPatch PatchAround(const cv::Mat& level, const cv::Point& pixel, const Eigen::Vector2d& raw_middle) {
+  KeypointPatch patch;
+  patch.raw_middle = raw_middle.cast<float>();
+  auto row = patch.grays.begin();
+  for (int y = -KeypointPatch::kRadius; y <= KeypointPatch::kRadius; ++y) {
+    row = std::copy_n(level.ptr<std::uint8_t>(pixel.y + y) + pixel.x - KeypointPatch::kRadius,
+                      KeypointPatch::kSide, row);
+  }
+  return patch;
+}
+
 }  // namespace
 
 ScaleLevels::ScaleLevels(const OrbOptions& options)
@@ -71,7 +83,8 @@ std::vector<cv::KeyPoint> OrbExtractor::DetectLevel(std::size_t octave, const cv
 }
 
 void OrbExtractor::ExtractLevel(std::size_t octave, double scale, const cv::Mat& bgr, const Camera& camera,
-                                const cv::Mat& ignored, FrameFeatures& features) {
+                                const cv::Mat& ignored, FrameFeatures& features,
+                                std::vector<KeypointPatch>& patches) {
   constexpr double kMaxLensError = 1.0;  // px, of a pixel whose ray no pinhole could see
   const std::vector<cv::KeyPoint> corners = DetectLevel(octave, ignored);
   if (corners.empty()) {
@@ -92,6 +105,7 @@ void OrbExtractor::ExtractLevel(std::size_t octave, double scale, const cv::Mat&
     const float angle = PatchAngle(level, pixel);
     features.keypoints.push_back({undistorted, place, angle, static_cast<int>(octave)});
     features.descriptors.push_back(DescribePatch(blurred_[octave], pixel, angle));
+    patches.push_back(PatchAround(level, pixel, InFullImage(corner.pt, level.size(), bgr.size())));
     const cv::Point2f full = corner.pt * static_cast<float>(scale);
     const auto& color = bgr.at<cv::Vec3b>(cvRound(full.y), cvRound(full.x));
     features.colors.push_back({color[2], color[1], color[0]});
@@ -104,6 +118,8 @@ FrameFeatures OrbExtractor::Extract(const cv::Mat& gray, const cv::Mat& bgr, con
   const auto expected = static_cast<std::size_t>(options_.num_features) * 11 / 10;
   features.keypoints.reserve(expected);
   features.descriptors.reserve(expected);
+  auto patches = std::make_shared<std::vector<KeypointPatch>>();
+  patches->reserve(expected);
   features.colors.reserve(expected);
   levels_[0] = gray;
   double scale = 1.0;
@@ -116,8 +132,9 @@ FrameFeatures OrbExtractor::Extract(const cv::Mat& gray, const cv::Mat& bgr, con
       }
       cv::resize(levels_[octave - 1], levels_[octave], size, 0, 0, cv::INTER_LINEAR);
     }
-    ExtractLevel(octave, scale, bgr, camera, ignored, features);
+    ExtractLevel(octave, scale, bgr, camera, ignored, features, *patches);
   }
+  features.patches = std::move(patches);
   levels_[0].release();  // owned by the caller
   features.grid = KeypointGrid(features.keypoints, camera.width, camera.height);
   return features;

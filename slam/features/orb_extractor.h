@@ -35,6 +35,9 @@ class ScaleLevels {
   // Variance of a keypoint's position in full-resolution pixels^2, relative to level 0.
   double Variance(int octave) const { return Scale(octave) * Scale(octave); }
 
+  // Returns the standard deviation of a keypoint's position, full-resolution px.
+  double Sigma(const Keypoint& keypoint) const { return Scale(keypoint.octave) * keypoint.sigma; }
+
   // Returns the level at which a point should be seen at `distance`, if level 0 sees it up to
   // `level_zero_distance`.
   int PredictOctave(double distance, double level_zero_distance) const;
@@ -59,7 +62,7 @@ class OrbExtractor {
  private:
   std::vector<cv::KeyPoint> DetectLevel(std::size_t octave, const cv::Mat& ignored);
   void ExtractLevel(std::size_t octave, double scale, const cv::Mat& bgr, const Camera& camera,
-                    const cv::Mat& ignored, FrameFeatures& features);
+                    const cv::Mat& ignored, FrameFeatures& features, std::vector<KeypointPatch>& patches);
 
   OrbOptions options_;
   std::vector<int> features_per_level_;

@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kPixelSteps = 64.0;
 constexpr double kAngleSteps = 65536.0 / 360.0;
+constexpr float kSigmaSteps = 100.0F;
 static_assert(kMaxKeypoint == 2.0 * kMaxImageSide);
 
 // Keypoints by columns, which compress better than rows.
@@ -20,9 +21,10 @@ struct KeypointColumns {
   std::vector<std::int16_t> raw_x, raw_y;  // distorted, minus x and y
   std::vector<std::uint16_t> angle;
   std::vector<std::uint8_t> octave;
+  std::vector<std::uint8_t> sigma;  // 1/100 px of the level
 
   static void VisitState(auto& self, auto&& visit) {
-    visit(self.x, self.y, self.raw_x, self.raw_y, self.angle, self.octave);
+    visit(self.x, self.y, self.raw_x, self.raw_y, self.angle, self.octave, self.sigma);
   }
 };
 
@@ -36,6 +38,7 @@ KeypointColumns ToColumns(const std::vector<Keypoint>& keypoints) {
     columns.raw_y.push_back(static_cast<std::int16_t>(step(keypoint.raw_pixel.y()) - columns.y.back()));
     columns.angle.push_back(static_cast<std::uint16_t>(std::lround(kAngleSteps * keypoint.angle)));
     columns.octave.push_back(static_cast<std::uint8_t>(keypoint.octave));
+    columns.sigma.push_back(static_cast<std::uint8_t>(std::lround(kSigmaSteps * keypoint.sigma)));
   }
   return columns;
 }
@@ -57,7 +60,7 @@ FrameFeaturesPtr ReadFeatures(ByteReader& reader, const Camera& camera, int leve
   const std::size_t count = features->descriptors.size();
   for (const std::size_t size :
        {columns.x.size(), columns.y.size(), columns.raw_x.size(), columns.raw_y.size(), columns.angle.size(),
-        columns.octave.size(), features->colors.size()}) {
+        columns.octave.size(), columns.sigma.size(), features->colors.size()}) {
     if (size != count) {
       reader.Refuse("has a keyframe with columns of different lengths");
     }
@@ -67,10 +70,14 @@ FrameFeaturesPtr ReadFeatures(ByteReader& reader, const Camera& camera, int leve
         std::abs(columns.y[i]) > kPixelSteps * kMaxKeypoint) {
       reader.Refuse("has a keypoint far outside its image or on a pyramid level that does not exist");
     }
+    if (columns.sigma[i] == 0 || columns.sigma[i] > kSigmaSteps) {
+      reader.Refuse("has a keypoint with a standard deviation outside of 0.01 to 1 px");
+    }
     features->keypoints.push_back(
         {Eigen::Vector2d(columns.x[i], columns.y[i]) / kPixelSteps,
          Eigen::Vector2d(columns.x[i] + columns.raw_x[i], columns.y[i] + columns.raw_y[i]) / kPixelSteps,
-         static_cast<float>(columns.angle[i] / kAngleSteps), columns.octave[i]});
+         static_cast<float>(columns.angle[i] / kAngleSteps), columns.octave[i],
+         columns.sigma[i] / kSigmaSteps});
   }
   features->grid = KeypointGrid(features->keypoints, camera.width, camera.height);
   return features;

@@ -7,6 +7,7 @@
 
 #include "slam/estimation/bundle_adjustment.h"
 #include "slam/mapping/local_mapping.h"
+#include "slam/mapping/track_alignment.h"
 #include "slam/objects/detection_filter.h"
 #include "slam/util/to_vector.h"
 
@@ -168,6 +169,10 @@ void Mapper::RecordFrame(TrackingReport& report) {
   tracking_ms_ += report.tracking_ms;
   ++tracking_count_;
   if (report.pose) {
+    if (report.matched) {
+      const ScaledPose pose = Resolve(*report.pose, active_->Map().PoseOf(report.pose->reference));
+      AlignMatches(active_->Map(), camera_, *report.matched, pose.T_camera_map, report.matches);
+    }
     active_->RecordFrame(report.frame_index, report.timestamp, *report.pose, report.matches);
     const auto count = [&map = active_->Map()](const std::vector<PointId>& points, int MapPoint::*counter) {
       for (const PointId point : points) {
@@ -244,11 +249,13 @@ KeyframeId Mapper::AddKeyframe(const TrackedFrame& frame, std::vector<FrameMatch
   const StageTimes::Scope timer(times_, "mapping.new_points");
   if (completion != nullptr) {
     completion->AddNewPoints(map, id);
+    AlignObservations(map, camera_, id);
     return id;
   }
   CullPoints(map, active_->YoungPoints(), id);                          // ORB-SLAM VI-B
   const std::vector<PointId> created = AddNewPoints(map, camera_, id);  // VI-C
   active_->YoungPoints().insert(created.begin(), created.end());
+  AlignObservations(map, camera_, id);
   return id;
 }
 
@@ -446,8 +453,9 @@ void Mapper::TrackBacklog() {
   if (view->Knows(backlog_->next.anchor.reference)) {
     for (const TrackedFrame& frame : TrackBackward(pose_tracker_, *view, *backlog_)) {
       if (!HasFrame(frame.index)) {
-        active_->RecordFrame(frame.index, frame.timestamp, frame.anchor,
-                             MatchesOf(frame, pose_tracker_.Levels()));
+        std::vector<FrameMatch> matches = MatchesOf(frame, pose_tracker_.Levels());
+        AlignMatches(active_->Map(), camera_, *frame.features, frame.T_camera_map, matches);
+        active_->RecordFrame(frame.index, frame.timestamp, frame.anchor, std::move(matches));
       }
     }
   }

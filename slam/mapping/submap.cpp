@@ -111,7 +111,7 @@ std::vector<BundleFrame> Submap::FramesBetween(int most) const {
     const auto& [index, matches] = frames[i * frames.size() / count];
     BundleFrame& frame = picked.emplace_back(BundleFrame{FramePose(index)->Inverse(), {}});
     for (const FrameMatch& match : *matches) {
-      frame.matches.push_back({match.point, match.pixel.cast<double>(), std::sqrt(match.variance)});
+      frame.matches.push_back({match.point, match.pixel.cast<double>(), match.sigma, match.detected_sigma});
     }
   }
   return picked;

@@ -15,7 +15,7 @@ namespace sqslam {
 
 // Mark a database as a recording that this program reads, in its table `meta`.
 inline constexpr const char* kRecordingFormat = "sqslam-map";
-inline constexpr int kRecordingVersion = 10;
+inline constexpr int kRecordingVersion = 11;
 
 namespace sqlite {
 

@@ -351,7 +351,8 @@ std::vector<FrameMatch> MatchesOf(const TrackedFrame& frame, const ScaleLevels& 
     if (frame.points[i] != kNoPoint) {
       const Keypoint& keypoint = frame.features->keypoints[i];
       matches.push_back({frame.points[i], keypoint.pixel.cast<float>(),
-                         static_cast<float>(levels.Variance(keypoint.octave))});
+                         static_cast<float>(levels.Sigma(keypoint)),
+                         static_cast<float>(levels.Scale(keypoint.octave)), static_cast<int>(i)});
     }
   }
   return matches;
@@ -362,7 +363,8 @@ Rigid3d RefineFrame(const Map& map, const Camera& camera, const std::vector<Fram
   std::vector<PointObservation> observations;
   for (const FrameMatch& match : matches) {
     if (const PointId point = map.Resolve(match.point); point != kNoPoint) {
-      observations.push_back({map.Point(point).p_map, match.pixel.cast<double>(), match.variance, true});
+      observations.push_back(
+          {map.Point(point).p_map, match.pixel.cast<double>(), match.sigma * match.sigma, true});
     }
   }
   Rigid3d refined = T_camera_map;

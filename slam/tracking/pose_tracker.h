@@ -127,7 +127,9 @@ class PoseTracker {
 struct FrameMatch {
   PointId point = kNoPoint;
   Eigen::Vector2f pixel = Eigen::Vector2f::Zero();  // undistorted
-  float variance = 1.0F;                            // px^2
+  float sigma = 1.0F;                               // standard deviation, px
+  float detected_sigma = 1.0F;                      // before alignment, px
+  int keypoint = 0;                                 // index in the frame's features
 };
 
 std::vector<FrameMatch> MatchesOf(const TrackedFrame& frame, const ScaleLevels& levels);

@@ -60,6 +60,7 @@ TrackingReport Tracker::Track(const Frame& frame, const AtlasViewPtr& atlas, int
     BeginSubmapOrWait(report);
   }
   TrackObjects(frame, tracked, report);
+  report.matched = current_.features;
   report.features = FeaturesToKeep(frame, extracted.ignored, tracked);
   static_cast<FrameStamp&>(report) = StampOf(frame);
   return report;

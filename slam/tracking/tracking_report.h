@@ -40,9 +40,10 @@ struct TrackingReport : FrameStamp {
   std::unique_ptr<Map> initial_map;  // set once, when a submap begins
   std::optional<AnchoredPose> pose;  // empty while lost
   std::vector<FrameMatch> matches;   // that give the pose
+  FrameFeaturesPtr matched;          // features of `matches`; null: those stay as detected
   SeenPoints seen;
   std::optional<KeyframeCandidate> keyframe;
-  FrameFeaturesPtr features;
+  FrameFeaturesPtr features;           // for the end of the run: more than `matched` where views share little
   cv::Mat ignored;                     // 8UC1, nonzero where no features were taken; may be empty
   std::optional<Backlog> backlog;      // set when tracking begins or resumes
   std::optional<SeenObjects> objects;  // empty until the detector has processed the frame

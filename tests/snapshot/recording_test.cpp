@@ -152,10 +152,10 @@ TEST(Recording, RefusesOtherVersions) {
   const TemporaryFolder folder;
   const auto path = folder.Path() / "map.sqmap";
   RecordingWriter(path, {"s", "v", "c"}).Add(MakeSnapshot(0));
-  for (const std::string version : {"9", "11", "two"}) {
+  for (const std::string version : {"10", "12", "two"}) {
     ExecuteIn(path, "UPDATE meta SET value = '" + version + "' WHERE key = 'version'");
     const std::string expected =
-        "map.sqmap: has version " + version + " of the recording format, but this program reads version 10";
+        "map.sqmap: has version " + version + " of the recording format, but this program reads version 11";
     EXPECT_THAT(InputErrorOf([&] { RecordingReader reader(path); }), HasSubstr(expected));
     EXPECT_THAT(InputErrorOf([&] { AppendToRecording(path, MakeSnapshot(1)); }), HasSubstr(expected));
   }
