@@ -249,7 +249,6 @@ KeyframeId Mapper::AddKeyframe(const TrackedFrame& frame, std::vector<FrameMatch
   const StageTimes::Scope timer(times_, "mapping.new_points");
   if (completion != nullptr) {
     completion->AddNewPoints(map, id);
-    AlignObservations(map, camera_, id);
     return id;
   }
   CullPoints(map, active_->YoungPoints(), id);                          // ORB-SLAM VI-B
