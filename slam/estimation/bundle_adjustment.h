@@ -96,7 +96,7 @@ struct ObjectTerm {
 };
 
 struct BundleSolverOptions {
-  int iterations = 5;            // of the first round; both are robust (Huber)
+  int iterations = 5;            // of the first round, which is robust (Huber)
   int final_iterations = 6;      // of the second round, after outliers are marked
   double cost_tolerance = 1e-5;  // share of the cost: an iteration that gains less is the last of its round
 };

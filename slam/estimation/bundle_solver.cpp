@@ -39,7 +39,7 @@ class BundleSolver {
   }
 
   // Returns false if the solver was interrupted.
-  bool Round(int iterations, double cost_tolerance, const std::function<bool()>& stop) {
+  bool Round(int iterations, double cost_tolerance, bool robust, const std::function<bool()>& stop) {
     ceres::Problem::Options problem_options;
     problem_options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;  // it would keep a tree of them
     problem_options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
@@ -50,7 +50,7 @@ class BundleSolver {
     ceres::Problem problem(problem_options);
     ceres::Solver::Options options;
     options.linear_solver_ordering = AddParameterBlocks(problem, manifold);
-    AddResiduals(problem, &huber);
+    AddResiduals(problem, huber, robust);
     objects_.AddTo(problem, *options.linear_solver_ordering);
     const auto object_costs = OwnCostsOfObjects(problem);
     options.max_num_line_search_step_size_iterations = 0;  // steps are clamped to the bounds of the exponents
@@ -97,7 +97,8 @@ class BundleSolver {
     return ordering;
   }
 
-  void AddResiduals(ceres::Problem& problem, ceres::LossFunction* loss) {
+  // `robust`: all of them; otherwise only those that may be off by more than their sigma tells.
+  void AddResiduals(ceres::Problem& problem, ceres::LossFunction& loss, bool robust) {
     constexpr double kMinPointDepth = 1e-5;
     costs_.clear();
     for (const BundleObservation& o : bundle_.observations) {
@@ -106,7 +107,9 @@ class BundleSolver {
       // Points behind the camera have no reprojection; MarkOutliers() rejects their observations.
       if (o.inlier && point.alive && (FromBlock(pose) * point.p_map).z() > kMinPointDepth) {
         const PixelMeasurement measured(bundle_.camera, o.pixel, o.sigma);
-        problem.AddResidualBlock(&costs_.emplace_back(measured), loss, pose, point.p_map.data());
+        problem.AddResidualBlock(&costs_.emplace_back(measured),
+                                 robust || o.sigma < o.detected_sigma ? &loss : nullptr, pose,
+                                 point.p_map.data());
       }
     }
   }
@@ -150,8 +153,8 @@ class BundleSolver {
 bool SolveBundle(BundleProblem& problem, const BundleSolverOptions& options,
                  const std::function<bool()>& stop) {
   BundleSolver solver(problem);
-  const bool finished = solver.Round(options.iterations, options.cost_tolerance, stop) &&
-                        solver.Round(options.final_iterations, options.cost_tolerance, stop);
+  const bool finished = solver.Round(options.iterations, options.cost_tolerance, true, stop) &&
+                        solver.Round(options.final_iterations, options.cost_tolerance, false, stop);
   solver.KeepObjectImprovements();
   return finished;
 }

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <random>
 
 #include "tests/support/synthetic_map.h"
@@ -75,6 +76,26 @@ TEST(MapCodec, RestoresMap) {
   EXPECT_EQ(read.Resolve(0), world.map.Resolve(0));
   EXPECT_EQ(read.Resolve(2), kNoPoint);
   EXPECT_TRUE(read.PoseOf(3).T_camera_map.Matrix().isApprox(world.map.PoseOf(3).T_camera_map.Matrix()));
+}
+
+Map WithSigma(Map map, float sigma) {
+  auto features = std::make_shared<FrameFeatures>(*map.At(0).features);
+  features->keypoints[0].sigma = sigma;
+  map.At(0).features = features;
+  return map;
+}
+
+TEST(MapCodec, KeepsWhichKeypointsAreAligned) {
+  const SyntheticMap world = LivedIn();
+  const Map read = Read(Written(WithSigma(world.map, 0.3F)), world.camera);
+  EXPECT_NEAR(read.At(0).features->keypoints[0].sigma, 0.3, 0.005);
+  EXPECT_EQ(read.At(0).features->keypoints[1].sigma, 1.0F);
+}
+
+TEST(MapCodec, RefusesImpossibleStandardDeviations) {
+  const SyntheticMap world = LivedIn();
+  EXPECT_THROW(Read(Written(WithSigma(world.map, 0.0F)), world.camera), InputError);
+  EXPECT_THROW(Read(Written(WithSigma(world.map, 1.5F)), world.camera), InputError);
 }
 
 TEST(MapCodec, RefusesTruncatedBytes) {
