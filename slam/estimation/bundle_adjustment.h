@@ -34,7 +34,7 @@ struct BundleObservation {
   bool inlier = true;
   Eigen::Vector2d raw_pixel = pixel;  // as in the image
   // Before alignment. Outliers are told by it: a map may be wrong by more than an aligned keypoint, and would
-  // lose a third of its points.
+  // lose two fifths of its points.
   double detected_sigma = sigma;
 };
 

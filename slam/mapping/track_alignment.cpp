@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "slam/features/patch_alignment.h"
 
@@ -28,28 +29,26 @@ View ViewOf(const Map& map, const Observation& o) {
   return {keyframe.features.get(), o.keypoint, keyframe.T_camera_map};
 }
 
-// Returns the observation with which the others of a point are aligned, if there is one.
+// Returns the observation with which the others of a point are aligned, if there is one: one of the aligned
+// ones, once there are any, so that all of them agree.
 const Observation* ReferenceOf(const Map& map, const MapPoint& point) {
   constexpr double kCosinePerOctave = 0.05;
   const Observation* best = nullptr;
-  double best_score = 0.0;
+  std::pair<bool, double> best_score;
   for (const Observation& o : point.observations) {
     const Keyframe& keyframe = map.At(o.keyframe);
     if (!keyframe.features->patches) {
       continue;
     }
     const double cosine = (point.p_map - keyframe.Center()).normalized().dot(point.normal);
-    const double score = cosine - kCosinePerOctave * keyframe.features->keypoints[o.keypoint].octave;
+    const Keypoint& keypoint = keyframe.features->keypoints[o.keypoint];
+    const std::pair score(keypoint.IsAligned(), cosine - kCosinePerOctave * keypoint.octave);
     if (best == nullptr || score > best_score) {
       best = &o;
       best_score = score;
     }
   }
   return best;
-}
-
-Eigen::Vector2d RawPixel(const Camera& camera, const Eigen::Vector3d& p_camera) {
-  return camera.HasDistortion() ? camera.ProjectDistorted(p_camera) : camera.Project(p_camera);
 }
 
 // Returns the derivative of the raw pixel in `reference` by the raw pixel in `current`, where both see the
@@ -77,8 +76,8 @@ std::optional<Eigen::Matrix2d> Warp(const Camera& camera, const MapPoint& point,
     if (offset <= 0.0 || p_reference.z() <= 0.0) {
       return std::nullopt;
     }
-    in_current[i] = RawPixel(camera, ray);
-    in_reference[i] = RawPixel(camera, p_reference);
+    in_current[i] = camera.ProjectDistorted(ray);
+    in_reference[i] = camera.ProjectDistorted(p_reference);
   }
   Eigen::Matrix2d by_current;
   by_current << in_current[1] - in_current[0], in_current[2] - in_current[0];
@@ -113,9 +112,7 @@ std::optional<Keypoint> Aligned(const ScaleLevels& levels, const Camera& camera,
   }
   const Eigen::Vector2d raw_pixel = keypoint.raw_pixel + scale * (*found - place.pixel);
   // Not simply undistorted: rolling shutter was corrected too.
-  keypoint.pixel += camera.HasDistortion()
-                        ? Eigen::Vector2d(camera.Undistort(raw_pixel) - camera.Undistort(keypoint.raw_pixel))
-                        : Eigen::Vector2d(raw_pixel - keypoint.raw_pixel);
+  keypoint.pixel += camera.Undistort(raw_pixel) - camera.Undistort(keypoint.raw_pixel);
   keypoint.raw_pixel = raw_pixel;
   keypoint.sigma = kAlignedSigma;
   return IsInReach(keypoint.pixel) ? std::optional(keypoint) : std::nullopt;

@@ -12,8 +12,8 @@
 namespace sqslam {
 
 // Aligns the observations of a keyframe's map points that are not aligned yet, in all keyframes, each with
-// the point's reference: the observation with the finest and most frontal view. Keypoints without patches
-// stay.
+// the point's reference: the finest and most frontal of those that are aligned, or of all. Keypoints without
+// patches stay.
 void AlignObservations(Map& map, const Camera& camera, KeyframeId keyframe);
 
 // Aligns the keypoints of a frame with the references of their points. `features`: of the frame.

@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
 #include <random>
+#include <ranges>
 
-#include "slam/estimation/bundle_adjustment.h"
 #include "slam/estimation/reprojection_cost.h"
+#include "slam/util/to_vector.h"
 #include "tests/support/synthetic_map.h"
 
 namespace sqslam {
@@ -205,6 +207,40 @@ TEST(GlobalBundleAdjustment, FramesBetweenKeyframesImprovePoints) {
   for (const MapPoint& point : helped.map.Points()) {  // frames' outliers cost the map nothing
     EXPECT_GE(point.observations.size(), 5U) << point.id;
   }
+}
+
+// Keypoints of all keyframes but the last are aligned; one in ten of keyframe 1 lies `miss` px off.
+SyntheticMap PartlyAligned(const Eigen::Vector2d& miss) {
+  SyntheticMap world = MakeSyntheticMap({});
+  for (const KeyframeId id : ToVector(world.map.Keyframes() | std::views::keys)) {
+    auto features = std::make_shared<FrameFeatures>(*world.map.At(id).features);
+    for (std::size_t i = 0; i < features->Size(); ++i) {
+      features->keypoints[i].sigma = id == world.map.NewestKeyframe() ? 1.0F : 0.3F;
+      features->keypoints[i].pixel += id == 1 && i % 10 == 0 ? miss : Eigen::Vector2d(0.0, 0.0);
+    }
+    world.map.At(id).features = features;
+  }
+  return world;
+}
+
+TEST(ExtractBundleProblem, TakesSigmaOfAlignedKeypoints) {
+  const SyntheticMap world = PartlyAligned({0.0, 0.0});
+  const BundleProblem problem = ExtractBundleProblem(world.map, world.camera);
+  for (const BundleObservation& o : problem.observations) {
+    const double share = problem.poses[o.pose].id == world.map.NewestKeyframe() ? 1.0 : 0.3;
+    EXPECT_NEAR(o.sigma, share * o.detected_sigma, 1e-6);
+  }
+}
+
+TEST(GlobalBundleAdjustment, KeepsAlignedKeypointsUpToErrorOfDetectedOnes) {
+  const auto observations = [](const Eigen::Vector2d& miss) {
+    SyntheticMap world = PartlyAligned(miss);
+    GlobalBundleAdjustment(world.map, world.camera, 30);
+    return std::ranges::distance(world.map.At(1).SeenPoints());
+  };
+  const auto all = observations({0.0, 0.0});
+  EXPECT_EQ(observations({1.5, 0.0}), all);  // five standard deviations once aligned
+  EXPECT_LT(observations({6.0, 0.0}), all);
 }
 
 TEST(GlobalBundleAdjustment, ReducesErrorAndHoldsFirstKeyframe) {

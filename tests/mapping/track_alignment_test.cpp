@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -184,6 +184,37 @@ TEST_P(TrackAlignment, AlignsMatchesOfFramesAsThoseOfKeyframes) {
   ASSERT_GT(count, static_cast<int>(matches.size()) / 2);
   EXPECT_GT(std::sqrt(squares_before / count), 0.2);
   EXPECT_LT(std::sqrt(squares / count), 0.1);
+}
+
+// As when a camera comes nearer: each new view is finer than those before.
+TEST_P(TrackAlignment, AlignsFinerViewsWithThoseAlignedBefore) {
+  constexpr KeyframeId kLast = 3;
+  std::map<PointId, int> seen_last;
+  for (const PointId id : map_.At(kLast).SeenPoints()) {
+    for (const Observation& o : map_.Point(id).observations) {
+      if (o.keyframe == kLast && map_.Point(id).observations.size() > 2) {
+        seen_last[id] = o.keypoint;
+      }
+    }
+  }
+  for (const auto& [id, keypoint] : seen_last) {
+    map_.RemoveObservation(id, kLast);
+  }
+  for (KeyframeId id = 0; id < kLast; ++id) {
+    AlignObservations(map_, camera_, id);
+  }
+  for (const auto& [id, keypoint] : seen_last) {
+    map_.AddObservation(id, kLast, keypoint);
+    map_.Point(id).normal =
+        (map_.Point(id).p_map - map_.At(kLast).Center()).normalized();  // the last view is the most frontal
+  }
+  AlignObservations(map_, camera_, kLast);
+  int aligned = 0;
+  for (const auto& [id, keypoint] : seen_last) {
+    aligned += map_.At(kLast).features->keypoints[keypoint].IsAligned() ? 1 : 0;
+  }
+  ASSERT_GT(seen_last.size(), 30U);
+  EXPECT_GT(aligned, static_cast<int>(seen_last.size()) * 2 / 3);
 }
 
 TEST_P(TrackAlignment, KeepsCorrectionOfRollingShutter) {
