@@ -72,13 +72,24 @@ std::optional<Template> WarpReference(const PatchPlace& reference, const Eigen::
   return made;
 }
 
-Window Read(const PatchImage& image, const Eigen::Vector2d& middle) {
-  Window grays;
-  for (int i = 0; i < kPixels; ++i) {
-    grays[i] = image.At(static_cast<float>(middle.x()) + static_cast<float>(i % kSide - kHalf),
-                        static_cast<float>(middle.y()) + static_cast<float>(i / kSide - kHalf));
-  }
-  return grays;
+// Returns the grey values of the window around `middle`, which the patch must hold. All its pixels lie at the
+// same fraction between grey values.
+Window Read(const KeypointPatch& patch, const Eigen::Vector2d& middle) {
+  using Grays = Eigen::Matrix<std::uint8_t, kSide + 1, kSide + 1, Eigen::RowMajor>;
+  using Rows = Eigen::Matrix<float, kSide, kSide, Eigen::RowMajor>;
+  const Eigen::Vector2d corner = middle.array() + (KeypointPatch::kRadius - kHalf);
+  const Eigen::Vector2i first = corner.cast<int>();
+  const float right = static_cast<float>(corner.x() - first.x());
+  const float down = static_cast<float>(corner.y() - first.y());
+  const Eigen::Map<const Grays, 0, Eigen::OuterStride<KeypointPatch::kSide>> read(
+      patch.grays.data() + first.y() * KeypointPatch::kSide + first.x());
+  const Eigen::Matrix<float, kSide + 1, kSide + 1, Eigen::RowMajor> grays = read.cast<float>();
+  Window window;
+  Eigen::Map<Rows>(window.data()) = (1.0F - down) * ((1.0F - right) * grays.topLeftCorner<kSide, kSide>() +
+                                                     right * grays.topRightCorner<kSide, kSide>()) +
+                                    down * ((1.0F - right) * grays.bottomLeftCorner<kSide, kSide>() +
+                                            right * grays.bottomRightCorner<kSide, kSide>());
+  return window;
 }
 
 // Returns the smallest sum of squared derivatives along any direction.
@@ -113,7 +124,6 @@ std::optional<Eigen::Vector2d> AlignPatches(const PatchPlace& reference, const P
     return std::nullopt;
   }
   const Eigen::Matrix4f covariance = information.inverse();
-  const PatchImage image(*current.patch);
   Eigen::Vector2d pixel = current.pixel;
   float gain = 1.0F;
   float offset = 0.0F;
@@ -121,7 +131,7 @@ std::optional<Eigen::Vector2d> AlignPatches(const PatchPlace& reference, const P
     if (!PatchImage::Holds(pixel, kHalf) || (pixel - current.pixel).norm() > kMaxShift) {
       return std::nullopt;
     }
-    const Window seen = Read(image, pixel);
+    const Window seen = Read(*current.patch, pixel);
     const Window error = seen - gain * made->grays - Window::Constant(offset);
     const Eigen::Vector4f step = covariance * (made->slopes.transpose() * error);
     if (step.head<2>().norm() < kSmallestStep) {

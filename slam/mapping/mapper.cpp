@@ -45,12 +45,18 @@ void Mapper::Process(TrackingReport report) {
   }
 }
 
-// Keeps a frame for the end of the run.
+// Keeps a frame for the end of the run. Images placed then keep their keypoints as detected: patches, most of
+// the memory of features, can go.
 void Mapper::KeepImage(const TrackingReport& report) {
   if (!report.features) {
     return;
   }
-  LeftoverFrame image{report.frame_index, report.timestamp, report.features, report.image_path, {}, {}};
+  LeftoverFrame image{report.frame_index, report.timestamp, {}, report.image_path, {}, {}};
+  if (keeps_images_ || !report.pose) {
+    auto features = std::make_shared<FrameFeatures>(*report.features);
+    features->patches.reset();
+    image.features = std::move(features);
+  }
   if (report.objects) {
     image.detections = ToVector(report.objects->detections, &SnapshotDetection::detection);
   }

@@ -51,10 +51,16 @@ const Observation* ReferenceOf(const Map& map, const MapPoint& point) {
   return best;
 }
 
-// Returns the derivative of the raw pixel in `reference` by the raw pixel in `current`, where both see the
-// plane through a point across its mean viewing direction. Empty if a camera is behind or beside the plane.
-std::optional<Eigen::Matrix2d> Warp(const Camera& camera, const MapPoint& point, const View& reference,
-                                    const View& current) {
+// Derivatives around a keypoint of the current image.
+struct PatchWarp {
+  Eigen::Matrix2d A_reference_current;  // of the raw pixel in the reference, by the raw pixel
+  Eigen::Matrix2d A_undistorted_raw;    // of the undistorted pixel, by the raw pixel
+};
+
+// Both images see the plane through a point across its mean viewing direction. Empty if a camera is behind or
+// beside the plane.
+std::optional<PatchWarp> Warp(const Camera& camera, const MapPoint& point, const View& reference,
+                              const View& current) {
   constexpr double kStep = 3.0;       // undistorted px
   constexpr double kMinCosine = 0.1;  // between a ray and the normal
   constexpr double kMinDeterminant = 0.1;
@@ -79,14 +85,17 @@ std::optional<Eigen::Matrix2d> Warp(const Camera& camera, const MapPoint& point,
     in_current[i] = camera.ProjectDistorted(ray);
     in_reference[i] = camera.ProjectDistorted(p_reference);
   }
-  Eigen::Matrix2d by_current;
-  by_current << in_current[1] - in_current[0], in_current[2] - in_current[0];
-  Eigen::Matrix2d by_reference;
-  by_reference << in_reference[1] - in_reference[0], in_reference[2] - in_reference[0];
-  if (std::abs(by_current.determinant()) < kMinDeterminant * kStep * kStep) {
+  const auto slope_of = [&](const std::array<Eigen::Vector2d, 3>& raw) {  // by the undistorted pixel
+    Eigen::Matrix2d slope;
+    slope << raw[1] - raw[0], raw[2] - raw[0];
+    return Eigen::Matrix2d(slope / kStep);
+  };
+  const Eigen::Matrix2d A_raw_undistorted = slope_of(in_current);
+  if (std::abs(A_raw_undistorted.determinant()) < kMinDeterminant) {
     return std::nullopt;
   }
-  return Eigen::Matrix2d(by_reference * by_current.inverse());
+  const Eigen::Matrix2d A_undistorted_raw = A_raw_undistorted.inverse();
+  return PatchWarp{slope_of(in_reference) * A_undistorted_raw, A_undistorted_raw};
 }
 
 PatchPlace PlaceOf(const ScaleLevels& levels, const View& view) {
@@ -98,22 +107,22 @@ PatchPlace PlaceOf(const ScaleLevels& levels, const View& view) {
 // Returns the keypoint of `current`, aligned with that of `reference`. Empty if that fails.
 std::optional<Keypoint> Aligned(const ScaleLevels& levels, const Camera& camera, const MapPoint& point,
                                 const View& reference, const View& current) {
-  const std::optional<Eigen::Matrix2d> warp = Warp(camera, point, reference, current);
+  const std::optional<PatchWarp> warp = Warp(camera, point, reference, current);
   if (!warp) {
     return std::nullopt;
   }
   Keypoint keypoint = current.Corner();
   const double scale = levels.Scale(keypoint.octave);
   const PatchPlace place = PlaceOf(levels, current);
-  const std::optional<Eigen::Vector2d> found = AlignPatches(
-      PlaceOf(levels, reference), place, scale / levels.Scale(reference.Corner().octave) * *warp);
+  const std::optional<Eigen::Vector2d> found =
+      AlignPatches(PlaceOf(levels, reference), place,
+                   scale / levels.Scale(reference.Corner().octave) * warp->A_reference_current);
   if (!found) {
     return std::nullopt;
   }
-  const Eigen::Vector2d raw_pixel = keypoint.raw_pixel + scale * (*found - place.pixel);
-  // Not simply undistorted: rolling shutter was corrected too.
-  keypoint.pixel += camera.Undistort(raw_pixel) - camera.Undistort(keypoint.raw_pixel);
-  keypoint.raw_pixel = raw_pixel;
+  const Eigen::Vector2d step = scale * (*found - place.pixel);
+  keypoint.raw_pixel += step;
+  keypoint.pixel += warp->A_undistorted_raw * step;  // not undistorted: rolling shutter was corrected too
   keypoint.sigma = kAlignedSigma;
   return IsInReach(keypoint.pixel) ? std::optional(keypoint) : std::nullopt;
 }
