@@ -226,10 +226,11 @@ TEST_P(TrackAlignment, KeepsCorrectionOfRollingShutter) {
   }
   keyframe.features = features;
   AlignObservations(map_, camera_, 2);
+  constexpr double kMaxError = 0.02;  // px: the lens is taken as linear over the step
   int aligned = 0;
   for (const Keypoint& keypoint : keyframe.features->keypoints) {
     aligned += keypoint.IsAligned() ? 1 : 0;
-    EXPECT_LT((keypoint.pixel - camera_.Undistort(keypoint.raw_pixel) - correction).norm(), 1e-6);
+    EXPECT_LT((keypoint.pixel - camera_.Undistort(keypoint.raw_pixel) - correction).norm(), kMaxError);
   }
   EXPECT_GT(aligned, 50);
 }
