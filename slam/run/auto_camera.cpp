@@ -109,27 +109,24 @@ bool IsFisheye(const Camera& camera) {
 }
 
 // Maps the first frames with both lenses three times, for the first maps are made with a guess. Returns the
-// likelier lens. A fisheye lens must be one each time, and in the end map as many frames with clearly smaller
-// errors and be as well determined: a wrong lens bends to fit a map, differently in each half of it.
+// likelier lens. A fisheye lens must be one each time, map as many frames in the end, and have the smaller
+// errors in the mean of the logs: maps of one lens differ as much as those of two.
 AutoCamera LikelierLens(LearningRun& run, const LearningFrames& frames, AutoCamera usual,
                         AutoCamera fisheye) {
   constexpr int kPasses = 3;
   constexpr double kMinMapped = 0.9;  // frames, of those that the usual lens maps
-  constexpr double kMaxError = 0.7;   // the mean squared one, of the usual lens's
   LearningResult first;
   LearningResult second;
+  double log_ratio = 0.0;  // sum over the passes, of the mean squared errors
   for (int pass = 0; pass < kPasses; ++pass) {
     first = run.Map(frames.first, run.Played() + 2 * frames.first.count, usual);
     second = run.Map(frames.first, run.Played() + frames.first.count, fisheye, first.completed);
+    log_ratio += std::log(second.mean_squared_error / first.mean_squared_error);
     if (!IsFisheye(fisheye.camera)) {
       return usual;
     }
   }
-  return second.mapped >= kMinMapped * first.mapped &&
-                 second.mean_squared_error < kMaxError * first.mean_squared_error &&
-                 fisheye.deviation <= usual.deviation
-             ? fisheye
-             : usual;
+  return second.mapped >= kMinMapped * first.mapped && log_ratio < 0.0 ? fisheye : usual;
 }
 
 // Maps the second frames again and again, until the camera settles or they were played often enough. Returns
