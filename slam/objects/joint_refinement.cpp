@@ -82,7 +82,8 @@ void AddPoints(const RefinementInput& input, const Eigen::Vector3d& place, doubl
     const Eigen::Vector3d& p = input.points[i].p_map;
     const double radial = RadialSigma(input.points[i], place, input.camera, options.depth_sigma_px);
     energy.points.push_back({p, 1.0 / std::hypot(sigma, radial), weight, true});
-    if (i / stride % 2 == 0 && !input.prior.hollow) {
+    energy.point_count += weight;
+    if (i / stride % 2 == 0) {
       // A point in front of it on the line of sight is outside.
       const Eigen::Vector3d to_camera = (input.points[i].mean_camera - p).normalized();
       energy.points.push_back({p + step * to_camera, 1.0 / sigma, 2.0 * weight, false});
@@ -379,8 +380,13 @@ MotionFit FitMotion(const PosedSuperquadric& at_rest, const PosedSuperquadric& s
     }
     AllParameters x = AllParameters::Zero();
     x.head<parameter::kCount>() = at_start;
-    // The boxes hardly determine the motion.
-    const double cost = Minimise(energy, 2 * options.max_iterations, options.cost_tolerance, x);
+    const int iterations = 2 * options.max_iterations;  // the boxes hardly determine the motion
+    if (from == &start) {  // points behind a moving thing hold it in place: the boxes alone find its motion
+      ObjectEnergy of_boxes = energy;
+      of_boxes.points.clear();
+      Minimise(of_boxes, iterations, options.cost_tolerance, x);
+    }
+    const double cost = Minimise(energy, iterations, options.cost_tolerance, x);
     if (cost < least) {
       least = cost;
       fit = {cost_at_rest - cost, x.segment<3>(parameter::kDisplacement),

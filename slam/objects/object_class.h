@@ -15,7 +15,7 @@ namespace sqslam {
 // on which questions and simulators depend.
 struct ObjectClass : SizePrior {
   std::array<double, 3> shapes = {0.5, 0.3, 0.2};  // probabilities, in the order of kPrimitives
-  bool hollow = false;              // lines of sight pass through its hull, as below the top of a table
+  bool hollow = false;              // many lines of sight pass through its hull, as below the top of a table
   bool on_floor = false;            // stands on the lowest surface, not on furniture
   bool back = false;                // a seat with a back, which may be all that shows over a table
   std::vector<PartTemplate> parts;  // ways in which it may consist of parts; empty: one solid

@@ -33,6 +33,7 @@ struct ObjectEnergy {
   std::vector<YawTerm> yaws;
   std::vector<NormalTerm> normals;
   std::vector<BoundTerm> bounds;  // last, as the covariance leaves them out
+  double point_count = 0.0;       // independent ones, see ShareNoise(); 0: their noise is known
   double edge_information = 1.0;  // of an edge in the covariance, see EdgeInformation()
   SolidVariant variant;
 
@@ -57,7 +58,11 @@ struct ObjectEnergy {
       }
     };
     put(edges);
+    T* const of_points = residuals;
     put(points);
+    if (point_count > 0.0 && !points.empty()) {
+      ShareNoise(point_count, of_points, residuals);
+    }
     put(contacts);
     put(classes);
     put(exponents);

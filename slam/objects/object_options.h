@@ -156,7 +156,7 @@ struct RefinementOptions {
   // Standard deviation of a point's observations, px: the smaller its baseline, the less its depth counts; 0:
   // depth is as certain as the rest.
   double depth_sigma_px = 3.0;
-  double point_weight = 1.0;     // the points together weigh at most as much as this many views
+  double point_weight = 2.0;     // the points together weigh at most as much as this many views
   double contact_sigma = 0.05;   // standard deviation of the gap to the support, share of the shown size
   double contact_weight = 10.0;  // weight of the contact with the support, relative to one box edge
   double floating_cost = 4.0;    // less log probability that an object stands on none of the surfaces

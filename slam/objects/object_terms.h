@@ -96,6 +96,24 @@ struct PointTerm {
   }
 };
 
+// Scales residuals whose noise is known up to a factor, the same for all: how well a superquadric follows the
+// surface differs from object to object. The sum S of their squares becomes (n + a) log(1 + S / a), that of a
+// t-distribution with a degrees of freedom. `n`: the number of independent residuals.
+template <typename T>
+void ShareNoise(double n, T* begin, T* end) {
+  constexpr double kPrior = 0.25;  // a / n
+  using std::log, std::sqrt;
+  const double a = kPrior * n;
+  T sum(0.0);
+  for (const T* r = begin; r != end; ++r) {
+    sum += *r * *r;
+  }
+  const T scale = sum < 1e-9 * n ? T(std::sqrt((n + a) / a)) : T(sqrt((n + a) * log(1.0 + sum / a) / sum));
+  for (T* r = begin; r != end; ++r) {
+    *r *= scale;
+  }
+}
+
 // The lowest point (side -1) or the highest (side 1) is at this height, or if not `exact` not below it.
 struct ContactTerm {
   double height;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numeric>
 #include <random>
 #include <string>
 #include <utility>
@@ -33,6 +34,7 @@ ObjectEnergy MakeEnergy(bool exact_contact, const SolidVariant& variant) {
                             i / 23.0 - 0.5, i % 10 == 0});
     energy.points.push_back({0.5 * random(), 40.0, 0.7, i % 2 == 0});
   }
+  energy.point_count = exact_contact ? 2.0 : 0.0;
   energy.contacts = {{-0.28, 20.0, exact_contact, -1.0}, {0.3, 30.0, true, 1.0}};
   energy.classes = {{{1.0, -1.0, 0.0}, 0.4, 3.0},
                     {{-0.5, -0.5, 1.0}, -1.5, 2.0},
@@ -339,6 +341,37 @@ TEST(ObjectEnergy, ExplainsRepeatedEdgeErrorByBias) {
   };
   // A hundred boxes make a size no surer than the detector's habit allows.
   EXPECT_GT(width_sigma(1.0 / 0.02), 3.0 * width_sigma(1e6));
+}
+
+TEST(ShareNoise, GrowsWithTheLogarithmOfTheSum) {
+  const auto cost = [](double error) {
+    std::vector<double> residuals = {error, -error, 2.0 * error, 0.0};
+    ShareNoise(4.0, residuals.data(), residuals.data() + residuals.size());
+    EXPECT_DOUBLE_EQ(residuals[2], -2.0 * residuals[1]);
+    return std::inner_product(residuals.begin(), residuals.end(), residuals.begin(), 0.0);
+  };
+  EXPECT_EQ(cost(0.0), 0.0);
+  EXPECT_NEAR(cost(1e-6), 5.0 * 6e-12, 1e-13);
+  EXPECT_NEAR(cost(1.0), 5.0 * std::log(7.0), 1e-12);
+  EXPECT_NEAR(cost(100.0) - cost(50.0), 5.0 * std::log(4.0), 0.01);
+}
+
+// Points of a bush lie anywhere in its hull, points of a box on its surface.
+TEST(ObjectEnergy, FollowsPointsByHowWellTheyFit) {
+  const PosedSuperquadric solid = MakeSuperquadric(0.1, 0.1);
+  const auto information = [&](double noise) {
+    std::mt19937 generator(3);
+    std::normal_distribution<double> radial(0.0, noise);
+    ObjectEnergy energy;
+    for (int i = 0; i < 60; ++i) {
+      const Eigen::Vector3d p = solid.shape.PointAt(-1.4 + 0.047 * i, 2.4 * i);
+      energy.points.push_back(
+          {solid.T_map_object * (p + radial(generator) * p.normalized()), 100.0, 0.2, true});
+    }
+    energy.point_count = 12.0;
+    return 1.0 / EvidenceAt(PackSolid(solid), energy).covariance(0, 0);
+  };
+  EXPECT_GT(information(0.005), 4.0 * information(0.08));
 }
 
 TEST(ObjectEnergy, GivesZeroResidualOnTheFreeSide) {
