@@ -48,15 +48,12 @@ void Mapper::Process(TrackingReport report) {
 // Keeps a frame for the end of the run. Images placed then keep their keypoints as detected: patches, most of
 // the memory of features, can go.
 void Mapper::KeepImage(const TrackingReport& report) {
-  if (!report.features) {
+  if (!report.features || (report.pose && !keeps_images_)) {
     return;
   }
-  LeftoverFrame image{report.frame_index, report.timestamp, {}, report.image_path, {}, {}};
-  if (keeps_images_ || !report.pose) {
-    auto features = std::make_shared<FrameFeatures>(*report.features);
-    features->patches.reset();
-    image.features = std::move(features);
-  }
+  auto features = std::make_shared<FrameFeatures>(*report.features);
+  features->patches.reset();
+  LeftoverFrame image{report.frame_index, report.timestamp, std::move(features), report.image_path, {}, {}};
   if (report.objects) {
     image.detections = ToVector(report.objects->detections, &SnapshotDetection::detection);
   }

@@ -34,7 +34,7 @@ struct LoopOptions {
 
 // Frames without a pose and unconnected submaps at the end of a run (completion.h).
 struct CompletionOptions {
-  int max_frames = 400;  // frames without a pose kept until then, 0.5 MB each; 0: completion is off
+  int max_frames = 400;  // frames without a pose kept until then, 0.1 MB each; 0: completion is off
   // Share of the images in the main map, below which all are mapped afresh; cannot be set by a configuration.
   double min_mapped = 0.95;
 

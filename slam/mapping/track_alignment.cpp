@@ -57,8 +57,8 @@ struct PatchWarp {
   Eigen::Matrix2d A_undistorted_raw;    // of the undistorted pixel, by the raw pixel
 };
 
-// Both images see the plane through a point across its mean viewing direction. Empty if a camera is behind or
-// beside the plane.
+// Returns the derivatives where both images see the plane through a point across its mean viewing direction.
+// Empty if a camera is behind or beside the plane.
 std::optional<PatchWarp> Warp(const Camera& camera, const MapPoint& point, const View& reference,
                               const View& current) {
   constexpr double kStep = 3.0;       // undistorted px

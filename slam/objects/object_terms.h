@@ -91,8 +91,8 @@ struct PointTerm {
     if (!on_surface && r > 0.0) {
       return T(0.0);
     }
-    const bool hollow = on_surface && solid.num_parts == 1 && r < 0.0;
-    return Robust(hollow ? T(kInside * r) : r, kWidth, weight);
+    const bool inside = on_surface && solid.num_parts == 1 && r < 0.0;
+    return Robust(inside ? T(kInside * r) : r, kWidth, weight);
   }
 };
 

@@ -253,7 +253,6 @@ TEST(RefineJointly, TakesTheScaleOfItsSigmasFromMostBoxes) {
   const SyntheticDesk desk(1);
   const PosedSuperquadric truth = desk.Objects()[5].superquadric;
   RefinementInput input = InputOf(desk, truth);
-  input.prior.hollow = true;
   for (int i = 0; i < 60; ++i) {
     input.points.push_back({truth.T_map_object * truth.shape.PointAt(-1.2 + 0.04 * i, -3.0 + 0.1 * i),
                             desk.Pose(0).translation, kWideBaseline});
